@@ -11,6 +11,7 @@ from app.cli import choices, image_commands, model_commands, options, values
 from app.cli.bench.commands import bench
 from app.cli.latent_commands import codec, latent
 from app.cli.paper_commands import paper
+from app.cli.path_light_commands import light
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
@@ -24,6 +25,7 @@ application = typer.Typer(
 )
 
 application.add_typer(bench, name="bench")
+application.add_typer(light, name="light")
 for command in (
     image_commands.info,
     image_commands.compact,

@@ -199,6 +199,7 @@ def _path_drawer(
     light: LightDirection | None,
     scene: Scene | None,
 ) -> Drawer:
+    from model.generator.path_light_generator import cleaning_of
     from model.rendering.path_tracing import denoising
     from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, drawn
     from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
@@ -208,9 +209,9 @@ def _path_drawer(
             "Open Image Denoise is not installed: it has no package for this machine, or the "
             "environment lacks pyoidn. Leave --denoise out, or give more --samples."
         )
-    denoises = order.denoise is not False
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     tracer = PathTracer(volume, light, step)
+    cleaning, release = cleaning_of(volume, light, order.denoise is not False)
     inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
     size = scene.image_size if scene else DEFAULT_SIZE
     raster = order.size or Raster(size, size)
@@ -221,21 +222,25 @@ def _path_drawer(
     def draw(view: View) -> NDArray[np.float32]:
         begun = time.perf_counter()
         seen = replace(inputs, view=view)
-        last = drawn(tracer, seen, raster, samples, denoises=denoises, error=error)
+        last = drawn(tracer, seen, raster, samples, cleaning=cleaning, error=error)
         finished[:] = [(last, time.perf_counter() - begun)]
         return last.rgba
 
     def drawn_by() -> str:
         by = "the path tracer"
         for last, seconds in finished:
-            by += f", {last.samples} samples a pixel{', denoised,' * last.is_denoised}"
+            by += f", {last.samples} samples a pixel{last.deed and f', {last.deed},'}"
             by += f" in {seconds:.2g} s"
             if last.samples > 1:
                 by += f", estimated error {last.error:.2g}".replace(" 0.", " .")
         return by
 
+    def close() -> None:
+        tracer.close()
+        release()
+
     light = order.light or light
-    return Drawer(draw, inputs, volume, volume.name, "path", light, drawn_by, raster, tracer.close)
+    return Drawer(draw, inputs, volume, volume.name, "path", light, drawn_by, raster, close)
 
 
 def _generator_drawer(order: RenderOrder) -> Drawer:

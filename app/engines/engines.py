@@ -77,6 +77,8 @@ class ReferenceSettings:
         "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
     denoises : bool
         Whether path-traced pictures are denoised, where the package for it is installed.
+    samples : int
+        Of each pixel of path-traced pictures to save.
     """
 
     lighting: Lighting = "none"
@@ -84,6 +86,7 @@ class ReferenceSettings:
     sample_distance: float = 0.5
     renderer: Drawing = "vtk"
     denoises: bool = True
+    samples: int = 64
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
@@ -252,10 +255,14 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     place = volume, settings.lighting, settings.light, settings.sample_distance
     if settings.lighting == "path":
         from app.engines.path_tracing import PathTracingEngine
+        from model.generator.path_light_generator import cleaning_of
+        from model.rendering.path_tracing.refinement import RefiningRenderer
         from model.rendering.path_tracing.renderer import PathTracer
 
         tracer = PathTracer(volume, settings.light, settings.sample_distance)
-        return PathTracingEngine(tracer, settings.sample_distance, settings.denoises)
+        cleaning, release = cleaning_of(volume, settings.light, settings.denoises)
+        refining = RefiningRenderer(tracer, cleaning, settings.samples)
+        return PathTracingEngine(refining, settings.sample_distance, release)
     if settings.renderer == "raycast":
         from model.rendering.renderer import open_renderer
 

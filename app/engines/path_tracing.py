@@ -4,27 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.engines.engine import Array, always
-from app.engines.messages import Request, SupersededError
-from app.engines.renderer_engine import RendererEngine
-from model.rendering.path_tracing.refinement import (
-    MOST_SAMPLES,
-    Refined,
-    RefiningRenderer,
-    refined,
-)
-from model.rendering.path_tracing.renderer import PathTracer
+from app.engines.messages import PictureRequest, Request, SupersededError
+from app.engines.renderer_engine import TILE, RendererEngine
+from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
+
+MARGIN = 64
+"""Pixels around a tile of a picture to save."""
 
 
 class PathTracingEngine(RendererEngine):
-    """The path tracer as an engine, which counts an image's samples, and estimates its error."""
+    """The path tracer as an engine, which counts an image's samples, and estimates its error.
+
+    Parameters
+    ----------
+    renderer : RefiningRenderer
+        Draws pictures to save with as many samples as it has.
+    sample_distance : float
+        Of final images, in voxels.
+    release : callable
+        Releases what cleans.
+    """
 
     by_raycast = False
 
-    def __init__(self, tracer: PathTracer, sample_distance: float, denoises: bool = True) -> None:
-        super().__init__(RefiningRenderer(tracer, denoises), sample_distance)
-        self._denoises = denoises
-        self._tracer = tracer
+    def __init__(
+        self,
+        renderer: RefiningRenderer,
+        sample_distance: float,
+        release: Callable[[], None] = lambda: None,
+    ) -> None:
+        super().__init__(renderer, sample_distance)
+        self._refining, self._release = renderer, release
         self._said = ""
         self._drawn = _Drawn()
 
@@ -43,23 +57,49 @@ class PathTracingEngine(RendererEngine):
         key = request.inputs, quality.pixels, distance
         if self._drawn.key != key:
             self._drawn = drawn = _Drawn(key)
-            drawn.coming = refined(
-                self._tracer,
+            drawn.coming = self._refining.refined(
                 request.inputs,
                 quality.pixels,
                 MOST_SAMPLES,
                 lambda: drawn.is_wanted(),
                 distance,
-                denoises=self._denoises,
             )
         last = self._drawn.after(quality.samples, quality.error, is_wanted)
         if last is None:
             self._drawn = _Drawn()
             raise SupersededError
         self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
-        self._said += " denoised" * last.is_denoised
+        if last.deed:
+            self._said += f", {last.deed}"
         self.image_error = last.error
         return last.rgba
+
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
+        """Trace a picture of any size, tile by tile, with the samples that the request asks for.
+
+        Tiles are drawn with a margin: what takes the noise out looks around each pixel.
+        """
+        quality, renderer = request.quality, self._refining
+        whole, distance = quality.pixels, self._sample_distance * quality.coarseness
+        samples = quality.samples if quality.samples > 1 else renderer.samples
+        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
+        for tile in whole.tiles(TILE, TILE):
+            wide = tile.grown(MARGIN)
+            drawn = renderer.drawn(request.inputs, wide, samples, is_wanted, distance)
+            if drawn is None:
+                raise SupersededError
+            top, left = tile.top - wide.top, tile.left - wide.left
+            image = drawn.rgba[top : top + tile.rows, left : left + tile.columns]
+            part = picture[tile.top : tile.bottom, tile.left : tile.right]
+            part[...] = np.rint(255 * image)
+        return picture
+
+    def close(self) -> None:
+        """End the tracer, and release what cleans."""
+        super().close()
+        self._release()
 
 
 class _Drawn:

@@ -87,6 +87,9 @@ class Dispatcher(QObject):
         stand in: path-traced light that is denoised.
     exactness : Exactness
         What images may take while something moves, and owe at rest.
+    generator_follows : bool
+        Whether the generator draws as many pixels as the reference does, after one sample of each:
+        that of path-traced light.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
     scale : {"linear", "log"}
@@ -113,6 +116,7 @@ class Dispatcher(QObject):
         self.most_samples = 1
         self.draws_live = False
         self.exactness = STEPS[USUAL]
+        self.generator_follows = False
         self.hidden: set[EngineClient] = set()
         self.scale: ValueScale = "linear"
         self._state = state
@@ -154,8 +158,10 @@ class Dispatcher(QObject):
         self._sequence += not generator_only
         raster = self.final_raster
         final = self._of(raster)
-        self._submit(self._generator, ImageRequest, final)
-        if generator_only or self._reference in self.hidden:
+        is_alone = generator_only or self._reference in self.hidden
+        if is_alone or not self.generator_follows:
+            self._submit(self._generator, ImageRequest, final)
+        if is_alone:
             return
         expected = self._pace.expected(AT_REST, _size(raster))
         is_slow = expected is None or expected > SOON_SECONDS
@@ -204,6 +210,8 @@ class Dispatcher(QObject):
     def _ask_reference(self, quality: Quality) -> None:
         self._sent = quality
         self._submit(self._reference, ImageRequest, quality)
+        if self.generator_follows and quality.samples == 1:
+            self._submit(self._generator, ImageRequest, quality)
 
     def _send_live(self) -> None:
         # A change outside a drag is immediately followed by its final request.
@@ -212,7 +220,10 @@ class Dispatcher(QObject):
         self._sequence += 1
         self._sent = None
         size = min(self.final_raster.shorter, NO_MODEL_SIZE)
-        self._submit(self._generator, ImageRequest, Quality(size, LIVE_COARSENESS, live=True))
+        quality = Quality(size, LIVE_COARSENESS, live=True)
+        if self.generator_follows:
+            quality = self._live(ImageRequest)
+        self._submit(self._generator, ImageRequest, quality)
         if self._reference in self.hidden:
             return
         if self._stands_in() and self._live_drawer.is_vtk:

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
-from app.engines.engines import Builders, GeneratorSettings
+from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
+from model.generator.catalog import PATH_LIGHT
 from model.networks.card import recorded_agreement
 from model.networks.recorded_errors import worth_of
+from model.rendering.path_tracing import denoising
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
 from model.scene.value_scale import SCALE_NAMES, values_at
+from model.scene.volume import Volume
 
 LIGHTS: dict[Lighting, str] = {
     "none": "no light",
@@ -32,6 +36,11 @@ NO_MODEL = "No model of this volume yet."
 
 LOADING = "Loading the model …"
 
+PATH_WORTH = (
+    "This volume's model knows no path-traced light. Here one sample of each pixel is denoised, "
+    "and finished by a network that serves all volumes; the ground truth has many samples."
+)
+
 
 class GeneratorWork(QObject):
     """Loads a model in the background, and pauses it beside a volume that is not its own.
@@ -44,6 +53,9 @@ class GeneratorWork(QObject):
         What the model was trained on; None until it is loaded.
     draws_codes : bool
         Whether the loaded model draws images from latent codes.
+    draws_path : bool
+        Whether the generator of path-traced light draws in the place of a model of this volume,
+        which knows another light.
     """
 
     ready = Signal()
@@ -65,6 +77,8 @@ class GeneratorWork(QObject):
         self.folder: Path | None = None
         self.scene: Scene | None = None
         self.draws_codes = False
+        self.draws_path = False
+        self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
         client.engineReady.connect(self._take)
@@ -73,6 +87,8 @@ class GeneratorWork(QObject):
     @property
     def worth(self) -> str:
         """What the model is worth, as its card has it; empty where that is not known."""
+        if self.draws_path:
+            return PATH_WORTH
         return "" if self.folder is None else worth_of(self.folder)
 
     @property
@@ -108,8 +124,35 @@ class GeneratorWork(QObject):
         """Load the model that was held back, if there is one."""
         if self._is_held and self.folder is not None:
             self._is_held = False
-            build = partial(self._builders.generator, self.folder, self._settings)
+            if self._path_scene is not None:
+                build = partial(self._builders.reference, *self._path_scene)
+            else:
+                build = partial(self._builders.generator, self.folder, self._settings)
             self._client.start(build, LOADING)
+
+    def follow_light(self, opened: OpenedVolume | None, settings: ReferenceSettings) -> None:
+        """Have the generator of path-traced light draw where the reference has that light.
+
+        A model that was trained under it draws itself.
+
+        Parameters
+        ----------
+        settings : ReferenceSettings
+            Of the reference.
+        """
+        scene = self.scene_for(opened)
+        wanted = None
+        if opened is not None and scene is not None and scene.lighting != "path":
+            is_clean = settings.denoises and denoising.installed() and PATH_LIGHT.is_file()
+            if settings.lighting == "path" and is_clean:
+                wanted = opened.volume, replace(settings, samples=1)
+        if wanted == self._path_scene:
+            return
+        self._path_scene, self.draws_path = wanted, wanted is not None
+        self.draws_codes = False
+        if not self._is_held:
+            self._is_held = True
+            self.begin()
 
     def scene_for(self, opened: OpenedVolume | None) -> Scene | None:
         """Return what the model was trained on, or will be found to be, if that is this volume."""
@@ -121,7 +164,7 @@ class GeneratorWork(QObject):
     def fitting_scene(self, opened: OpenedVolume | None) -> Scene | None:
         """Return the same of a loaded model if the volume is shown over the model's range, too."""
         scene = self.scene_for(opened)
-        if scene is None or opened is None or self.scene is None:
+        if scene is None or opened is None or self.scene is None or self.draws_path:
             return None
         shown = opened.volume.scalar_range, opened.volume.scale
         return scene if (scene.scalar_range, scene.scale) == shown else None
@@ -136,6 +179,8 @@ class GeneratorWork(QObject):
         """
         if self.folder is None:
             self._client.pause(NO_MODEL)
+        elif self.draws_path:
+            self._client.resume()
         elif self.scene is not None and opened is None:
             if is_reading:
                 self._client.pause("Waiting for the volume …", settled=False)
@@ -163,7 +208,7 @@ class GeneratorWork(QObject):
             Lighting of the reference.
         """
         scene = self.scene_for(opened)
-        if scene is None:
+        if scene is None or self.draws_path:
             return ""
         hints = [outside_range(inputs, scene)]
         if scene.lighting != drawn:
@@ -186,7 +231,8 @@ class GeneratorWork(QObject):
             self.failed.emit()
 
     def _take(self, ready: EngineReady) -> None:
-        self.scene, self.draws_codes = ready.scene, ready.draws_codes
+        if not self.draws_path:
+            self.scene, self.draws_codes = ready.scene, ready.draws_codes
         self.ready.emit()
 
 

@@ -138,7 +138,7 @@ class Workspace(QObject):
         state.transferFunctionChangeFinished.connect(self._follow_range)
         state.edited.connect(self._keep)
         work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture"))
-        work.settingsChanged.connect(self._update_hint)
+        work.settingsChanged.connect(self._relight)
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
         self._model.failed.connect(self._follow_scene)
@@ -169,6 +169,11 @@ class Workspace(QObject):
         return self._model.draws_codes
 
     @property
+    def draws_path(self) -> bool:
+        """Whether the generator of path-traced light draws in the model's place."""
+        return self._model.draws_path
+
+    @property
     def model_worth(self) -> str:
         """What the open model is worth, as its card has it; empty where that is not known."""
         return self._model.worth
@@ -177,6 +182,8 @@ class Workspace(QObject):
     def model_lighting(self) -> Lighting:
         """Lighting of the open model's images; none without one."""
         scene = self._model.scene_for(self._opened)
+        if self._model.draws_path:
+            return "path"
         return "none" if scene is None else scene.lighting
 
     @property
@@ -480,6 +487,9 @@ class Workspace(QObject):
         self._follow_scene()
         self._note_model()
         scene, tf = self._model.scene_for(self._opened), self._state.transfer_function
+        if self._model.draws_path:
+            # What draws now takes any range and scale.
+            scene = None
         is_alike = scene is not None and tf.scale == scene.scale
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
             self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
@@ -504,8 +514,9 @@ class Workspace(QObject):
 
     def _follow_scene(self) -> None:
         """Adapt the generator to the volume, and the reference and the panels to the generator."""
-        self._model.match(self._opened, self._opening.is_busy)
         self.reference.follow(self._model.scene_for(self._opened))
+        self._follow_light()
+        self._model.match(self._opened, self._opening.is_busy)
         scene = self._model.fitting_scene(self._opened)
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
@@ -516,6 +527,18 @@ class Workspace(QObject):
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()
+
+    def _relight(self) -> None:
+        """Adapt the generator and the panels to another light of the reference."""
+        before = self._model.draws_path
+        self._follow_light()
+        if self._model.draws_path != before:
+            self._follow_scene()
+        self._update_hint()
+
+    def _follow_light(self) -> None:
+        self._model.follow_light(self._opened, self.reference.settings)
+        self._dispatcher.generator_follows = self._model.draws_path
 
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""

@@ -85,6 +85,7 @@ from model.rendering.scale_bar import Scale
 from model.volume_files.choice import Choice
 
 PAPER_TITLE = "Paper's networks"
+PATH_TITLE = "Generator of one sample"
 """Title of the generator's pane with them."""
 
 
@@ -193,7 +194,12 @@ class MainWindow(QMainWindow):
         self.opening = FileOpening(self, self.state, self.workspace, self.preferences, self.notice)
         self.files = FileDialogs(self, self.state, self.opening, self.preferences)
         shown = ShownImages(
-            self.generator, self.reference, self.overlays, self.image_error, self.brightness
+            self.generator,
+            self.reference,
+            self.overlays,
+            self.image_error,
+            self.brightness,
+            self.workspace.reference,
         )
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
@@ -475,6 +481,8 @@ class MainWindow(QMainWindow):
         """Make room for the generator's image, or give it to the reference."""
         self.panes.set_model(self.workspace.has_model)
         title = PAPER_TITLE if self.workspace.draws_codes else "Generator"
+        if self.workspace.draws_path:
+            title = PATH_TITLE
         self.generator.set_title(title, self.workspace.model_worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened

@@ -17,6 +17,7 @@ from app.window.picture_dialog import (
     depth_label,
     finish_dialog,
     legend_box,
+    samples_box,
     scale_box,
 )
 from app.window.size_chooser import BackgroundBox, Size, SizeChooser
@@ -56,6 +57,8 @@ class MovieChoice:
         Length.
     rate : int
         Pictures a second.
+    samples : int
+        Of each pixel of a path-traced ground truth; 0 in other light.
     """
 
     kind: MovieKind
@@ -63,6 +66,7 @@ class MovieChoice:
     look: FigureLook
     seconds: float = USUAL_SECONDS
     rate: int = USUAL_RATE
+    samples: int = 0
 
     @property
     def count(self) -> int:
@@ -80,7 +84,7 @@ class MovieDialog(QDialog):
     sizes : dict of tuple of int
         Width and height on the screen of "reference" and "generator", where they are there.
     begin : PictureChoice
-        Image, background, legend and scale bar to begin with.
+        Image, background, legend and scale bar to begin with, and samples where they count.
     """
 
     def __init__(
@@ -109,6 +113,7 @@ class MovieDialog(QDialog):
         self.legend_box, self.scale_box = legend_box(), scale_box()
         self.legend_box.setChecked(begin.legend)
         self.scale_box.setChecked(begin.scale_bar)
+        self.samples_box = samples_box(begin.samples) if begin.samples else None
         self._depth = depth_label()
         self._count = QLabel()
         self._count.setProperty("role", "dim")
@@ -136,6 +141,7 @@ class MovieDialog(QDialog):
             look,
             self.seconds_box.value(),
             self.rate_box.value(),
+            self.samples_box.currentData() if self.samples_box else 0,
         )
 
     def accept(self) -> None:
@@ -159,6 +165,8 @@ class MovieDialog(QDialog):
         form.addRow("Seconds", self.seconds_box)
         form.addRow("Pictures a second", self.rate_box)
         form.addRow("", self._count)
+        if self.samples_box is not None:
+            form.addRow("Samples of each pixel", self.samples_box)
         form.addRow("Background", self.background_box)
         form.addRow("", self.legend_box)
         form.addRow("", self.scale_box)
@@ -171,6 +179,8 @@ class MovieDialog(QDialog):
         for widget in (self.which_box, self.background_box, self.legend_box, self.scale_box):
             widget.setEnabled(not is_path)
         which: Which = self.which_box.currentData()
+        if self.samples_box is not None:
+            self.samples_box.setEnabled(which == "reference" and not is_path)
         self.chooser.set_present(*((PATH_SIZE, PATH_SIZE) if is_path else self._sizes[which]))
 
     def _show_count(self) -> None:

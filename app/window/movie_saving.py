@@ -17,7 +17,7 @@ from app.state.viewer_state import ViewerState
 from app.window.figure import Subject, figure, pixels_of
 from app.window.file_dialogs import FileDialogs
 from app.window.movie_dialog import MovieChoice, MovieDialog, MovieKind
-from app.window.picture_dialog import PictureChoice
+from app.window.picture_dialog import MOVIE_SAMPLES, PictureChoice
 from app.window.save_progress import SaveProgress
 from app.window.shown_images import ShownImages
 from model.errors import LatentError, RenderError
@@ -124,7 +124,12 @@ class MovieSaving(QObject):
         kinds.sort(key=lambda kind: kind != first)
         shown = self._shown
         begin = PictureChoice(
-            0, 0, legend=shown.legend, scale_bar=shown.scale_bar, which=shown.which()
+            0,
+            0,
+            legend=shown.legend,
+            scale_bar=shown.scale_bar,
+            which=shown.which(),
+            samples=MOVIE_SAMPLES if shown.is_path_traced else 0,
         )
         dialog = MovieDialog(tuple(kinds), sizes, begin, self._parent)  # type: ignore[arg-type]
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
@@ -174,7 +179,8 @@ class MovieSaving(QObject):
         look, self._sequence = turning.choice.look, self._sequence + 1
         raster = Raster(look.width, look.height)
         inputs = replace(turning.inputs, view=turning.views[turning.drawn])
-        quality = Quality(raster.shorter, raster=raster)
+        samples = turning.choice.samples if turning.choice.which == "reference" else 0
+        quality = Quality(raster.shorter, raster=raster, samples=max(samples, 1))
         client = self._shown.panes[turning.choice.which].client
         client.submit(MovieFrameRequest(self._sequence, inputs, quality))
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from PySide6.QtWidgets import (
     QCheckBox,
+    QComboBox,
     QDialog,
     QDialogButtonBox,
     QFormLayout,
@@ -23,6 +24,12 @@ from model.volume_files.checks import readable_size
 
 LONGER_SIDES = (1024, 2048, 4096, 8192)
 """Presets of the longer side; the picture keeps the proportions of what is shown."""
+
+SAMPLES = (1, 4, 16, 64, 256, 1024)
+"""Samples of each pixel that path-traced pictures may have."""
+
+PICTURE_SAMPLES, MOVIE_SAMPLES = 64, 16
+"""Those that the dialogs begin with."""
 
 BYTES_PER_PIXEL = 20
 """Memory of a rendering and of the picture that is made of it."""
@@ -44,9 +51,12 @@ class PictureChoice(FigureLook):
     ----------
     which : {"generator", "reference", "both", "difference"}
         What it shows.
+    samples : int
+        Of each pixel of a path-traced ground truth; 0 in other light.
     """
 
     which: Which = "reference"
+    samples: int = 0
 
 
 class PictureDialog(QDialog):
@@ -58,6 +68,7 @@ class PictureDialog(QDialog):
         What it may show, each with its width and height on the screen, in pixels.
     begin : PictureChoice or None
         Choice to begin with, other than its size; None for the first of the sizes, on black.
+        Samples are asked for where it has some.
     button : str
         Label of the button that accepts, such as "Save…" or "Copy".
     """
@@ -80,6 +91,7 @@ class PictureDialog(QDialog):
         self.chooser = SizeChooser(self, LONGER_SIDES)
         self.background_box = BackgroundBox()
         self.legend_box, self.scale_box = legend_box(), scale_box()
+        self.samples_box = samples_box(begin.samples) if begin and begin.samples else None
         self._memory = QLabel()
         self._memory.setProperty("role", "dim")
         self._lay_out(button)
@@ -101,6 +113,7 @@ class PictureDialog(QDialog):
             self.legend_box.isChecked(),
             self.scale_box.isChecked(),
             self.which_box.currentData(),
+            self.samples_box.currentData() if self.samples_box else 0,
         )
 
     def accept(self) -> None:
@@ -114,6 +127,8 @@ class PictureDialog(QDialog):
         form.addRow("Which", self.which_box)
         self.chooser.add_to(form)
         form.addRow("", self._memory)
+        if self.samples_box is not None:
+            form.addRow("Samples of each pixel", self.samples_box)
         form.addRow("Background", self.background_box)
         form.addRow("", self.legend_box)
         form.addRow("", self.scale_box)
@@ -126,10 +141,22 @@ class PictureDialog(QDialog):
         # The difference has colours of its own, and fills all of its image.
         self.legend_box.setEnabled(which != "difference")
         self.background_box.setEnabled(which != "difference")
+        if self.samples_box is not None:
+            self.samples_box.setEnabled(which in ("reference", "both"))
 
     def _show_memory(self, width: int, height: int) -> None:
         need = readable_size(width * height * BYTES_PER_PIXEL)
         self._memory.setText(f"{width * height / 1e6:.1f} megapixels; takes {need} of memory")
+
+
+def samples_box(chosen: int) -> QComboBox:
+    """Return the box for the samples of path-traced pictures."""
+    box = list_box()
+    for samples in sorted({*SAMPLES, chosen}):
+        box.addItem(f"{samples}", samples)
+    box.setCurrentIndex(box.findData(chosen))
+    box.setToolTip("Four times the samples take four times as long, and halve the error")
+    return box
 
 
 def legend_box() -> QCheckBox:

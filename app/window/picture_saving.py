@@ -15,7 +15,7 @@ from app.figures.picture import save_image
 from app.state.viewer_state import ViewerState
 from app.window.figure import TITLES, Rgba, Subject, figure, panels
 from app.window.file_dialogs import FileDialogs
-from app.window.picture_dialog import PictureChoice, PictureDialog
+from app.window.picture_dialog import PICTURE_SAMPLES, PictureChoice, PictureDialog
 from app.window.shown_images import ShownImages
 from model.errors import RenderError
 from model.rendering.raster import Raster
@@ -111,8 +111,12 @@ class PictureSaving(QObject):
         """The choice that the dialog begins with: the screen's, on the last background."""
         shown = self._shown
         choice = PictureChoice(0, 0, legend=shown.legend, scale_bar=shown.scale_bar)
+        if shown.is_path_traced:
+            choice = replace(choice, samples=PICTURE_SAMPLES)
         if self._last is not None:
             choice = replace(choice, background=self._last.background)
+            if choice.samples and self._last.samples:
+                choice = replace(choice, samples=self._last.samples)
         return replace(choice, which=shown.which())
 
     def draw(self, choice: PictureChoice, place: Path | None) -> None:
@@ -127,7 +131,8 @@ class PictureSaving(QObject):
         for name in self._names(choice):
             pane = self._shown.panes[name]
             raster = self._raster(choice)
-            quality = Quality(raster.shorter, raster=raster)
+            samples = choice.samples if name == "reference" else 0
+            quality = Quality(raster.shorter, raster=raster, samples=max(samples, 1))
             pane.client.submit(PictureRequest(self._sequence, inputs, quality))
         self.news.emit(f"Drawing {choice.width} × {choice.height} pixels …")
 
@@ -184,6 +189,8 @@ class PictureSaving(QObject):
             return
         if choice.scale_bar:
             image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
+        if choice.samples and "reference" in self._names(choice):
+            image.setText("Light", f"Path-traced, {choice.samples} samples of each pixel")
         self._deliver(image, wanted.place)
 
     def _deliver(self, image: QImage, place: Path | None) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from app.image_view.engine_pane import EnginePane
 from app.state.brightness import Brightness
+from app.state.reference_work import ReferenceWork
 from app.window.difference import Image
 from app.window.figure import GAP, Subject, Which
 from app.window.image_error import ImageError
@@ -22,16 +23,23 @@ class ShownImages:
         overlays: Overlays,
         error: ImageError,
         brightness: Brightness,
+        reference_work: ReferenceWork,
     ) -> None:
         self.panes = {"generator": generator, "reference": reference}
         self._overlays = overlays
         self._error = error
         self._brightness = brightness
+        self._work = reference_work
 
     @property
     def subject(self) -> Subject:
         """The volume that they show."""
         return self._overlays.subject
+
+    @property
+    def is_path_traced(self) -> bool:
+        """Whether the ground truth has path-traced light."""
+        return self._work.settings.lighting == "path"
 
     @property
     def legend(self) -> bool:

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from model.generator.path_light_generator import cleaning_of
+from model.rendering.path_tracing.cleaning import Denoiser, cleaned
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.refinement import drawn, shown
 from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.volume import Volume
 
@@ -30,10 +33,10 @@ class PathRow:
         Its number.
     samples : int
     seconds : float
-        From the beginning until it could be shown, denoised where that helps.
-    traced, shown : float
-        RMSE of the colours against many samples, as it was traced and as it is shown; less what
-        the many samples' own noise adds.
+        From the beginning until it could be shown, cleaned where that helps.
+    traced, denoised, shown : float
+        RMSE of the colours against many samples, as it was traced, denoised by the library alone,
+        and as it is shown; less what the many samples' own noise adds.
     told : float or None
         The error that is told of what is shown; None after the first sample.
     """
@@ -42,6 +45,7 @@ class PathRow:
     samples: int
     seconds: float
     traced: float
+    denoised: float
     shown: float
     told: float | None
 
@@ -68,21 +72,26 @@ def path_rows(
         Of the picture to compare with, whose random numbers are others.
     """
     tracer, other = PathTracer(volume), PathTracer(volume, seed=1)
+    cleaning, release = cleaning_of(volume)
     # The first picture takes compilation and preparation.
-    drawn(tracer, scenes[0], 16, 2, denoises=True)
+    drawn(tracer, scenes[0], size, 2, cleaning=cleaning)
     for number, inputs in enumerate(scenes):
         *_, exact = other.refine(inputs, size, truth)
         found = []
         begun = time.perf_counter()
+        cleaner = cleaning(inputs, Raster.of(size)) if cleaning else None
         for estimate in tracer.refine(inputs, size, samples):
-            picture = shown(estimate, denoises=True)
+            picture = shown(estimate, cleaner)
             found.append((estimate, picture, time.perf_counter() - begun))
         for estimate, picture, seconds in found:
             told = None if math.isinf(picture.error) else picture.error
-            errors = _rmse(estimate.rgba, exact), _rmse(picture.rgba, exact)
-            yield PathRow(number, estimate.samples, seconds, *errors, told)
+            alone = cleaned(estimate, Denoiser()) if cleaning else estimate.rgba
+            images = estimate.rgba, alone, picture.rgba
+            traced, denoised, clean = (_rmse(image, exact) for image in images)
+            yield PathRow(number, estimate.samples, seconds, traced, denoised, clean, told)
     tracer.close()
     other.close()
+    release()
 
 
 def _rmse(rgba: NDArray[np.float32], exact: Estimate) -> float:

@@ -1,4 +1,4 @@
-"""The models shipped with tfscope."""
+"""The models shipped with tfscope, known without torch."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from pathlib import Path
 from model.json_files import read_json
 from model.volume_files import read_volume
 from model.volume_files.shipped import RESOURCES, shipped_volumes
+
+PATH_LIGHT = RESOURCES / "models" / "path_light.safetensors"
+"""The network behind the denoiser of path-traced light, one for all volumes."""
 
 
 def shipped_models() -> list[Path]:

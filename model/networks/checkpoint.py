@@ -32,7 +32,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
     CheckpointError
         When the folder cannot be written.
     """
-    weights = {name: _half(value) for name, value in network.state_dict().items()}
+    weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     content = safetensors.torch.save(weights)
     digest = hashlib.sha256(content).hexdigest()
     name = f"generator-{digest[:12]}.safetensors"
@@ -82,13 +82,13 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
         raise CheckpointError(f"{path}: the file is not safetensors ({error}).") from error
     # First without memory: a card may claim a network of many gigabytes.
     with torch.device("meta"):
-        _check_weights(path, weights, build_generator(card.size, card.scene).state_dict())
+        check_weights(path, weights, build_generator(card.size, card.scene).state_dict())
     network = build_generator(card.size, card.scene)
     network.load_state_dict({name: value.float() for name, value in weights.items()})
     return card, network.eval().requires_grad_(False)
 
 
-def _half(value: Tensor) -> Tensor:
+def half_precision(value: Tensor) -> Tensor:
     """Convert to half precision unless the tensor is not floating point or would overflow."""
     value = value.detach().cpu().contiguous()
     if not value.is_floating_point():
@@ -97,7 +97,7 @@ def _half(value: Tensor) -> Tensor:
     return half if torch.isfinite(half).all() else value
 
 
-def _check_weights(path: Path, weights: dict[str, Tensor], expected: dict[str, Tensor]) -> None:
+def check_weights(path: Path, weights: dict[str, Tensor], expected: dict[str, Tensor]) -> None:
     """Raise :class:`CheckpointError` unless names and shapes match and values are finite."""
     missing = sorted(expected.keys() - weights.keys())
     foreign = sorted(weights.keys() - expected.keys())

@@ -105,6 +105,12 @@ class Raster:
                     rows=min(rows, self.bottom - top),
                 )
 
+    def grown(self, margin: int) -> Raster:
+        """Return the part with more pixels around it, as far as the whole picture has them."""
+        left, top = max(self.left - margin, 0), max(self.top - margin, 0)
+        right, bottom = min(self.right + margin, self.width), min(self.bottom + margin, self.height)
+        return replace(self, left=left, top=top, columns=right - left, rows=bottom - top)
+
 
 def middle_square(image: NDArray[_Number]) -> NDArray[_Number]:
     """Return the square in the middle of an image (H, W, ...) that images of all shapes share."""

@@ -147,12 +147,50 @@ def path(
     truth: Annotated[
         int, typer.Option("--truth", min=4, max=1 << 16, help="Samples to compare with.")
     ] = 512,
+    frames: Annotated[
+        int,
+        typer.Option("--frames", min=0, max=100, help="Of a movement whose flicker is measured."),
+    ] = 0,
     json: options.JsonFile = None,
 ) -> None:
     """Path-traced pictures over the number of samples: time, error, and the error that is told."""
     from app.cli.bench.path import bench_path
 
-    bench_path(volume, size, samples, truth, json)
+    bench_path(volume, size, samples, truth, frames, json)
+
+
+@bench.command()
+def path_sensitivity(
+    volume: options.VolumeFiles = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=1024, help="Width and height in pixels.")
+    ] = 64,
+    truth: Annotated[
+        int, typer.Option("--truth", min=4, max=1 << 14, help="Samples to compare with.")
+    ] = 256,
+    json: options.JsonFile = None,
+) -> None:
+    """Sensitivities that may stand in for path-traced light's: agreement with it, and time."""
+    from app.cli.bench.path_sensitivity import bench_path_sensitivity
+
+    bench_path_sensitivity(volume, size, truth, json)
+
+
+@bench.command()
+def jumps(
+    volume: options.VolumeFiles = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=1024, help="Width and height in pixels.")
+    ] = 128,
+    steps: Annotated[
+        int, typer.Option("--steps", min=4, max=10_000, help="That move a mode by one bin.")
+    ] = 200,
+    json: options.JsonFile = None,
+) -> None:
+    """Whether the ray caster's pictures change evenly while a TF is edited, in all lights."""
+    from app.cli.bench.jumps import bench_jumps
+
+    bench_jumps(volume, size, steps, json)
 
 
 @bench.command()

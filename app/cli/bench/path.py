@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from statistics import fmean
 
 from app.cli.bench.machine import print_machine
 from app.cli.console import console, print_table
 from app.cli.outputs import write_json
+from model.benchmarks.flicker import flicker
 from model.benchmarks.path_tracing import PathRow, path_rows
+from model.generator.path_light_generator import cleaning_of
+from model.rendering.path_tracing.cleaning import Cleaning, denoiser
+from model.rendering.path_tracing.renderer import PathTracer
 from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.view import View
+from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
@@ -21,8 +26,17 @@ VIEWS = (View(30, 20, 0, 0.7), View(210, -10, 0, 0.7))
 """From two sides, close enough that the volume fills the picture."""
 
 
+TURN = 1.0
+"""Degrees between two frames of a movement."""
+
+
 def bench_path(
-    paths: list[Path] | None, size: int, samples: int, truth: int, json_path: Path | None
+    paths: list[Path] | None,
+    size: int,
+    samples: int,
+    truth: int,
+    frames: int,
+    json_path: Path | None,
 ) -> None:
     """Measure each volume under its first TF; print tables, write JSON if requested."""
     machine = print_machine()
@@ -33,8 +47,29 @@ def bench_path(
         rows = list(path_rows(volume, scenes, size, samples, truth))
         found[volume.name] = [asdict(row) for row in rows]
         _print(f"{volume.name}, {size} x {size}, {len(scenes)} views", rows)
+        if frames:
+            _print_flicker(volume, scenes[0], frames, size, truth)
     if json_path is not None:
         write_json(json_path, {"machine": machine, "volumes": found})
+
+
+def _print_flicker(volume: Volume, first: SceneInputs, frames: int, size: int, truth: int) -> None:
+    """Turn a scene, a frame of one sample each, and say how it flickers."""
+    view = first.view
+    turned = [
+        replace(first, view=replace(view, azimuth=view.azimuth + TURN * number))
+        for number in range(frames)
+    ]
+    tracer, other = PathTracer(volume), PathTracer(volume, seed=1)
+    cleaning, close = cleaning_of(volume)
+    ways: dict[str, Cleaning | None] = {"as traced": None}
+    if cleaning is not None:
+        ways = {"denoised": denoiser, "as shown": cleaning, **ways}
+    found = flicker(tracer, ways, other, turned, size, 1, truth)
+    told = ", ".join(f"{name} {steps:.1f}" for name, steps in found.items())
+    console.print(f"Flicker of one sample while it turns, in 8-bit steps: {told}.")
+    for each in (close, tracer.close, other.close):
+        each()
 
 
 def _print(title: str, rows: list[PathRow]) -> None:
@@ -47,11 +82,14 @@ def _print(title: str, rows: list[PathRow]) -> None:
                 str(samples),
                 f"{fmean(row.seconds for row in alike):.2f}",
                 f"{fmean(row.traced for row in alike):.4f}",
+                f"{fmean(row.denoised for row in alike):.4f}",
                 f"{fmean(row.shown for row in alike):.4f}",
                 f"{fmean(told):.4f}" if told else "",
             )
         )
-    print_table(title, ("samples", "seconds", "RMSE as traced", "as shown", "told"), cells)
+    print_table(
+        title, ("samples", "seconds", "RMSE as traced", "denoised", "as shown", "told"), cells
+    )
     judged = [row for row in rows if row.told is not None]
     good = sum(row.is_told_well for row in judged)
     console.print(f"The error that is told is within a factor of 1.5 in {good} of {len(judged)}.")

@@ -6,7 +6,6 @@ no, and pictures stay as they were drawn.
 
 from __future__ import annotations
 
-import math
 import threading
 from collections import OrderedDict
 from functools import lru_cache
@@ -17,13 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
-from model.rendering.path_tracing.estimate import Estimate
 
 MOST_FILTERS = 4
 """Filters that are kept, each for one size: it takes as long to make one as to denoise twice."""
-
-DOUBLING = 0.88
-"""Factor of a denoised picture's error for twice the samples: the mean of five volumes, 1 to 32."""
 
 
 class DenoisingError(TfscopeError):
@@ -77,46 +72,6 @@ def denoise(
         raise DenoisingError("There is no denoiser for this machine; choose pictures without one.")
     images = {"color": color, "albedo": albedo}
     return _denoiser().run({name: image for name, image in images.items() if image is not None})
-
-
-def denoised(estimate: Estimate) -> NDArray[np.float32]:
-    """Return an estimate's picture denoised; its opacity is exact, and stays.
-
-    It is guided by the unlit colours, which have no noise.
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns, 4)
-        As renderers return it.
-    """
-    opacity = estimate.rgba[..., 3:]
-    clean = denoise(estimate.radiance, estimate.albedo)
-    # The filter is wider than a pixel: nothing may shine where nothing is.
-    return np.concatenate([np.where(opacity > 0, clean, 0).clip(0, 1), opacity], axis=2)
-
-
-def error_of(estimate: Estimate) -> float:
-    """Estimate the error of :func:`denoised`: the root mean square over all pixels and colours.
-
-    A denoised picture of n samples is measured against n other samples: their noise is independent
-    of it, and on average adds its own variance to the square of the error. Of the picture of all
-    2 n samples the error is smaller, by the factor :data:`DOUBLING`.
-
-    Returns
-    -------
-    float
-        Infinite after the first sample. Two pictures are denoised for it.
-    """
-    if estimate.samples < 2:
-        return math.inf
-    first, second = estimate.halves
-    squares = np.square(denoise(first, estimate.albedo) - second, dtype=np.float64)
-    squares += np.square(denoise(second, estimate.albedo) - first, dtype=np.float64)
-    squares -= np.square(first - second, dtype=np.float64)
-    # Of each pixel, which are independent: chance may make their mean too small, even negative.
-    pixels = squares.mean(axis=2) / 2
-    chance = float(pixels.std()) / math.sqrt(pixels.size)
-    return DOUBLING * math.sqrt(max(float(pixels.mean()), chance))
 
 
 class _Denoiser:

@@ -1,14 +1,15 @@
-"""Path-traced pictures as they are shown and saved: denoised while that brings them nearer."""
+"""Path-traced pictures as they are shown and saved: cleaned while that brings them nearer."""
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.path_tracing import denoising
+from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, cleaned, error_of
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 from model.rendering.raster import Raster
@@ -31,30 +32,33 @@ class Refined:
     error : float
         Estimated error of the colours, root mean square over all pixels; infinite after the first
         sample.
-    is_denoised : bool
+    deed : str
+        What was done to take the noise out, such as "denoised"; empty where nothing was.
     """
 
     rgba: NDArray[np.float32]
     samples: int
     error: float
-    is_denoised: bool
+    deed: str
 
 
-def shown(estimate: Estimate, denoises: bool) -> Refined:
+def shown(estimate: Estimate, cleaner: Cleaner | None) -> Refined:
     """Return an estimate as it is shown.
 
     Parameters
     ----------
-    denoises : bool
-        Whether it is denoised, as long as its estimated error is smaller then: a picture of many
-        samples is shown as it was traced. Without the package for it nothing is.
+    cleaner : Cleaner, optional
+        It cleans the picture as long as the estimated error is smaller then: a picture of many
+        samples is shown as it was traced.
     """
-    if denoises and denoising.available():
-        left = denoising.error_of(estimate)
+    if cleaner is not None:
+        left = error_of(estimate, cleaner)
         # After the first sample neither is known, and noise is the larger by far.
         if not estimate.error < left:
-            return Refined(denoising.denoised(estimate), estimate.samples, left, True)
-    return Refined(estimate.rgba, estimate.samples, estimate.error, False)
+            return Refined(
+                cleaned(estimate, cleaner), estimate.samples, left, cleaner.deed(estimate.samples)
+            )
+    return Refined(estimate.rgba, estimate.samples, estimate.error, "")
 
 
 def refined(
@@ -65,7 +69,7 @@ def refined(
     wanted: Callable[[], bool] = lambda: True,
     sample_distance: float | None = None,
     *,
-    denoises: bool,
+    cleaning: Cleaning | None,
     error: float = 0.0,
 ) -> Iterator[Refined]:
     """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
@@ -74,13 +78,14 @@ def refined(
     ----------
     tracer, inputs, size, samples, wanted, sample_distance
         See :meth:`model.rendering.path_tracing.renderer.PathTracer.refine`.
-    denoises : bool
-        See :func:`shown`.
+    cleaning : callable, optional
+        Gives what cleans the picture; see :func:`shown`.
     error : float
         Estimated error from which no more samples are drawn; 0 for as many as were asked for.
     """
+    cleaner = cleaning(inputs, Raster.of(size)) if cleaning else None
     for estimate in tracer.refine(inputs, size, samples, wanted, sample_distance):
-        found = shown(estimate, denoises)
+        found = shown(estimate, cleaner)
         yield found
         if error > 0 and found.error <= error:
             return
@@ -93,12 +98,12 @@ def drawn(
     samples: int,
     sample_distance: float | None = None,
     *,
-    denoises: bool,
+    cleaning: Cleaning | None,
     error: float = 0.0,
 ) -> Refined:
     """Draw a whole picture; see :func:`refined`.
 
-    Unless an error is aimed at, none but the last is denoised.
+    Unless an error is aimed at, none but the last is cleaned.
     """
     if error > 0:
         coming = refined(
@@ -107,13 +112,13 @@ def drawn(
             size,
             samples,
             sample_distance=sample_distance,
-            denoises=denoises,
+            cleaning=cleaning,
             error=error,
         )
         *_, last = coming
         return last
     *_, estimate = tracer.refine(inputs, size, samples, sample_distance=sample_distance)
-    return shown(estimate, denoises)
+    return shown(estimate, cleaning(inputs, Raster.of(size)) if cleaning else None)
 
 
 class RefiningRenderer:
@@ -122,21 +127,63 @@ class RefiningRenderer:
     Parameters
     ----------
     tracer : PathTracer
+        It is closed with this.
+    cleaning : callable, optional
+        See :func:`refined`.
     samples : int
-        Of each pixel.
+        Of each pixel in :meth:`render`.
     """
 
-    def __init__(self, tracer: PathTracer, denoises: bool, samples: int = SAMPLES) -> None:
+    def __init__(
+        self, tracer: PathTracer, cleaning: Cleaning | None, samples: int = SAMPLES
+    ) -> None:
         self.sample_distance = tracer.sample_distance
-        self._tracer, self._denoises, self._samples = tracer, denoises, samples
+        self.samples = samples
+        self._tracer, self._cleaning = tracer, cleaning
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
         return drawn(
-            self._tracer, inputs, size, self._samples, sample_distance, denoises=self._denoises
+            self._tracer, inputs, size, self.samples, sample_distance, cleaning=self._cleaning
         ).rgba
+
+    def drawn(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        samples: int,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+    ) -> Refined | None:
+        """Draw a whole picture of so many samples; None if it is no longer wanted meanwhile."""
+        coming = self._tracer.refine(inputs, size, samples, wanted, sample_distance)
+        (last,) = deque(coming, maxlen=1) or (None,)
+        if last is None or last.samples < samples:
+            return None
+        return shown(last, self._cleaning(inputs, Raster.of(size)) if self._cleaning else None)
+
+    def refined(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        samples: int,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+        error: float = 0.0,
+    ) -> Iterator[Refined]:
+        """Draw a picture with ever more samples; see :func:`refined`."""
+        return refined(
+            self._tracer,
+            inputs,
+            size,
+            samples,
+            wanted,
+            sample_distance,
+            cleaning=self._cleaning,
+            error=error,
+        )
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""

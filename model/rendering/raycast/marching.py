@@ -29,11 +29,18 @@ FAINT = np.float32(5e-6)
 
 In an image that is nowhere bright, as much less: it would be black."""
 
-FULL = np.float32(0.003)
-"""Weight above which a sample is always shaded itself; less in a faint image."""
+FULL = np.float32(0.004)
+"""Weight above which a sample has its own shading alone; less in a faint image."""
 
-SHARED = 3
-"""Fainter samples in a row that share the shading of the one before them."""
+SHARED = 6
+"""Samples in a row that share the shading of their middle where they are fainter.
+
+From :data:`FADING` of :data:`FULL` on their own fades in: a picture must not jump as its TF is
+edited."""
+
+FADING = np.float32(0.75)
+
+MIDDLE = np.float32((SHARED - 1) / 2)
 
 
 @inlined
@@ -105,7 +112,7 @@ def march(
     total[0] = total[1] = total[2] = total[3] = ZERO
     through = ONE
     diffuse, gloss = ONE, ZERO
-    shared = 0
+    common, common_gloss, leader = ONE, ZERO, -1
     first = -1
     end = np.int32(NOTHING)
     faint, full = FAINT, FULL
@@ -118,7 +125,6 @@ def march(
         behind = skip_empty(ray, k, cells, cell_shape, shift)
         if behind > k:
             k = behind
-            shared = 0
             continue
         if shadows is not None:
             # What was skipped must not decide which samples share light.
@@ -163,14 +169,26 @@ def march(
                         else:
                             r = g = b = ZERO
                     elif light is not None or glow is not None:
-                        if through * a > faint:
-                            if shared == 0 or through * a > full:
-                                diffuse, gloss = shade(
+                        weight = through * a
+                        if weight > faint:
+                            if weight < full:
+                                # By their place alone: the shading of others does not depend on
+                                # what is visible before them.
+                                if (k + m) - (k + m) % SHARED != leader:
+                                    leader = (k + m) - (k + m) % SHARED
+                                    middle = min(np.float32(leader) + MIDDLE, ray.last)
+                                    common, common_gloss = shade(
+                                        voxels, shape, light, glow, ray, middle
+                                    )
+                                diffuse, gloss = common, common_gloss
+                            if weight > FADING * full:
+                                own, own_gloss = shade(
                                     voxels, shape, light, glow, ray, np.float32(k + m)
                                 )
-                                shared = SHARED
-                            else:
-                                shared -= 1
+                                part = (weight / full - FADING) / (ONE - FADING)
+                                part = min(part, ONE)
+                                diffuse += part * (own - diffuse)
+                                gloss += part * (own_gloss - gloss)
                             white = gloss * a
                             r, g, b = r * diffuse + white, g * diffuse + white, b * diffuse + white
                         else:

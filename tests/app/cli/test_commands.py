@@ -327,9 +327,35 @@ def test_costs_are_measured_over_sizes(raw_file: Path, tmp_path: Path) -> None:
     assert imread(tmp_path / "s.png").shape[1] == 800
 
 
+def test_jumps_are_measured_in_all_lights(raw_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "jumps.json"
+    command = f"bench jumps --volume {raw_file} --size 16 --steps 6 --json {file}"
+    assert run(command.split()) == 0
+    (jumps,) = json.loads(file.read_text())["volumes"].values()
+    assert list(jumps) == ["none", "direct", "shadows", "soft"]
+    assert all(0 <= jump["largest"] < 255 for jump in jumps.values())
+
+
+def test_what_stands_in_for_path_traced_sensitivities_is_measured(
+    raw_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "sensitivity.json"
+    options = "--size 16 --truth 32"
+    command = f"bench path-sensitivity --volume {raw_file} {options} --json {file}"
+    assert run(command.split()) == 0
+    (rows,) = json.loads(file.read_text())["volumes"].values()
+    by_way = {row["way"]: row for row in rows}
+    assert list(by_way) == [
+        "none", "direct", "shadows", "soft", "generator, 1 sample", "generator, 4 samples",
+    ]  # fmt: skip
+    assert all(-1 <= row[name] <= 1 for row in rows for name in ("whole", "middle", "field"))
+    # Pictures of the same light, with other paths, change alike.
+    assert by_way["generator, 4 samples"]["whole"] > 0.8
+
+
 def test_path_traced_pictures_are_measured_over_samples(raw_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "path.json"
-    options = "--size 32 --samples 8 --truth 64"
+    options = "--size 32 --samples 8 --truth 64 --frames 3"
     assert run(f"bench path --volume {raw_file} {options} --json {file}".split()) == 0
     (rows,) = json.loads(file.read_text())["volumes"].values()
     assert [row["samples"] for row in rows] == 2 * [1, 2, 4, 8]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ramp import make_volume
 from window_fakes import make_request
 
+from app.engines import path_tracing
 from app.engines.engines import (
     GeneratorEngine,
     ReferenceSettings,
@@ -25,6 +26,7 @@ from app.engines.messages import (
 )
 from app.engines.path_tracing import PathTracingEngine
 from model.generator.backends import Backend
+from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -74,8 +76,8 @@ def test_a_final_image_is_given_up_when_nobody_wants_it() -> None:
 
 
 def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it() -> None:
-    tracer = PathTracer(make_volume(), threads=1)
-    engine = PathTracingEngine(tracer, sample_distance=0.5, denoises=False)
+    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    engine = PathTracingEngine(renderer, sample_distance=0.5)
     request = replace(make_request(1), quality=Quality(32, samples=1))
     first = engine.image(request)
     assert engine.description == "path tracer, 1 sample" and engine.image_error == math.inf
@@ -101,7 +103,7 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
             traced.append(1)
             return super()._run(task, raster, wanted)
 
-    engine = PathTracingEngine(Counting(make_volume(), threads=1), 0.5, denoises=False)
+    engine = PathTracingEngine(RefiningRenderer(Counting(make_volume(), threads=1), None), 0.5)
     request = replace(make_request(1), quality=Quality(16, samples=2))
     for samples in (2, 4, 8):
         image = engine.image(replace(request, quality=Quality(16, samples=samples)))
@@ -116,7 +118,7 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
 
 
 def test_a_path_traced_picture_that_is_good_enough_gets_no_more_samples() -> None:
-    engine = PathTracingEngine(PathTracer(make_volume(), threads=1), 0.5, denoises=False)
+    engine = PathTracingEngine(RefiningRenderer(PathTracer(make_volume(), threads=1), None), 0.5)
     request = replace(make_request(1), quality=Quality(16, samples=256, error=0.02))
     engine.image(request)
     few, error = engine.description, engine.image_error
@@ -124,6 +126,26 @@ def test_a_path_traced_picture_that_is_good_enough_gets_no_more_samples() -> Non
     # It goes on where less is good enough.
     engine.image(replace(request, quality=Quality(16, samples=256, error=0.0)))
     assert engine.description == "path tracer, 256 samples" and engine.image_error < error
+    engine.close()
+
+
+def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(path_tracing, "TILE", 40)
+    monkeypatch.setattr(path_tracing, "MARGIN", 5)
+    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None, samples=2)
+    engine = PathTracingEngine(renderer, sample_distance=0.5)
+    whole, inputs = Raster(90, 50), make_request(1).inputs
+    for samples in (1, 4):
+        quality = Quality(50, raster=whole, samples=samples)
+        picture = engine.picture(PictureRequest(1, inputs, quality))
+        # Without a number, as many as the renderer has.
+        *_, right = renderer.refined(inputs, whole, max(samples, 2))
+        np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
+    asked = count()
+    with pytest.raises(SupersededError):
+        engine.picture(PictureRequest(1, inputs, quality), lambda: next(asked) < 3)
     engine.close()
 
 

@@ -244,6 +244,29 @@ def test_path_traced_light_is_seen_while_something_moves_where_it_is_denoised(
     assert len(stand_in.asked) == 1
 
 
+def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
+    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
+) -> None:
+    generator, reference, _ = clients
+    dispatcher.begins_coarse = dispatcher.draws_live = dispatcher.generator_follows = True
+    dispatcher.most_samples = 8
+    state.move_view(View(azimuth=10.0))
+    assert generator.asked[-1] == reference.asked[-1]
+    state.finish_view()
+    for _ in range(12):
+        reference.answer(1e-7)
+    # The ground truth has more and more samples, the generator one of every pixel.
+    assert reference.asked[-1].quality.samples == 8
+    assert generator.asked[-1].quality.samples == 1
+    assert generator.asked[-1].quality.pixels == PANE
+    # Alone in sight, it is drawn all the same.
+    dispatcher.hidden = {reference}  # type: ignore[arg-type]
+    state.move_view(View(azimuth=20.0))
+    state.finish_view()
+    assert generator.asked[-1].inputs.view.azimuth == 20
+    assert not generator.asked[-1].quality.live
+
+
 def test_where_vtk_is_fast_it_draws_all_pixels_with_all_samples_while_something_moves(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:

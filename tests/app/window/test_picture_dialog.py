@@ -135,3 +135,18 @@ def test_a_size_is_taken_on_tab_and_what_cannot_be_keeps_the_dialog_open(
     accept.click()
     assert dialog.result() == QDialog.DialogCode.Accepted
     assert (dialog.choice().width, dialog.choice().height) == (1600, 1200)
+
+
+def test_samples_are_asked_for_where_they_count(qtbot: QtBot) -> None:
+    sizes = {"reference": (960, 720), "generator": (64, 64)}
+    dialog = PictureDialog(sizes, PictureChoice(0, 0, samples=100))
+    qtbot.addWidget(dialog)
+    assert dialog.choice().samples == 100
+    dialog.samples_box.setCurrentText("16")
+    assert dialog.choice().samples == 16
+    dialog.which_box.setCurrentIndex(dialog.which_box.findData("generator"))
+    assert not dialog.samples_box.isEnabled()
+    other = PictureDialog(sizes, PictureChoice(0, 0))
+    qtbot.addWidget(other)
+    assert other.samples_box is None
+    assert other.choice().samples == 0

@@ -3,12 +3,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders
+from window_fakes import FakeBuilders, FakeEngine
 
+from app.engines.messages import PictureRequest
 from app.window.figure import Which
 from app.window.file_dialogs import file_name
 from app.window.main_window import MainWindow
@@ -51,6 +54,30 @@ def test_a_picture_is_copied_with_its_legend(qtbot: QtBot, window: MainWindow) -
     colors = {copied.pixel(x, y) for x in range(200, 300, 3) for y in range(60, 200, 3)}
     assert len(colors) > 5
     assert len({copied.pixel(x, y) for x in range(0, 90, 3) for y in range(0, 60, 3)}) == 1
+
+
+def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    def picture(self: FakeEngine, request: PictureRequest, is_wanted: object) -> NDArray[np.uint8]:
+        asked.append(request.quality.samples)
+        return np.full((40, 90, 4), 255, np.uint8)
+
+    monkeypatch.setattr(FakeEngine, "picture", picture)
+    assert window.pictures.first_choice().samples == 0
+    window.workspace.reference.choose(lighting="path")
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.pictures.first_choice().samples == 64
+    place = tmp_path / "picture.png"
+    window.pictures.draw(PictureChoice(90, 40, samples=256), place)
+    qtbot.waitUntil(place.exists)
+    assert asked == [256]
+    qtbot.waitUntil(lambda: "Saved" in window.status.news)
+    assert QImage(str(place)).text("Light") == "Path-traced, 256 samples of each pixel"
+    # The dialog remembers it.
+    assert window.pictures.first_choice().samples == 256
 
 
 def test_a_place_that_cannot_be_written_is_told(

@@ -132,3 +132,11 @@ def test_a_scaled_picture_keeps_its_proportions() -> None:
     assert whole.scaled(0.5).reach == whole.reach
     assert Raster(100, 80, 10, 10, 20, 20).scaled(2) == Raster(200, 160)
     assert whole.scaled(0.001) == Raster(16, 16)
+
+
+def test_a_grown_part_ends_with_the_picture() -> None:
+    part = Raster(100, 60, left=10, top=50, columns=30, rows=5)
+    wide = part.grown(12)
+    assert (wide.left, wide.right, wide.top, wide.bottom) == (0, 52, 38, 60)
+    assert (wide.width, wide.height) == (100, 60)
+    assert Raster(100, 60).grown(8) == Raster(100, 60, columns=100, rows=60)

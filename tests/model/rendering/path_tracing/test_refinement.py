@@ -1,4 +1,4 @@
-"""Refined pictures: denoised while that helps, until they are good enough."""
+"""Refined pictures: cleaned while that helps, until they are good enough."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from model.rendering.path_tracing import denoising
+from model.rendering.path_tracing import refinement
 from model.rendering.path_tracing.refinement import RefiningRenderer, drawn, refined
 
 
@@ -24,49 +24,54 @@ class Tracer:
             done *= 2
 
 
+class Cleaner:
+    """Leaves an error of .03, however many samples there are."""
+
+    def __init__(self) -> None:
+        self.cleaned: list[int] = []
+
+    def deed(self, samples: int) -> str:
+        return f"cleaned of {samples}"
+
+
 @pytest.fixture
-def denoiser(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave an error of .03, however many samples there are."""
-    monkeypatch.setattr(denoising, "available", lambda: True)
-    monkeypatch.setattr(denoising, "denoised", lambda estimate: np.ones((2, 2, 4)))
-    monkeypatch.setattr(denoising, "error_of", lambda each: np.inf if each.samples == 1 else 0.03)
-
-
-@pytest.mark.usefixtures("denoiser")
-def test_a_picture_is_denoised_until_its_noise_is_less_than_what_that_leaves() -> None:
-    found = list(refined(Tracer(), None, 2, 32, denoises=True))
-    assert [each.samples for each in found] == [1, 2, 4, 8, 16, 32]
-    assert [each.is_denoised for each in found] == [True] * 4 + [False] * 2
-    assert [each.error for each in found[1:]] == [0.03, 0.03, 0.03, 0.025, 0.0125]
-    assert all(each.rgba.max() == each.is_denoised for each in found)
-
-
-@pytest.mark.usefixtures("denoiser")
-def test_no_more_samples_are_drawn_than_an_error_takes() -> None:
-    assert list(refined(Tracer(), None, 2, 1024, denoises=True, error=0.03))[-1].samples == 2
-    assert list(refined(Tracer(), None, 2, 1024, denoises=False, error=0.03))[-1].samples == 16
-
-
-@pytest.mark.usefixtures("denoiser")
-def test_a_whole_picture_is_the_last_of_those_and_denoised_once(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    denoised: list[int] = []
-
-    def denoise(estimate):
-        denoised.append(estimate.samples)
+def cleaner(monkeypatch: pytest.MonkeyPatch) -> Cleaner:
+    def cleaned(estimate, cleaner):
+        cleaner.cleaned.append(estimate.samples)
         return np.ones((2, 2, 4))
 
-    monkeypatch.setattr(denoising, "denoised", denoise)
-    whole = drawn(Tracer(), None, 2, 8, denoises=True)
-    assert (whole.samples, whole.error, whole.is_denoised) == (8, 0.03, True)
-    assert denoised == [8]
-    assert drawn(Tracer(), None, 2, 1024, denoises=True, error=0.03).samples == 2
+    def error_of(estimate, cleaner) -> float:
+        return np.inf if estimate.samples == 1 else 0.03
+
+    monkeypatch.setattr(refinement, "cleaned", cleaned)
+    monkeypatch.setattr(refinement, "error_of", error_of)
+    return Cleaner()
 
 
-def test_without_the_package_pictures_stay_as_they_were_traced(
-    monkeypatch: pytest.MonkeyPatch,
+def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(
+    cleaner: Cleaner,
 ) -> None:
-    monkeypatch.setattr(denoising, "available", lambda: False)
-    assert not any(each.is_denoised for each in refined(Tracer(), None, 2, 8, denoises=True))
-    assert RefiningRenderer(Tracer(), True, 8).render(None, 2).max() == 0
+    found = list(refined(Tracer(), None, 2, 32, cleaning=lambda *scene: cleaner))
+    assert [each.samples for each in found] == [1, 2, 4, 8, 16, 32]
+    assert [each.deed for each in found[3:]] == ["cleaned of 8", "", ""]
+    assert [each.error for each in found[1:]] == [0.03, 0.03, 0.03, 0.025, 0.0125]
+    assert all(each.rgba.max() == bool(each.deed) for each in found)
+
+
+def test_no_more_samples_are_drawn_than_an_error_takes(cleaner: Cleaner) -> None:
+    clean = refined(Tracer(), None, 2, 1024, cleaning=lambda *scene: cleaner, error=0.03)
+    assert list(clean)[-1].samples == 2
+    assert list(refined(Tracer(), None, 2, 1024, cleaning=None, error=0.03))[-1].samples == 16
+
+
+def test_a_whole_picture_is_the_last_of_those_and_cleaned_once(cleaner: Cleaner) -> None:
+    whole = drawn(Tracer(), None, 2, 8, cleaning=lambda *scene: cleaner)
+    assert (whole.samples, whole.error, whole.deed) == (8, 0.03, "cleaned of 8")
+    assert cleaner.cleaned == [8]
+    aimed = drawn(Tracer(), None, 2, 1024, cleaning=lambda *scene: cleaner, error=0.03)
+    assert aimed.samples == 2
+
+
+def test_without_what_cleans_them_pictures_stay_as_they_were_traced() -> None:
+    assert not any(each.deed for each in refined(Tracer(), None, 2, 8, cleaning=None))
+    assert RefiningRenderer(Tracer(), None, 8).render(None, 2).max() == 0

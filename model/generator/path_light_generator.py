@@ -1,0 +1,176 @@
+"""The generator of path-traced light: pictures of few samples as they would be after many.
+
+Its network stands behind the denoiser, one for all volumes; see
+:mod:`model.networks.path_light_network`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from model.devices import choose_device
+from model.errors import CheckpointError
+from model.generator.catalog import PATH_LIGHT
+from model.networks.path_light_file import load_path_light
+from model.networks.path_light_network import (
+    MULTIPLE,
+    PathLightNetwork,
+    in_fast_layout,
+    network_inputs,
+)
+from model.rendering.path_tracing import denoising
+from model.rendering.path_tracing.cleaning import Cleaning, denoiser
+from model.rendering.path_tracing.denoising import denoise
+from model.rendering.path_tracing.estimate import Estimate
+from model.rendering.raster import Raster
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.volume import Volume
+
+MOST_SAMPLES = 8
+"""Up to which the network's pictures are nearer to the truth than the denoiser's."""
+
+
+def cleaning_of(
+    volume: Volume,
+    light: LightDirection | None = None,
+    cleans: bool = True,
+    network: Path = PATH_LIGHT,
+) -> tuple[Cleaning | None, Callable[[], None]]:
+    """Return what cleans path-traced pictures of a volume best here, and what releases it.
+
+    Parameters
+    ----------
+    light : LightDirection, optional
+        Default direction of the light, for inputs without one.
+    cleans : bool
+        Whether anything is to clean.
+    network : Path
+        File of the network; where there is none, or a damaged one, the denoiser cleans alone.
+
+    Returns
+    -------
+    cleaning : callable, or None
+        None where nothing is to clean, and where there is no denoiser.
+    close : callable
+    """
+    if not (cleans and denoising.available()):
+        return None, lambda: None
+    try:
+        _, loaded = load_path_light(network)
+    except CheckpointError:
+        return denoiser, lambda: None
+    generator = PathLightGenerator(loaded, volume, light)
+    return generator.cleaner, generator.close
+
+
+class PathLightGenerator:
+    """Finishes path-traced pictures of one volume.
+
+    Parameters
+    ----------
+    network : PathLightNetwork
+    volume : Volume
+    light : LightDirection, optional
+        Default direction of the light, for inputs without one.
+    device : str
+        "auto", "cpu" or "cuda".
+    threads : int, optional
+        Of the ray caster, one per processor by default.
+    """
+
+    def __init__(
+        self,
+        network: PathLightNetwork,
+        volume: Volume,
+        light: LightDirection | None = None,
+        device: str = "auto",
+        threads: int | None = None,
+    ) -> None:
+        self._device = choose_device(device)
+        self._network = in_fast_layout(network.to(self._device))
+        self._soft = RaycastRenderer(volume, "soft", light, threads=threads)
+
+    def cleaner(self, inputs: SceneInputs, raster: Raster) -> FinishedPicture:
+        """Return what finishes the estimates of a picture."""
+        return FinishedPicture(self, lambda: self._soft.render(inputs, raster)[..., :3])
+
+    @torch.inference_mode()
+    def finish(
+        self,
+        denoised: NDArray[np.float32],
+        traced: NDArray[np.float32],
+        soft: NDArray[np.float32],
+        unlit: NDArray[np.float32],
+        samples: int,
+    ) -> NDArray[np.float32]:
+        """Finish a picture.
+
+        Parameters
+        ----------
+        denoised, traced, soft : ndarray of float32, shape (rows, columns, 3)
+            Radiance times opacity.
+        unlit : ndarray of float32, shape (rows, columns, 4)
+            The ray caster's unlit picture.
+        samples : int
+            Of each pixel of what was traced.
+
+        Returns
+        -------
+        ndarray of float32, shape (rows, columns, 3)
+        """
+        colors = {"unlit": unlit[..., :3], "soft": soft, "denoised": denoised, "traced": traced}
+        tensors = {name: self._tensor(image) for name, image in colors.items()}
+        inputs = network_inputs(tensors, self._tensor(unlit[..., 3:]), samples)
+        rows, columns = unlit.shape[:2]
+        padding = 0, -columns % MULTIPLE, 0, -rows % MULTIPLE
+        inputs = torch.nn.functional.pad(inputs, padding, mode="replicate")
+        finished = self._network(inputs.contiguous(memory_format=torch.channels_last))
+        result: NDArray[np.float32] = finished[0, :, :rows, :columns].permute(1, 2, 0).cpu().numpy()
+        return result
+
+    def close(self) -> None:
+        """End the ray caster's threads."""
+        self._soft.close()
+
+    def _tensor(self, image: NDArray[np.float32]) -> Tensor:
+        return torch.from_numpy(np.ascontiguousarray(image)).permute(2, 0, 1)[None].to(self._device)
+
+
+class FinishedPicture:
+    """Cleans the estimates of one picture: denoises them, and finishes those of few samples.
+
+    See :class:`model.rendering.path_tracing.cleaning.Cleaner`. The picture in soft light is drawn
+    once, when it is first needed.
+    """
+
+    doubling = 0.88
+
+    def __init__(
+        self, generator: PathLightGenerator, draw_soft: Callable[[], NDArray[np.float32]]
+    ) -> None:
+        self._generator, self._draw_soft = generator, draw_soft
+        self._soft: NDArray[np.float32] | None = None
+
+    def clean(
+        self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
+    ) -> NDArray[np.float32]:
+        """Denoise, and finish what has few samples."""
+        clean = denoise(radiance, estimate.albedo)
+        if estimate.samples > MOST_SAMPLES:
+            return clean
+        if self._soft is None:
+            self._soft = self._draw_soft()
+        unlit = np.concatenate([estimate.albedo, estimate.rgba[..., 3:]], axis=2)
+        return self._generator.finish(clean, radiance, self._soft, unlit, samples)
+
+    def deed(self, samples: int) -> str:
+        """Say what is done to a picture of so many samples."""
+        return "denoised" if samples > MOST_SAMPLES else "finished by the network"

@@ -1,0 +1,144 @@
+"""The network behind the denoiser: path-traced pictures of few samples, finished.
+
+One network for all volumes, TFs, views and lights. It never draws by itself: it changes the
+denoised picture by what the unlit and the softly lit picture of the same scene show. It goes
+beyond the paper, whose networks learn one volume's pictures whole.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+
+COLORS = ("unlit", "soft", "denoised", "traced")
+"""Inputs with three channels each, linear RGB times opacity: without light, in soft light, and the
+path-traced picture, denoised and as it was traced. Their channels are alike: see
+:func:`permuted`."""
+
+CHANNELS = 3 * len(COLORS) + 2
+"""Of the input: :data:`COLORS`, opacity, and 1 / sqrt(samples)."""
+
+BRIGHTEST = 2.0
+"""Radiance of single samples that is told from more."""
+
+MULTIPLE = 16
+"""Rows and columns of the input are a multiple of this; see :meth:`PathLightNetwork.forward`."""
+
+
+@dataclass(frozen=True)
+class PathLightSize:
+    """Size of the network.
+
+    Attributes
+    ----------
+    width : int
+        Channels at half of the picture's resolution; coarser levels have up to twice as many.
+    """
+
+    width: int = 40
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.width, int) and 4 <= self.width <= 512):
+            raise ValueError("the width of the network behind the denoiser is 4 to 512")
+
+
+class PathLightNetwork(nn.Module):
+    """A U-Net from half of the resolution on, whose output are factors of its input's colours.
+
+    Blocks of 2 x 2 pixels are one of its pixels with four times the channels, which is four times
+    as fast as full resolution, and loses no detail: what it says of each pixel weights colours
+    that have it.
+    """
+
+    def __init__(self, size: PathLightSize) -> None:
+        super().__init__()
+        w = size.width
+        widths = (w, w * 3 // 2, 2 * w, 2 * w)
+        self.down = nn.ModuleList()
+        channels = 4 * CHANNELS
+        for width in widths:
+            self.down.append(_block(channels, width))
+            channels = width
+        self.up = nn.ModuleList()
+        for width in widths[-2::-1]:
+            self.up.append(_block(channels + width, width))
+            channels = width
+        self.out = nn.Conv2d(channels, 4 * 9, 1)
+        # Untrained, it changes nothing.
+        for parameter in self.out.parameters():
+            nn.init.zeros_(parameter)
+
+    def forward(self, inputs: Tensor) -> Tensor:
+        """Finish pictures.
+
+        Parameters
+        ----------
+        inputs : Tensor, shape (N, CHANNELS, h, w)
+            See :func:`network_inputs`; h and w are multiples of :data:`MULTIPLE`.
+
+        Returns
+        -------
+        Tensor, shape (N, 3, h, w)
+            Radiance times opacity, 0 or more; 0 where the opacity is, unless the denoised
+            picture has something there.
+        """
+        hidden, skips = nn.functional.pixel_unshuffle(inputs, 2), []
+        for number, block in enumerate(self.down):
+            hidden = block(hidden if number == 0 else nn.functional.avg_pool2d(hidden, 2))
+            skips.append(hidden)
+        for block, skip in zip(self.up, skips[-2::-1], strict=True):
+            wide = nn.functional.interpolate(hidden, scale_factor=2.0, mode="nearest")
+            hidden = block(torch.cat([wide, skip], 1))
+        found = nn.functional.pixel_shuffle(self.out(hidden), 2)
+        factor, added, lit = found[:, :3], found[:, 3:6], found[:, 6:]
+        soft, denoised = inputs[:, 3:6], inputs[:, 6:9]
+        opacity = inputs[:, 12:13]
+        changed = denoised * torch.exp(factor.clamp(-4, 4)) + (soft * lit + added) * opacity
+        return changed.clamp(min=0)
+
+
+def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> Tensor:
+    """Return the network's input.
+
+    Parameters
+    ----------
+    colors : dict of Tensor, shape (N, 3, h, w)
+        By name, those of :data:`COLORS`.
+    opacity : Tensor, shape (N, 1, h, w)
+    samples : int
+        Of each pixel of the path-traced picture.
+
+    Returns
+    -------
+    Tensor, shape (N, CHANNELS, h, w)
+    """
+    found = [colors[name] for name in COLORS]
+    found[-1] = found[-1].clamp(max=BRIGHTEST)
+    noise = torch.full_like(opacity, 1 / math.sqrt(samples))
+    return torch.cat([*found, opacity, noise], 1)
+
+
+def permuted(inputs: Tensor, order: Tensor) -> Tensor:
+    """Return an input with the channels of all colours in another order (3)."""
+    channels = torch.arange(inputs.shape[1])
+    for first in range(0, 3 * len(COLORS), 3):
+        channels[first : first + 3] = first + order
+    return inputs[:, channels]
+
+
+def in_fast_layout(network: PathLightNetwork) -> PathLightNetwork:
+    """Return a network with its weights in the order that convolutions are fastest in."""
+    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    return network
+
+
+def _block(channels: int, width: int) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Conv2d(channels, width, 3, padding=1),
+        nn.ReLU(inplace=True),
+        nn.Conv2d(width, width, 3, padding=1),
+        nn.ReLU(inplace=True),
+    )

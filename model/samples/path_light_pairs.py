@@ -1,0 +1,224 @@
+"""Pairs that the network behind the denoiser learns from: pictures of few samples, and of many.
+
+Volumes are taken in turn, a block of pairs of each; a block is a file, and is drawn once: its
+random numbers depend on seed, volume and block only. What was drawn stays when it is stopped.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import DatasetError, reason
+from model.files import write_atomically
+from model.rendering.path_tracing.denoising import available, denoise
+from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.crop import CropBox
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs, draw_inputs
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+FEW = (1, 2, 4)
+"""Samples of each pixel of the pictures that are finished."""
+
+BLOCK = 8
+"""Pairs in a file."""
+
+SIZE = 128
+"""Width and height of the pictures in pixels."""
+
+MANY = 64
+"""Samples of each pixel of the picture that is learned. It has noise, which nobody can learn, but
+no bias, as a denoised one would have."""
+
+FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15
+"""Shares of pairs with the opacity TF that the program opens a volume with, and with a crop."""
+
+LEAST_OPACITY = 0.04
+"""Mean over the picture of what is worth a pair."""
+
+BRIGHTEST = 8.0
+"""Radiance that is kept of single pixels."""
+
+FIELDS = ("unlit", "soft", "opacity", "denoised", "traced", "exact")
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pairs of one volume, float16, radiance and colours times opacity.
+
+    Attributes
+    ----------
+    unlit, soft : ndarray, shape (N, 3, h, w)
+    opacity : ndarray, shape (N, 1, h, w)
+    denoised, traced : ndarray, shape (N, len(FEW), 3, h, w)
+        After each number of samples in :data:`FEW`.
+    exact : ndarray, shape (N, 3, h, w)
+        Of many other samples, not denoised.
+    error : ndarray of float64, shape (N,)
+        Standard error of `exact`.
+    """
+
+    unlit: NDArray[np.float16]
+    soft: NDArray[np.float16]
+    opacity: NDArray[np.float16]
+    denoised: NDArray[np.float16]
+    traced: NDArray[np.float16]
+    exact: NDArray[np.float16]
+    error: NDArray[np.float64]
+
+
+class PairDrawer:
+    """Draws pairs of one volume.
+
+    Parameters
+    ----------
+    volume : Volume
+    many : int
+        Samples of what is learned.
+    size : int
+        Width and height in pixels, a multiple of 16.
+    """
+
+    def __init__(self, volume: Volume, many: int = MANY, size: int = SIZE) -> None:
+        self._volume, self._many, self._size = volume, many, size
+        self._scene = Scene.of(volume, size, "path", renderer="raycast", movable_light=True)
+        self._soft = RaycastRenderer(volume, "soft")
+
+    def block(self, seed: int, number: int) -> Pairs | None:
+        """Draw the pairs of a block; None where the volume shows too little."""
+        rng = np.random.default_rng([seed, number])
+        few = PathTracer(self._volume, seed=2 * number + 1)
+        many = PathTracer(self._volume, seed=2 * number + 2)
+        found: list[dict[str, Any]] = []
+        # Many random TFs show next to nothing.
+        for _ in range(8 * BLOCK):
+            drawn = self._pair(self._inputs(rng), few, many)
+            if drawn is not None:
+                found.append(drawn)
+            if len(found) == BLOCK:
+                break
+        few.close()
+        many.close()
+        if not found:
+            return None
+        arrays = {
+            name: np.stack([pair[name] for pair in found]).astype(np.float16) for name in FIELDS
+        }
+        return Pairs(**arrays, error=np.array([pair["error"] for pair in found]))
+
+    def close(self) -> None:
+        """End the threads."""
+        self._soft.close()
+
+    def _inputs(self, rng: np.random.Generator) -> SceneInputs:
+        inputs = draw_inputs(rng, self._scene)
+        if rng.random() < FIRST_TF_SHARE:
+            first = default_transfer_function(self._volume)
+            inputs = replace(inputs, opacity_tf=first.opacity)
+            if rng.random() < 0.5:
+                inputs = replace(inputs, color_tf=first.color)
+        if rng.random() < CROP_SHARE:
+            (x0, y0, z0), (x1, y1, z1) = rng.uniform((0, 0.6), (0.4, 1), (3, 2)).T.tolist()
+            inputs = replace(inputs, crop=CropBox((x0, y0, z0), (x1, y1, z1)))
+        return inputs
+
+    def _pair(
+        self, inputs: SceneInputs, few: PathTracer, many: PathTracer
+    ) -> dict[str, Any] | None:
+        estimates = list(few.refine(inputs, self._size, FEW[-1]))
+        unlit = estimates[0]
+        if unlit.rgba[..., 3].mean() < LEAST_OPACITY:
+            return None
+        *_, exact = many.refine(inputs, self._size, self._many)
+        soft = self._soft.render(inputs, self._size)[..., :3]
+        kept = [estimate for estimate in estimates if estimate.samples in FEW]
+        return {
+            "unlit": _first(unlit.albedo),
+            "soft": _first(soft),
+            "opacity": _first(unlit.rgba[..., 3:]),
+            "denoised": np.stack([_first(denoise(e.radiance, e.albedo)) for e in kept]),
+            "traced": np.stack([_first(e.radiance) for e in kept]),
+            "exact": _first(exact.radiance),
+            "error": exact.error,
+        }
+
+
+def write_pairs(
+    folder: Path, volumes: Sequence[Volume], blocks: int, seed: int = 0, many: int = MANY
+) -> Iterator[Path]:
+    """Draw blocks of pairs of each volume in turn, and yield the file of each.
+
+    Files that are there already are not drawn anew, nor yielded.
+
+    Raises
+    ------
+    DatasetError
+        When there is no denoiser here, or a file cannot be written.
+    """
+    if not available():
+        raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
+    drawers = [PairDrawer(volume, many) for volume in volumes]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for number in range(blocks):
+            for volume, drawer in zip(volumes, drawers, strict=True):
+                path = folder / f"{volume.fingerprint[:12]}-{seed}-{number:04d}.npz"
+                if path.exists():
+                    continue
+                pairs = drawer.block(seed, number)
+                if pairs is not None:
+                    write_block(path, pairs)
+                    yield path
+    except OSError as error:
+        raise DatasetError(f"{folder}: pairs cannot be written ({reason(error)}).") from error
+    finally:
+        for drawer in drawers:
+            drawer.close()
+
+
+def write_block(path: Path, pairs: Pairs) -> None:
+    """Write a block of pairs, whole or not at all."""
+    content = BytesIO()
+    np.savez(content, **vars(pairs))
+    write_atomically(path, content.getvalue())
+
+
+def read_pairs(folder: Path) -> dict[str, Pairs]:
+    """Read all pairs of a folder, by the beginning of their volume's fingerprint.
+
+    Raises
+    ------
+    DatasetError
+        When there are none, or a file is damaged.
+    """
+    found: dict[str, list[dict[str, Any]]] = {}
+    for path in sorted(folder.glob("*-*-*.npz")):
+        try:
+            with path.open("rb") as content, np.load(content, allow_pickle=False) as file:
+                arrays = {name: file[name] for name in (*FIELDS, "error")}
+        except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+            raise DatasetError(
+                f"{path}: the pairs are damaged ({error}); delete the file, and draw them anew."
+            ) from error
+        found.setdefault(path.name.split("-")[0], []).append(arrays)
+    if not found:
+        raise DatasetError(f"{folder}: there are no pairs here; draw some with 'light pairs'.")
+    return {
+        name: Pairs(**{key: np.concatenate([block[key] for block in blocks]) for key in blocks[0]})
+        for name, blocks in found.items()
+    }
+
+
+def _first(image: NDArray[Any]) -> NDArray[np.float32]:
+    """Return an image (h, w, channels) as (channels, h, w), limited."""
+    return np.moveaxis(np.clip(image, 0, BRIGHTEST), -1, 0)

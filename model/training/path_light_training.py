@@ -1,0 +1,279 @@
+"""Training of the network behind the denoiser, by squared distances from pictures of many samples.
+
+What is learned has noise of its own, which is independent of the input's: on average it moves
+nothing, so that a picture of 64 samples teaches as much as an exact one.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from model.errors import CheckpointError, TrainingError
+from model.networks.path_light_network import (
+    PathLightNetwork,
+    PathLightSize,
+    in_fast_layout,
+    network_inputs,
+    permuted,
+)
+from model.samples.path_light_pairs import FEW, Pairs
+from model.training.ema import EMA
+
+SHARES = (0.5, 0.25, 0.25)
+"""Of the numbers of samples in :data:`model.samples.path_light_pairs.FEW` among what is learned."""
+
+CUT = 96
+"""Width and height of the parts of pictures that are learned, in pixels."""
+
+TOLD_EVERY = 500
+"""Steps between two reports."""
+
+
+@dataclass(frozen=True)
+class PathLightOptions:
+    """How the network is trained.
+
+    Attributes
+    ----------
+    minutes : float
+        Of training, those of earlier runs included.
+    size : PathLightSize
+    batch_size : int
+    learning_rate : float
+        At the beginning; it follows a cosine to a hundredth of it.
+    averaging : float
+        Decay of the weights' moving average.
+    seed : int
+    """
+
+    minutes: float
+    size: PathLightSize = field(default_factory=PathLightSize)
+    batch_size: int = 8
+    learning_rate: float = 1.5e-3
+    averaging: float = 0.998
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class PathLightErrors:
+    """RMSE of pictures against those of many samples, whose own noise is taken off.
+
+    Attributes
+    ----------
+    samples : int
+        Of each pixel of what is finished.
+    denoised, finished : dict of str to float
+        Mean of the pictures' errors, by volume.
+    """
+
+    samples: int
+    denoised: dict[str, float]
+    finished: dict[str, float]
+
+    @property
+    def means(self) -> tuple[float, float]:
+        """Mean over the volumes: of denoised and of finished pictures."""
+        count = len(self.denoised)
+        return sum(self.denoised.values()) / count, sum(self.finished.values()) / count
+
+
+class PathLightTrainer:
+    """Trains the network on pairs, from where a checkpoint stopped.
+
+    Parameters
+    ----------
+    pairs : dict of str to Pairs
+        By volume; volumes are drawn as often as one another.
+    options : PathLightOptions
+    device : torch.device
+
+    Attributes
+    ----------
+    steps : int
+        Done so far, earlier runs' included.
+    seconds : float
+        Of training so far, earlier runs' included.
+    """
+
+    def __init__(
+        self, pairs: dict[str, Pairs], options: PathLightOptions, device: torch.device
+    ) -> None:
+        if not pairs:
+            raise TrainingError("There are no pairs to train on; draw some with 'light pairs'.")
+        self._volumes = [_tensors(each) for each in pairs.values()]
+        self._options, self._device = options, device
+        torch.manual_seed(options.seed)
+        self._network = in_fast_layout(PathLightNetwork(options.size).to(device))
+        self._average = EMA(self._network, options.averaging)
+        self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
+        self.steps, self.seconds = 0, 0.0
+
+    @property
+    def network(self) -> PathLightNetwork:
+        """The averaged network."""
+        return self._average.network
+
+    def run(
+        self, say: Callable[[float], object] = lambda loss: None, keep: Path | None = None
+    ) -> None:
+        """Train until the time is up.
+
+        Parameters
+        ----------
+        say : callable
+            Called with the mean loss of the last :data:`TOLD_EVERY` steps.
+        keep : Path, optional
+            Where checkpoints are written whenever `say` is called, and at the end.
+
+        Raises
+        ------
+        TrainingError
+            When the loss is no longer finite, or a checkpoint cannot be written.
+        """
+        losses: list[Tensor] = []
+        while self.seconds < 60 * self._options.minutes:
+            begun = time.perf_counter()
+            losses.append(self._step())
+            self.seconds += time.perf_counter() - begun
+            if len(losses) == TOLD_EVERY:
+                loss = float(torch.stack(losses).mean())
+                losses.clear()
+                if not math.isfinite(loss):
+                    raise TrainingError("The loss is no longer finite; give a lower rate.")
+                say(loss)
+                if keep is not None:
+                    self._save(keep)
+        if keep is not None:
+            self._save(keep)
+
+    def resume(self, path: Path) -> None:
+        """Go on from a checkpoint; raise :class:`TrainingError` if it is of another network."""
+        try:
+            state = torch.load(path, map_location=self._device, weights_only=True)
+            self._network.load_state_dict(state["network"])
+            self._average.network.load_state_dict(state["average"])
+            self._optimizer.load_state_dict(state["optimizer"])
+            self.steps, self.seconds = int(state["steps"]), float(state["seconds"])
+        except (OSError, KeyError, ValueError, RuntimeError) as error:
+            raise TrainingError(
+                f"{path}: the training cannot go on from this ({error}); delete it to begin anew."
+            ) from error
+
+    def _save(self, path: Path) -> None:
+        state = {
+            "network": self._network.state_dict(),
+            "average": self._average.network.state_dict(),
+            "optimizer": self._optimizer.state_dict(),
+            "steps": self.steps,
+            "seconds": self.seconds,
+        }
+        partial = path.with_suffix(".partial")
+        try:
+            torch.save(state, partial)
+            partial.replace(path)
+        except (OSError, RuntimeError) as error:
+            raise CheckpointError(f"{path}: the training cannot be kept ({error}).") from error
+
+    def _step(self) -> Tensor:
+        options = self._options
+        rng = np.random.default_rng([options.seed, self.steps])
+        part = min(self.seconds / (60 * options.minutes), 1.0)
+        rate = options.learning_rate * (0.01 + 0.99 * (0.5 + 0.5 * math.cos(math.pi * part)))
+        for group in self._optimizer.param_groups:
+            # The first steps are smaller, before Adam knows how long they should be.
+            group["lr"] = rate * min(1.0, (self.steps + 1) / 100)
+        inputs, exact = self._batch(rng)
+        loss = _distance(self._network(inputs), exact)
+        self._optimizer.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
+        self._optimizer.step()
+        self._average.update(self._network, self.steps)
+        self.steps += 1
+        return loss.detach()
+
+    def _batch(self, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
+        """Parts of pairs, mirrored, turned, and with permuted colours."""
+        place = int(rng.choice(len(FEW), p=SHARES))
+        inputs: list[Tensor] = []
+        exact: list[Tensor] = []
+        for _ in range(self._options.batch_size):
+            arrays = self._volumes[rng.integers(len(self._volumes))]
+            index = int(rng.integers(len(arrays["exact"])))
+            seen, wanted = _input(arrays, slice(index, index + 1), place)
+            rows, columns = wanted.shape[-2:]
+            top = int(rng.integers(max(rows - CUT, 0) + 1))
+            left = int(rng.integers(max(columns - CUT, 0) + 1))
+            order = torch.as_tensor(rng.permutation(3))
+            seen, wanted = permuted(seen, order), wanted[:, order]
+            turned = rng.random(3) < 0.5
+            for found, image in ((inputs, seen), (exact, wanted)):
+                part = image[..., top : top + CUT, left : left + CUT]
+                part = part.flip([axis for axis in (-1, -2) if turned[axis]])
+                found.append(part.transpose(-1, -2) if turned[2] else part)
+        device, layout = self._device, torch.channels_last
+        return (
+            torch.cat(inputs).to(device, memory_format=layout),
+            torch.cat(exact).to(device, memory_format=layout),
+        )
+
+
+@torch.no_grad()
+def path_light_errors(
+    network: PathLightNetwork, pairs: dict[str, Pairs], device: torch.device
+) -> list[PathLightErrors]:
+    """Measure a network on held-out pairs, for each number of samples."""
+    found = []
+    network = network.to(device)
+    for place, samples in enumerate(FEW):
+        denoised: dict[str, float] = {}
+        finished: dict[str, float] = {}
+        for name, each in pairs.items():
+            arrays = _tensors(each)
+            errors: tuple[list[float], list[float]] = ([], [])
+            for index in range(len(each.error)):
+                seen, exact = _input(arrays, slice(index, index + 1), place)
+                pictures = arrays["denoised"][index, place], network(seen.to(device))[0].cpu()
+                for kept, picture in zip(errors, pictures, strict=True):
+                    square = (picture.float().clamp(0, 1) - exact[0].clamp(0, 1)).square().mean()
+                    kept.append(math.sqrt(max(float(square) - each.error[index] ** 2, 0.0)))
+            denoised[name], finished[name] = (float(np.mean(kept)) for kept in errors)
+        found.append(PathLightErrors(samples, denoised, finished))
+    return found
+
+
+def described(
+    options: PathLightOptions, trainer: PathLightTrainer, pairs: int
+) -> dict[str, object]:
+    """Return what a card says of a training."""
+    return {
+        **asdict(options),
+        "pairs": pairs,
+        "steps": trainer.steps,
+        "trained_minutes": round(trainer.seconds / 60, 1),
+    }
+
+
+def _distance(found: Tensor, exact: Tensor) -> Tensor:
+    """Root mean square of each picture's difference, averaged: dark pictures count as bright."""
+    return (found - exact).square().mean((1, 2, 3)).add(1e-6).sqrt().mean()
+
+
+def _tensors(pairs: Pairs) -> dict[str, Tensor]:
+    return {name: torch.from_numpy(array) for name, array in vars(pairs).items()}
+
+
+def _input(arrays: dict[str, Tensor], part: slice, place: int) -> tuple[Tensor, Tensor]:
+    """Return the network's input of some pairs after `FEW[place]` samples, and what is right."""
+    colors = {name: arrays[name][part].float() for name in ("unlit", "soft")}
+    colors |= {name: arrays[name][part, place].float() for name in ("denoised", "traced")}
+    inputs = network_inputs(colors, arrays["opacity"][part].float(), FEW[place])
+    return inputs, arrays["exact"][part].float()

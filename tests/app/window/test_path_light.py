@@ -1,0 +1,82 @@
+"""The generator of path-traced light in the place of a model that knows another light."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import FakeBuilders
+
+from app.state import generator_work
+from app.window.main_window import PATH_TITLE, MainWindow
+from model.rendering.path_tracing import denoising
+
+
+@pytest.fixture(autouse=True)
+def network(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(denoising, "installed", lambda: True)
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+
+
+def settle(qtbot: QtBot, window: MainWindow) -> None:
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+
+
+def test_it_draws_while_the_light_is_path_traced(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+) -> None:
+    window = make_window()
+    reference = window.workspace.reference
+    model = builders.generators[-1]
+    assert window.generator.title != PATH_TITLE
+    reference.choose(lighting="path")
+    settle(qtbot, window)
+    assert window.generator.title == PATH_TITLE
+    assert "serves all volumes" in window.workspace.model_worth
+    # One engine for each pane, of one sample and of many.
+    samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
+    assert samples == [1, 64]
+    assert window.workspace.model_lighting == "path"
+    assert "Trained with" not in window.generator.hint
+    # The model answers nothing meanwhile.
+    assert window.workspace.latent.pictures.learned_size is None
+    asked = len(model.requests)
+    window.state.move_view(window.state.view)
+    window.state.finish_view()
+    settle(qtbot, window)
+    assert len(model.requests) == asked
+    reference.choose(lighting="none")
+    settle(qtbot, window)
+    assert window.generator.title != PATH_TITLE
+    assert builders.generators[-1] is not model
+    assert window.workspace.latent.pictures.learned_size == 16
+
+
+def test_without_the_network_or_the_denoiser_the_model_stays(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
+    window = make_window()
+    window.workspace.reference.choose(lighting="path")
+    settle(qtbot, window)
+    assert window.generator.title != PATH_TITLE
+    assert "Trained with no light" in window.generator.hint
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+    window.workspace.reference.choose(denoises=False)
+    settle(qtbot, window)
+    assert window.generator.title != PATH_TITLE
+
+
+def test_a_volume_without_a_model_has_one_pane_still(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+) -> None:
+    window = make_window(model=None)
+    window.workspace.reference.choose(lighting="path")
+    settle(qtbot, window)
+    assert {each.samples for each in builders.settings if each.lighting == "path"} == {64}
+    assert not window.generator.isVisible()

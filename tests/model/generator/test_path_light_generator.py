@@ -1,0 +1,104 @@
+"""The generator of path-traced light: pictures of any size, and machines that lack a part."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from ramp import make_tf, make_volume
+
+from model.generator.catalog import PATH_LIGHT
+from model.generator.path_light_generator import MOST_SAMPLES, PathLightGenerator, cleaning_of
+from model.networks.path_light_file import PathLightCard, save_path_light
+from model.networks.path_light_network import PathLightNetwork, PathLightSize
+from model.rendering.path_tracing import denoising
+from model.rendering.path_tracing.cleaning import Denoiser, cleaned, denoiser
+from model.rendering.path_tracing.refinement import refined
+from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raster import Raster
+from model.scene.first_picture import first_picture
+from model.scene.inputs import SceneInputs
+from model.scene.view import View
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
+
+needs_denoiser = pytest.mark.skipif(not denoising.available(), reason="no denoiser here")
+SMALL = PathLightSize(8)
+
+
+@pytest.fixture
+def network() -> PathLightNetwork:
+    torch.manual_seed(1)
+    network = PathLightNetwork(SMALL)
+    torch.nn.init.normal_(network.out.weight, std=0.05)
+    return network.eval().requires_grad_(False)
+
+
+@pytest.fixture
+def file(network: PathLightNetwork, tmp_path: Path) -> Path:
+    save_path_light(tmp_path / "network.safetensors", PathLightCard(SMALL), network)
+    return tmp_path / "network.safetensors"
+
+
+@needs_denoiser
+def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file: Path) -> None:
+    volume, raster = make_volume(), Raster(41, 30)
+    inputs = SceneInputs.of(View(), make_tf(120.0))
+    tracer = PathTracer(volume, threads=1)
+    cleaning, close = cleaning_of(volume, network=file)
+    assert cleaning is not None
+    cleaner = cleaning(inputs, raster)
+    for estimate in tracer.refine(inputs, raster, 2 * MOST_SAMPLES):
+        alone, found = cleaned(estimate, Denoiser()), cleaned(estimate, cleaner)
+        assert found.shape == (30, 41, 4)
+        np.testing.assert_array_equal(found[..., 3], estimate.rgba[..., 3])
+        assert (found[found[..., 3] == 0] == 0).all()
+        assert np.array_equal(alone, found) == (estimate.samples > MOST_SAMPLES)
+    close()
+    tracer.close()
+
+
+def test_an_untrained_network_changes_nothing() -> None:
+    generator = PathLightGenerator(PathLightNetwork(SMALL).eval(), make_volume(), threads=1)
+    images = np.random.default_rng(1).random((4, 20, 33, 3), dtype=np.float32)
+    unlit = np.random.default_rng(2).random((20, 33, 4), dtype=np.float32)
+    denoised, traced, soft, _ = images
+    found = generator.finish(denoised, traced, soft, unlit, 1)
+    np.testing.assert_allclose(found, denoised, atol=1e-6)
+    generator.close()
+
+
+def test_where_a_part_is_missing_the_rest_cleans(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    volume = make_volume()
+    (tmp_path / "damaged.safetensors").write_bytes(b"no network")
+    monkeypatch.setattr(denoising, "available", lambda: True)
+    for name in ("missing", "damaged"):
+        assert cleaning_of(volume, network=tmp_path / f"{name}.safetensors")[0] is denoiser
+    assert cleaning_of(volume, cleans=False)[0] is None
+    monkeypatch.setattr(denoising, "available", lambda: False)
+    assert cleaning_of(volume)[0] is None
+
+
+@needs_denoiser
+@pytest.mark.slow
+def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser() -> None:
+    assert PATH_LIGHT.is_file()
+    for path in shipped_volumes():
+        volume, tf = first_picture(read_volume(path))
+        inputs = SceneInputs.of(View(140, 25, 0, 0.7), tf)
+        many, tracer = PathTracer(volume, seed=5), PathTracer(volume)
+        *_, exact = many.refine(inputs, 128, 128)
+        cleaning, close = cleaning_of(volume)
+        alone, shown = (
+            next(iter(refined(tracer, inputs, 128, 1, cleaning=each)))
+            for each in (denoiser, cleaning)
+        )
+        errors = [np.square(each.rgba - exact.rgba).mean() for each in (alone, shown)]
+        assert errors[1] < errors[0]
+        close()
+        many.close()
+        tracer.close()
