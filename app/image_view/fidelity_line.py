@@ -12,7 +12,8 @@ from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.engine_pane import PLACE, EnginePane
 from app.image_view.orientation_cube import OrientationCube
-from app.state.fidelity import Fidelity, ImageErrors, error_text
+from app.state.fidelity import Fidelity, error_text
+from app.state.image_errors import ImageErrors
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 

@@ -1,0 +1,201 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from numpy.typing import NDArray
+from window_fakes import make_request
+
+from app.engines.messages import Quality, Request, Result, StandInRequest
+from app.state.image_errors import ImageErrors, distance
+from model.rendering.raster import Raster
+from model.scene.view import View
+
+WHOLE = Raster(64, 48)
+INPUTS = make_request(1).inputs
+
+
+def gray(level: float, raster: Raster = WHOLE) -> NDArray[np.float32]:
+    return np.full((*raster.shape, 4), level, np.float32)
+
+
+def result(
+    level: float, quality: Quality | None = None, error: float | None = None, **changes: object
+) -> Result:
+    quality = quality or Quality(48, raster=WHOLE)
+    request: Request = replace(make_request(1), quality=quality, **changes)  # type: ignore[arg-type]
+    return Result(request, gray(level, quality.pixels), None, 0.1, image_error=error)
+
+
+def live(coarseness: float = 4.0, raster: Raster = WHOLE) -> Quality:
+    return Quality(raster.shorter, coarseness, live=True, raster=raster)
+
+
+def said(errors: ImageErrors, moves: bool = False, settled: bool = False) -> str:
+    return errors.fidelity(INPUTS, moves, settled, WHOLE).text
+
+
+def test_two_images_are_compared_as_a_screen_shows_them() -> None:
+    rng = np.random.default_rng(0)
+    coarse = rng.random((31, 40, 4)).astype(np.float32)
+    fine = rng.random((90, 128, 4)).astype(np.float32)
+    shown = torch.nn.functional.interpolate(
+        torch.from_numpy(coarse).permute(2, 0, 1)[None], (90, 128), mode="bilinear"
+    )[0].permute(1, 2, 0)
+    expected = np.sqrt(np.mean((shown.numpy() - fine)[..., :3].astype(float) ** 2))
+    assert distance(coarse, fine) == pytest.approx(expected, rel=1e-5)
+    # Of many pixels, some stand for all.
+    large = np.repeat(np.repeat(fine, 8, 0), 8, 1)
+    other = np.repeat(np.repeat(rng.random((90, 128, 4)).astype(np.float32), 8, 0), 8, 1)
+    expected = np.sqrt(np.mean((large - other)[..., :3].astype(float) ** 2))
+    assert distance(other, large) == pytest.approx(expected, rel=0.03)
+
+
+def test_nothing_is_said_of_an_exact_image() -> None:
+    errors = ImageErrors()
+    assert said(errors) == ""
+    errors.note(result(0.5), WHOLE)
+    assert said(errors, settled=True) == ""
+    # One that moves in full is exact, too.
+    errors.note(result(0.5, live(1.0)), WHOLE)
+    assert said(errors, moves=True) == ""
+
+
+def test_a_moving_image_has_the_error_of_the_last_one_that_came_to_rest() -> None:
+    errors = ImageErrors()
+    errors.note(result(0.4, live()), WHOLE)
+    assert said(errors, moves=True) == "coarser while moving"
+    errors.note(result(0.5), WHOLE)
+    errors.settle(WHOLE)
+    # Of another view it is predicted: the levels differ by .1.
+    turned = replace(make_request(1).inputs, view=View(80.0))
+    errors.note(result(0.0, live(), inputs=turned), WHOLE)
+    assert said(errors, moves=True) == "error ~.1"
+    # Neither another kind of image nor other inputs are measured.
+    errors.note(result(0.0, live(raster=Raster(32, 24)), inputs=turned), WHOLE)
+    assert said(errors, moves=True) == "coarser while moving"
+    errors.note(result(0.9), WHOLE)
+    errors.settle(WHOLE)
+    errors.note(result(0.0, live(), inputs=turned), WHOLE)
+    assert said(errors, moves=True) == "error ~.1"
+    errors.forget()
+    errors.note(result(0.4, live()), WHOLE)
+    assert said(errors, moves=True) == "coarser while moving"
+
+
+def test_at_rest_nothing_is_said_of_an_image_that_is_not_the_wanted_one() -> None:
+    errors = ImageErrors()
+    errors.note(result(0.5, live(), inputs=replace(INPUTS, view=View(80.0))), WHOLE)
+    assert said(errors) == "" and said(errors, moves=True) == "coarser while moving"
+
+
+def test_what_no_eye_sees_is_not_said_of_a_moving_image() -> None:
+    errors = ImageErrors()
+    errors.note(result(0.498, live()), WHOLE)
+    errors.note(result(0.5), WHOLE)
+    errors.settle(WHOLE)
+    errors.note(result(0.498, live()), WHOLE)
+    assert said(errors, moves=True) == ""
+
+
+def test_the_ray_casters_image_is_measured_by_the_references() -> None:
+    errors = ImageErrors()
+    stand_in = Quality(48, raster=WHOLE)
+    errors.note(result(0.48, stand_in), WHOLE)
+    request = errors._last.request  # type: ignore[union-attr]
+    errors.forget()
+    drawn = result(0.48, stand_in)
+    drawn = replace(drawn, request=StandInRequest(1, request.inputs, stand_in))
+    errors.note(drawn, WHOLE)
+    assert said(errors) == "refining"
+    errors.settle(WHOLE)
+    errors.note(result(0.5), WHOLE)
+    errors.settle(WHOLE)
+    errors.note(drawn, WHOLE)
+    assert said(errors) == "error ~.02, refining"
+
+
+def test_a_path_traced_image_has_its_estimated_error() -> None:
+    errors = ImageErrors()
+    quality = Quality(48, raster=WHOLE)
+    errors.note(result(0.5, quality, float("inf")), WHOLE)
+    assert said(errors) == "refining"
+    errors.note(result(0.5, replace(quality, samples=4), 0.0123), WHOLE)
+    found = errors.fidelity(INPUTS, False, False, WHOLE)
+    assert found.text == "error .012, refining" and not found.is_predicted
+    errors.note(result(0.5, replace(quality, samples=64), 0.0062), WHOLE)
+    found = errors.fidelity(INPUTS, False, True, WHOLE)
+    assert found.text == "error .0062, as good as it gets here"
+    assert "64 samples" in found.reasons[0] and "--samples" in found.reasons[0]
+    errors.note(result(0.5, replace(quality, samples=64), 0.0029), WHOLE)
+    assert said(errors, settled=True) == ""
+
+
+def test_an_image_that_is_as_exact_as_was_chosen_says_so() -> None:
+    errors = ImageErrors()
+    chosen = Quality(48, raster=WHOLE, samples=8, error=0.012)
+    errors.note(result(0.5, chosen, 0.011), WHOLE)
+    found = errors.fidelity(INPUTS, False, True, WHOLE)
+    assert found.text == "error .011, as exact as chosen"
+    assert "slider" in found.reasons[0]
+
+
+def test_time_and_error_of_a_moving_image_are_measured() -> None:
+    errors = ImageErrors()
+    assert errors.moving is None
+    errors.note(result(0.4, live()), WHOLE)
+    assert errors.moving == (0.1, None)
+    errors.note(result(0.5), WHOLE)
+    errors.settle(WHOLE)
+    assert errors.moving == (0.1, pytest.approx(0.1))
+    errors.note(result(0.5, live(1.0)), WHOLE)
+    assert errors.moving == (0.1, 0.0)
+    # A coarse one at rest is not one of those that move.
+    drawn = replace(result(0.4, live()), request=StandInRequest(1, INPUTS, live()), seconds=0.02)
+    errors.note(drawn, WHOLE, moves=True)
+    errors.note(result(0.4, live()), WHOLE)
+    assert errors.moving == (0.02, None)
+    errors.note(result(0.4, live()), WHOLE, moves=True)
+    assert errors.moving is not None and errors.moving[0] == 0.1
+    errors.forget()
+    assert errors.moving is None
+
+
+def test_an_estimate_is_not_that_of_an_image_that_lacks_pixels() -> None:
+    errors = ImageErrors()
+    errors.note(result(0.5, Quality(24, raster=Raster(32, 24), samples=4), 0.004), WHOLE)
+    assert said(errors) == "refining"
+
+
+def test_nothing_is_measured_by_an_image_that_is_hardly_better() -> None:
+    errors = ImageErrors()
+    quality = Quality(48, raster=WHOLE, samples=64)
+    errors.note(result(0.49, live()), WHOLE)
+    errors.note(result(0.5, quality, 0.006), WHOLE)
+    errors.settle(WHOLE)
+    errors.note(result(0.5, live()), WHOLE)
+    assert said(errors, moves=True) == "coarser while moving"
+
+
+def test_a_path_traced_image_that_is_much_better_measures_others_before_it_is_at_rest() -> None:
+    errors = ImageErrors()
+    moving = replace(Quality(24, raster=Raster(32, 24)), live=True)
+    errors.note(result(0.48, moving, float("inf")), WHOLE)
+    errors.note(result(0.5, Quality(48, raster=WHOLE, samples=8), 0.005), WHOLE)
+    errors.note(result(0.48, moving, float("inf")), WHOLE)
+    assert said(errors, moves=True) == "error ~.02"
+
+
+def test_an_image_of_fewer_pixels_is_as_good_as_it_gets() -> None:
+    errors = ImageErrors()
+    errors.note(result(0.4, live()), WHOLE)
+    errors.note(result(0.5, Quality(24, raster=Raster(32, 24))), WHOLE)
+    errors.settle(WHOLE)
+    found = errors.fidelity(INPUTS, False, True, WHOLE)
+    assert found.text == "as good as it gets here"
+    assert "32 of 64" in found.reasons[0]
+    # It is nothing to measure others by.
+    errors.note(result(0.4, live()), WHOLE)
+    assert said(errors, moves=True) == "coarser while moving"
