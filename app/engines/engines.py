@@ -277,9 +277,13 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     # The window needs these to show the answers; loaded here, they do not hold it up.
     for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
-    # Path-traced light has no derivative: soft light, the nearest to it, stands in for it.
-    lighting: Lighting = "soft" if settings.lighting == "path" else settings.lighting
-    engine = _reference_engine(volume, replace(settings, renderer="raycast", lighting=lighting))
+    if settings.lighting == "path":
+        from app.engines.stand_in import StandInEngine
+
+        place = settings.light, settings.sample_distance
+        engine: Engine = StandInEngine.of(volume, *place)
+    else:
+        engine = _reference_engine(volume, replace(settings, renderer="raycast"))
     # On the first start the ray caster is compiled here, while VTK draws: once this engine is
     # there, its images take as long as they always do.
     engine.image(ImageRequest(0, _some_inputs(volume), Quality(LEAST_SIZE, live=True)))

@@ -38,7 +38,10 @@ ENGINES: dict[str, tuple[EngineChoice, str]] = {
         "The ray caster's exact derivative where it is fast enough, the model's otherwise; "
         "at rest both, so that they can be compared",
     ),
-    "Exact": ("exact", "The ray caster: exact, or by differences under soft and path-traced light"),
+    "Exact": (
+        "exact",
+        "The ray caster: exact; by differences under soft light, unlit under path-traced",
+    ),
     "Learned": ("learned", "The model of this volume"),
 }
 

@@ -15,6 +15,7 @@ from model.sensitivity.trust import trust_word
 
 GLOSSES: dict[Source, str] = {
     "exact": "Exact",
+    "stand-in": "Unlit",
     "differences": "By differences",
     "learned": "Learned",
 }

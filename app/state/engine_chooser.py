@@ -82,7 +82,7 @@ class EngineChooser:
 
     Attributes
     ----------
-    exact_source : {"exact", "differences"} or None
+    exact_source : {"exact", "stand-in", "differences"} or None
         How the ray caster answers under the present light; None without a volume.
     begins_small : bool
         Whether a region takes long under the present light, as far as is known before the first.

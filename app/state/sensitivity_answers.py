@@ -23,11 +23,13 @@ from model.sensitivity.cosine import cosine
 from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import WhatIf
 
-Source = Literal["exact", "differences", "learned"]
-"""Origin of an answer: the ray caster's derivative, its images' differences, or the generator."""
+Source = Literal["exact", "stand-in", "differences", "learned"]
+"""Origin of an answer: the ray caster's derivative, that of the unlit image in place of path-traced
+light's, its images' differences, or the generator."""
 
 SOURCE_NAMES: dict[Source, str] = {
     "exact": "exact",
+    "stand-in": "unlit",
     "differences": "by differences",
     "learned": "learned",
 }
@@ -46,7 +48,7 @@ class Answer(Generic[_R]):
     ----------
     request : Request
     value : ndarray of float32
-    source : {"exact", "differences", "learned"}
+    source : {"exact", "stand-in", "differences", "learned"}
     seconds : float
         Time that it took.
     """

@@ -154,7 +154,7 @@ class SensitivityDispatcher(QObject):
         ----------
         window : tuple of float
             The scalar values of interest.
-        source : {"exact", "differences"}
+        source : {"exact", "stand-in", "differences"}
             How the ray caster answers under this light.
         begins_small : bool
             Whether that takes long; see :class:`.engine_chooser.EngineChooser`.

@@ -27,6 +27,10 @@ scattered many times, by the path tracer."""
 EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "shadows")
 """Lightings under which the ray caster has the exact derivative of images by the TF."""
 
+PATH_STAND_IN: Lighting = "none"
+"""Light whose exact derivative stands in for that of path-traced light, which has none: of the ray
+caster's lights the nearest to it, and the fastest (``bench path-sensitivity``)."""
+
 TFFamily = Literal["paper", "drawn"]
 """Random TFs: the paper's mixtures of Gaussian modes, or also those that people draw."""
 

@@ -19,12 +19,14 @@ from app.engines.engines import (
     RendererEngine,
 )
 from app.engines.messages import (
+    ImageRequest,
     PictureRequest,
     Quality,
     RegionSensitivityRequest,
     SupersededError,
 )
 from app.engines.path_tracing import PathTracingEngine
+from app.engines.stand_in import StandInEngine
 from model.generator.backends import Backend
 from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
@@ -34,6 +36,7 @@ from model.scene.light import LightDirection
 from model.scene.region import Outline
 from model.scene.scene import Scene
 from model.scene.view import View
+from model.sensitivity.rendered import region_responses
 
 
 class RecordingRenderer:
@@ -192,3 +195,18 @@ def test_a_generator_says_where_and_by_what_it_runs(
 ) -> None:
     generator = SimpleNamespace(device=SimpleNamespace(type=kind), scene=None, backend=backend)
     assert GeneratorEngine(cast(Any, generator)).description == words
+
+
+def test_under_path_traced_light_pictures_are_soft_and_derivatives_unlit() -> None:
+    volume, light = make_volume(), LightDirection()
+    engine = StandInEngine.of(volume, light, 0.5)
+    soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
+    inputs = replace(make_request(1).inputs, light=light)
+    drawn = engine.image(ImageRequest(1, inputs, Quality(24)))
+    np.testing.assert_array_equal(drawn, soft.render(inputs, 24))
+    region = RegionSensitivityRequest(1, inputs, Quality(24), Outline(), 8.0)
+    found = engine.region_sensitivity(region)
+    right = region_responses(unlit, inputs, 24, Outline(), 8.0)
+    np.testing.assert_allclose(found, right, rtol=1e-4, atol=1e-6)
+    for each in (engine, soft, unlit):
+        each.close()

@@ -39,6 +39,7 @@ def test_it_draws_while_the_light_is_path_traced(
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
     assert samples == [1, 64]
     assert window.workspace.model_lighting == "path"
+    assert window.workspace.sensitivity.exact_source == "stand-in"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.
     assert window.workspace.latent.pictures.learned_size is None
@@ -51,6 +52,7 @@ def test_it_draws_while_the_light_is_path_traced(
     settle(qtbot, window)
     assert window.generator.title != PATH_TITLE
     assert builders.generators[-1] is not model
+    assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.pictures.learned_size == 16
 
 
