@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -85,6 +86,7 @@ class PathTracingEngine(RendererEngine):
         whole, distance = quality.pixels, self._sample_distance * quality.coarseness
         samples = quality.samples if quality.samples > 1 else renderer.samples
         picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
+        squares = 0.0
         for tile in whole.tiles(TILE, TILE):
             wide = tile.grown(MARGIN)
             drawn = renderer.drawn(request.inputs, wide, samples, is_wanted, distance)
@@ -94,6 +96,8 @@ class PathTracingEngine(RendererEngine):
             image = drawn.rgba[top : top + tile.rows, left : left + tile.columns]
             part = picture[tile.top : tile.bottom, tile.left : tile.right]
             part[...] = np.rint(255 * image)
+            squares += drawn.error**2 * tile.rows * tile.columns
+        self.image_error = math.sqrt(squares / (whole.height * whole.width))
         return picture
 
     def close(self) -> None:

@@ -32,6 +32,9 @@ COMPARED = 128
 MOST_OWN_ERROR = 0.5
 """Error of an image at rest, relative to what is measured against it, from which that is void."""
 
+MOST_SECONDS = 1.0
+"""Time of the first image from which it says nothing of those that follow while something moves."""
+
 Image = NDArray[np.float32]
 
 
@@ -79,8 +82,10 @@ class ImageErrors:
         if result.request.inputs != self._inputs:
             self._waiting.clear()
             self._inputs = result.request.inputs
+        # Kernels may have been compiled meanwhile.
+        is_first = self._last is None and result.seconds > MOST_SECONDS
         self._last = result
-        if result.request.quality.live and (moves or not self._follows(result)):
+        if result.request.quality.live and (moves or not (is_first or self._follows(result))):
             self._moved, self._moved_in_full = result, _is_full(result, whole)
         self._waiting[_kind(result)] = result.value
         if result.image_error is not None:

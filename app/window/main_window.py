@@ -542,7 +542,8 @@ class MainWindow(QMainWindow):
         self.top_bar.volume.set_detail(shape)
         self._name_light()
         self.browser.set_units(volume.units)
-        self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
+        scale = Scale.of(volume, opened.shown)
+        self.overlays.start_volume(Subject(volume.units, scale, volume.file.image_error))
         self.tools.setEnabled(True)
         self._hints.start_volume()
         self.files.volume_name = volume.name

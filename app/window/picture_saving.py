@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -35,6 +36,8 @@ class _Drawing:
     subject: Subject
     inputs: SceneInputs
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
+    error: float | None = None
+    """Estimated error of the reference's image; None without an estimate."""
 
 
 CHANGED = "The figure was given up: volume, light or quality changed; save it again."
@@ -166,6 +169,8 @@ class PictureSaving(QObject):
             self.problem.emit(result.error or "The figure could not be drawn; try a smaller one.")
             return
         wanted.images[name] = result.value, self._shown.brightness(name)
+        if name == "reference":
+            wanted.error = result.image_error
         if len(wanted.images) < len(self._names(wanted.choice)):
             return
         self._finish(wanted)
@@ -191,6 +196,10 @@ class PictureSaving(QObject):
             image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
         if choice.samples and "reference" in self._names(choice):
             image.setText("Light", f"Path-traced, {choice.samples} samples of each pixel")
+        if "reference" in self._names(choice) and choice.which != "difference":
+            text = _error_text(wanted.error, wanted.subject.copy_error)
+            if text:
+                image.setText("Error", text)
         self._deliver(image, wanted.place)
 
     def _deliver(self, image: QImage, place: Path | None) -> None:
@@ -204,6 +213,19 @@ class PictureSaving(QObject):
             self.problem.emit(str(error))
         else:
             self.news.emit(f"Saved {place.name}.")
+
+
+def _error_text(estimated: float | None, copy: float | None) -> str:
+    """Say how far the ground truth is from the exact image; nothing where that is not known."""
+    said = []
+    if estimated is not None and math.isfinite(estimated):
+        said.append(f"Estimated RMSE of the ground truth's colours, from 0 to 1: {estimated:.2g}.")
+    if copy is not None:
+        said.append(
+            f"The volume is a compact copy: RMSE {copy:.2g} over random views and TFs, as measured "
+            "when it was written."
+        )
+    return " ".join(said)
 
 
 def _suffixes() -> tuple[str, ...]:

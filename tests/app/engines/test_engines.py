@@ -146,6 +146,9 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
         # Without a number, as many as the renderer has.
         *_, right = renderer.refined(inputs, whole, max(samples, 2))
         np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
+        # Of each tile by its pixels; margins count for little.
+        assert engine.image_error is not None
+        assert right.error / 1.2 < engine.image_error < 1.2 * right.error
     asked = count()
     with pytest.raises(SupersededError):
         engine.picture(PictureRequest(1, inputs, quality), lambda: next(asked) < 3)

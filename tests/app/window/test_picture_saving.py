@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -183,3 +184,31 @@ def test_figures_of_both_images_wait_for_both(
         assert len(set(colors[1])) == 1 and colors[1] != black
     else:
         assert colors == [white, black if which == "both" else white, white]
+
+
+@pytest.mark.parametrize(
+    ("estimated", "copy", "said"),
+    [
+        (None, None, ""),
+        (float("inf"), None, ""),
+        (0.0042, None, "Estimated RMSE of the ground truth's colours, from 0 to 1: 0.0042."),
+        (None, 0.004, "The volume is a compact copy: RMSE 0.004 over random views and TFs"),
+    ],
+)
+def test_a_figure_says_its_error_in_the_file(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    tmp_path: Path,
+    estimated: float | None,
+    copy: float | None,
+    said: str,
+) -> None:
+    window = make_window(model=None)
+    builders.references[-1].image_error = estimated
+    window.overlays.subject = replace(window.overlays.subject, copy_error=copy)
+    place = tmp_path / "a.png"
+    window.pictures.draw(PictureChoice(90, 40), place)
+    qtbot.waitUntil(place.exists)
+    text = QImage(str(place)).text("Error")
+    assert text.startswith(said) and bool(text) == bool(said)
