@@ -89,7 +89,8 @@ class Dispatcher(QObject):
         What images may take while something moves, and owe at rest.
     generator_follows : bool
         Whether the generator draws as many pixels as the reference does, after one sample of each:
-        that of path-traced light.
+        that of path-traced light. While something moves it draws alone, where it is in sight: the
+        reference would draw the same twice.
     hidden : set of EngineClient
         Clients whose images nobody sees: they are asked for none.
     scale : {"linear", "log"}
@@ -127,6 +128,7 @@ class Dispatcher(QObject):
         self._sent: Quality | None = None
         state.inputsChanged.connect(self._send_live)
         state.inputsChangeFinished.connect(self.send)
+        generator.resultReady.connect(self._note_generator)
         reference.resultReady.connect(self._note)
         stand_in.resultReady.connect(self._note)
 
@@ -221,10 +223,12 @@ class Dispatcher(QObject):
         self._sent = None
         size = min(self.final_raster.shorter, NO_MODEL_SIZE)
         quality = Quality(size, LIVE_COARSENESS, live=True)
-        if self.generator_follows:
+        is_alone = self.generator_follows and self._generator not in self.hidden
+        if is_alone:
             quality = self._live(ImageRequest)
+            self._reference.abandon(ImageRequest)
         self._submit(self._generator, ImageRequest, quality)
-        if self._reference in self.hidden:
+        if is_alone or self._reference in self.hidden:
             return
         if self._stands_in() and self._live_drawer.is_vtk:
             self._stand_in.abandon(StandInRequest)
@@ -301,6 +305,12 @@ class Dispatcher(QObject):
         if finer is not None:
             self._sequence += 1
             self._ask_reference(finer)
+
+    def _note_generator(self, result: Result) -> None:
+        """Note how long a live image took that the generator drew in the reference's place."""
+        request = result.request
+        if type(request) is ImageRequest and request.quality.live and self.generator_follows:
+            self._pace.note((ImageRequest, True), _size(request.quality.pixels), result.seconds)
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""

@@ -19,6 +19,7 @@ from app.engines.client import EngineClient
 from app.engines.messages import (
     BlockFieldsRequest,
     FieldRangeRequest,
+    ImageRequest,
     PickRequest,
     RegionSensitivityRequest,
     Request,
@@ -125,7 +126,7 @@ class SensitivityDispatcher(QObject):
         self.is_starting: Callable[[], bool] = lambda: False
         self._forgotten = 0
         self._place_asked: tuple[Outline, ...] = ()
-        self._waits = False
+        self._waits = self._follows_image = False
         self._sequence = 0
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
@@ -256,7 +257,20 @@ class SensitivityDispatcher(QObject):
 
     def _ask_live(self) -> None:
         # A change outside a drag is immediately followed by its final question.
-        if self._state.live:
+        if not self._state.live:
+            return
+        if self.exact_source == "stand-in":
+            # Path-traced images take longer than the answers, which would hold them up.
+            self._follows_image = True
+        else:
+            self._ask_region(live=True)
+            self._ask_field(live=True)
+
+    def follow_image(self, result: Result) -> None:
+        """Ask what waits for the next live image, now that there is one."""
+        is_live = isinstance(result.request, ImageRequest) and result.request.quality.live
+        if is_live and self._follows_image and self._state.live:
+            self._follows_image = False
             self._ask_region(live=True)
             self._ask_field(live=True)
 

@@ -146,6 +146,7 @@ class Workspace(QObject):
         self._opening.progressed.connect(self._tell_progress)
         self._order.done.connect(self.sensitivity.ask)
         for client in self._clients:
+            client.resultReady.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
 
     @property

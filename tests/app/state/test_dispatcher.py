@@ -250,8 +250,14 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     generator, reference, _ = clients
     dispatcher.begins_coarse = dispatcher.draws_live = dispatcher.generator_follows = True
     dispatcher.most_samples = 8
-    state.move_view(View(azimuth=10.0))
-    assert generator.asked[-1] == reference.asked[-1]
+    # While something moves it draws alone, at its own pace, and the reference stops.
+    for azimuth in range(10, 40):
+        state.move_view(View(azimuth=float(azimuth)))
+        generator.answer(1e-6)
+    assert not reference.asked
+    assert reference.abandoned
+    pixels = generator.asked[-1].quality.pixels
+    assert 0.06 < 1e-6 * pixels.width * pixels.height < 0.13
     state.finish_view()
     for _ in range(12):
         reference.answer(1e-7)

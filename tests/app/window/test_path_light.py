@@ -9,9 +9,11 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
+from app.engines.messages import VisibilityRequest
 from app.state import generator_work
 from app.window.main_window import PATH_TITLE, MainWindow
 from model.rendering.path_tracing import denoising
+from model.scene.view import View
 
 
 @pytest.fixture(autouse=True)
@@ -54,6 +56,29 @@ def test_it_draws_while_the_light_is_path_traced(
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.pictures.learned_size == 16
+
+
+def test_live_questions_follow_live_images(
+    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+) -> None:
+    window = make_window()
+    window.workspace.reference.choose(lighting="path")
+    settle(qtbot, window)
+    qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.regions))
+    asked = builders.analysts[-1].others
+
+    def live() -> int:
+        return sum(each.quality.live for each in asked if isinstance(each, VisibilityRequest))
+
+    before = live()
+    for azimuth in range(20):
+        window.state.move_view(View(azimuth=float(azimuth)))
+    # No image has come yet.
+    assert live() == before
+    qtbot.waitUntil(lambda: live() > before)
+    window.state.finish_view()
+    settle(qtbot, window)
+    assert live() <= before + 2
 
 
 def test_without_the_network_or_the_denoiser_the_model_stays(
