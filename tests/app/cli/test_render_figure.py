@@ -65,7 +65,7 @@ def test_path_traced_light_takes_as_many_samples_as_an_error_takes(
     base: str, tmp_path: Path
 ) -> None:
     out, drawn = tmp_path / "image.png", []
-    for error in (0.02, 0.004):
+    for error in (0.02, 0.0015):
         picture(base, out, f"--size 48 --lighting path --error {error}")
         with Image.open(out) as saved:
             said = saved.info["Renderer"]

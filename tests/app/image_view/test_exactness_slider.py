@@ -22,6 +22,8 @@ def test_a_step_is_chosen_kept_and_drawn_with_its_figures(
     assert control.slider.accessibleName() == "From fast to exact: Balanced"
     assert "100 ms" in control.slider.toolTip()
     assert work.settings.sample_distance == 0.5
+    # A pane that has just been laid out has its own images drawn.
+    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
     # By key, to the last step.
     QTest.keyClick(control.slider, Qt.Key.Key_End)
     assert work.choices.exactness == window.preferences.value("exactness") == len(STEPS) - 1
