@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from app.cli.console import console, counting, print_table
 from model.devices import choose_device
-from model.networks.path_light_file import PathLightCard, save_path_light
+from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
 from model.networks.path_light_network import PathLightSize
 from model.samples.path_light_pairs import read_pairs, write_pairs
 from model.training.path_light_training import (
@@ -21,11 +21,13 @@ from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
 
-def draw_pairs(paths: list[Path] | None, out: Path, blocks: int, seed: int, samples: int) -> None:
+def draw_pairs(
+    paths: list[Path] | None, out: Path, blocks: int, seed: int, samples: int, largest: int
+) -> None:
     """Draw pairs of the volumes that are not there yet."""
     volumes = [read_volume(path) for path in paths or shipped_volumes()]
     with counting("Blocks of pairs", blocks * len(volumes)) as (progress, task):
-        for _ in write_pairs(out, volumes, blocks, seed, samples):
+        for _ in write_pairs(out, volumes, blocks, seed, samples, largest):
             progress.advance(task)
     count = sum(len(each.error) for each in read_pairs(out).values())
     console.print(f"{out} has {count} pairs.")
@@ -37,6 +39,7 @@ def train_network(
     held_out: Path | None,
     minutes: float,
     width: int,
+    start_from: Path | None,
     device: str,
     seed: int,
 ) -> None:
@@ -44,7 +47,12 @@ def train_network(
     pairs, chosen = read_pairs(folder), choose_device(device)
     others = read_pairs(held_out) if held_out else {}
     training = PathLightOptions(minutes, PathLightSize(width), seed=seed)
-    trainer = PathLightTrainer(pairs, training, chosen)
+    start = None
+    if start_from is not None:
+        known_card, start = load_path_light(start_from)
+        rate = training.learning_rate / 3
+        training = replace(training, size=known_card.size, learning_rate=rate)
+    trainer = PathLightTrainer(pairs, training, chosen, start)
     checkpoint = out.with_suffix(".training")
     if checkpoint.exists():
         trainer.resume(checkpoint)

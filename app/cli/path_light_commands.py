@@ -26,12 +26,18 @@ def pairs(
     samples: Annotated[
         int, typer.Option("--samples", min=8, max=4096, help="Of what is learned.")
     ] = 64,
+    largest: Annotated[
+        int,
+        typer.Option(
+            "--largest", min=1, max=16, help="Parts of pictures up to so many times as large."
+        ),
+    ] = 3,
     seed: options.Seed = 0,
 ) -> None:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
     from app.cli.path_light import draw_pairs
 
-    draw_pairs(volume, out, blocks, seed, samples)
+    draw_pairs(volume, out, blocks, seed, samples, largest)
 
 
 @light.command()
@@ -48,10 +54,18 @@ def train(
     width: Annotated[
         int, typer.Option("--width", min=4, max=512, help="Channels of the first level.")
     ] = 40,
+    start_from: Annotated[
+        Path | None,
+        typer.Option(
+            "--start-from",
+            metavar="NETWORK.safetensors",
+            help="Begin with this network's weights and size, at a third of the rate.",
+        ),
+    ] = None,
     device: options.DeviceName = choices.Device.AUTO,
     seed: options.Seed = 0,
 ) -> None:
     """Train the network on pairs; one that was stopped goes on."""
     from app.cli.path_light import train_network
 
-    train_network(folder, out, held_out, minutes, width, device, seed)
+    train_network(folder, out, held_out, minutes, width, start_from, device, seed)

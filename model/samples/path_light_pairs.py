@@ -20,6 +20,7 @@ from model.errors import DatasetError, reason
 from model.files import write_atomically
 from model.rendering.path_tracing.denoising import available, denoise
 from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.default_tf import default_transfer_function
@@ -35,6 +36,10 @@ BLOCK = 8
 
 SIZE = 128
 """Width and height of the pictures in pixels."""
+
+LARGEST = 3
+"""The pictures are parts of ones that are up to so many times as large: a part of a large picture
+has larger and smoother things in it than a small picture."""
 
 MANY = 64
 """Samples of each pixel of the picture that is learned. It has noise, which nobody can learn, but
@@ -87,10 +92,14 @@ class PairDrawer:
         Samples of what is learned.
     size : int
         Width and height in pixels, a multiple of 16.
+    largest : int
+        Up to how many times as large the pictures are of which these are parts.
     """
 
-    def __init__(self, volume: Volume, many: int = MANY, size: int = SIZE) -> None:
-        self._volume, self._many, self._size = volume, many, size
+    def __init__(
+        self, volume: Volume, many: int = MANY, size: int = SIZE, largest: int = LARGEST
+    ) -> None:
+        self._volume, self._many, self._size, self._largest = volume, many, size, largest
         self._scene = Scene.of(volume, size, "path", renderer="raycast", movable_light=True)
         self._soft = RaycastRenderer(volume, "soft")
 
@@ -102,7 +111,7 @@ class PairDrawer:
         found: list[dict[str, Any]] = []
         # Many random TFs show next to nothing.
         for _ in range(8 * BLOCK):
-            drawn = self._pair(self._inputs(rng), few, many)
+            drawn = self._pair(self._inputs(rng), self._part(rng), few, many)
             if drawn is not None:
                 found.append(drawn)
             if len(found) == BLOCK:
@@ -132,15 +141,22 @@ class PairDrawer:
             inputs = replace(inputs, crop=CropBox((x0, y0, z0), (x1, y1, z1)))
         return inputs
 
+    def _part(self, rng: np.random.Generator) -> Raster:
+        """Draw a part of a larger picture."""
+        scale = int(rng.integers(self._largest)) + 1
+        left, top = rng.integers((scale - 1) * self._size + 1, size=2).tolist()
+        whole = scale * self._size
+        return Raster(whole, whole, left, top, self._size, self._size)
+
     def _pair(
-        self, inputs: SceneInputs, few: PathTracer, many: PathTracer
+        self, inputs: SceneInputs, part: Raster, few: PathTracer, many: PathTracer
     ) -> dict[str, Any] | None:
-        estimates = list(few.refine(inputs, self._size, FEW[-1]))
+        estimates = list(few.refine(inputs, part, FEW[-1]))
         unlit = estimates[0]
         if unlit.rgba[..., 3].mean() < LEAST_OPACITY:
             return None
-        *_, exact = many.refine(inputs, self._size, self._many)
-        soft = self._soft.render(inputs, self._size)[..., :3]
+        *_, exact = many.refine(inputs, part, self._many)
+        soft = self._soft.render(inputs, part)[..., :3]
         kept = [estimate for estimate in estimates if estimate.samples in FEW]
         return {
             "unlit": _first(unlit.albedo),
@@ -154,11 +170,17 @@ class PairDrawer:
 
 
 def write_pairs(
-    folder: Path, volumes: Sequence[Volume], blocks: int, seed: int = 0, many: int = MANY
+    folder: Path,
+    volumes: Sequence[Volume],
+    blocks: int,
+    seed: int = 0,
+    many: int = MANY,
+    largest: int = LARGEST,
 ) -> Iterator[Path]:
     """Draw blocks of pairs of each volume in turn, and yield the file of each.
 
-    Files that are there already are not drawn anew, nor yielded.
+    Files that are there already are not drawn anew, nor yielded. For `many` and `largest` see
+    :class:`PairDrawer`.
 
     Raises
     ------
@@ -167,7 +189,7 @@ def write_pairs(
     """
     if not available():
         raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
-    drawers = [PairDrawer(volume, many) for volume in volumes]
+    drawers = [PairDrawer(volume, many, largest=largest) for volume in volumes]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for number in range(blocks):

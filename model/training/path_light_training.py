@@ -94,6 +94,8 @@ class PathLightTrainer:
         By volume; volumes are drawn as often as one another.
     options : PathLightOptions
     device : torch.device
+    start : PathLightNetwork, optional
+        Of the options' size; its weights are where the training begins.
 
     Attributes
     ----------
@@ -104,14 +106,21 @@ class PathLightTrainer:
     """
 
     def __init__(
-        self, pairs: dict[str, Pairs], options: PathLightOptions, device: torch.device
+        self,
+        pairs: dict[str, Pairs],
+        options: PathLightOptions,
+        device: torch.device,
+        start: PathLightNetwork | None = None,
     ) -> None:
         if not pairs:
             raise TrainingError("There are no pairs to train on; draw some with 'light pairs'.")
         self._volumes = [_tensors(each) for each in pairs.values()]
         self._options, self._device = options, device
         torch.manual_seed(options.seed)
-        self._network = in_fast_layout(PathLightNetwork(options.size).to(device))
+        network = PathLightNetwork(options.size)
+        if start is not None:
+            network.load_state_dict(start.state_dict())
+        self._network = in_fast_layout(network.to(device))
         self._average = EMA(self._network, options.averaging)
         self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
         self.steps, self.seconds = 0, 0.0
