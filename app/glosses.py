@@ -28,8 +28,6 @@ _PREFIX = "gloss:"
 
 SENTENCES = {
     "Exact": "The derivative of the ray caster's own image: no approximation but its samples.",
-    "By differences": "The change between two rendered images, of slightly more and less opacity; "
-    "under soft light, which an edit moves, too. It takes some seconds.",
     "Unlit": "Path-traced light has no derivative: the exact one of the unlit image stands in for "
     "it, whose curves agree with it by a cosine of .97 to .99, and whose image is brighter.",
     "Learned": "The derivative of the model's image, which is as good as the model is.",

@@ -256,7 +256,7 @@ def sensitivity(
     tf: options.TFFile = None,
     lighting: Annotated[
         choices.LightingOption | None,
-        typer.Option("--lighting", help="Of the ray caster's image; soft: by differences."),
+        typer.Option("--lighting", help="Of the ray caster's image."),
     ] = None,
     size: Annotated[
         int | None,

@@ -27,7 +27,7 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting, default_scalar_window
-from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, response_to_edits
+from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.value_scale import place_of, values_at
 from model.scene.view import View
@@ -187,8 +187,7 @@ def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> 
 
 def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
     from model.rendering.raycast.renderer import RaycastRenderer
-    from model.sensitivity.exact import sensitivity_field
-    from model.sensitivity.rendered import region_responses, value_sensitivity
+    from model.sensitivity.rendered import block_fields, region_responses
 
     scene = load_card(order.model).scene if order.model else None
     lighting: Lighting = scene.lighting if scene else "none"
@@ -199,35 +198,22 @@ def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     renderer = RaycastRenderer(volume, lighting, light, step)
     try:
-        if not renderer.is_differentiable and (asked.block or asked.width < 1):
-            raise RenderError(
-                "Under this light there are regions and values, for edits at least one 256th "
-                "of the range wide; give --region or --value, or another --lighting."
-            )
-        if order.by_all_values and not renderer.is_differentiable:
-            raise RenderError(
-                "Under this light there are no fields of all values to colour by; give "
-                "--field-scale own, or another --lighting."
-            )
         blocks = None
         if order.by_all_values:
-            slopes = sensitivity_field(renderer, asked.inputs, size, _block(size))
-            blocks = response_to_edits(slopes, asked.width)
+            blocks = block_fields(renderer, asked.inputs, size, _block(size), asked.width)
         image = renderer.render(asked.inputs, size)[..., :3]
         if asked.edit is not None:
-            found = value_sensitivity(renderer, asked.inputs, size, asked.edit)
+            found = renderer.change(asked.inputs, size, asked.edit)
         elif asked.block is not None:
-            slopes = sensitivity_field(renderer, asked.inputs, size, asked.block)
-            found = response_to_edits(slopes, asked.width)
+            found = block_fields(renderer, asked.inputs, size, asked.block, asked.width)
         else:
             found = region_responses(
                 renderer, asked.inputs, size, asked.pixels(size), asked.width, asked.measure
             )
-        how = "exact" if renderer.is_differentiable else "by differences"
     finally:
         renderer.close()
     light_name = "" if lighting == "none" else f", {lighting} light"
-    return _Answer(image, found, f"{how}, by the ray caster{light_name}", lighting, blocks)
+    return _Answer(image, found, f"exact, by the ray caster{light_name}", lighting, blocks)
 
 
 def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:

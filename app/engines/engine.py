@@ -87,7 +87,9 @@ class Engine(Protocol):
     ) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
 
-    def block_fields(self, request: BlockFieldsRequest) -> Array:
+    def block_fields(
+        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
         """Compute the sensitivity of blocks to edits at all scalar values."""
 
     def field_range(
@@ -144,7 +146,7 @@ def answer(
         case ValueSensitivityRequest():
             return engine.value_sensitivity(request, is_wanted)
         case BlockFieldsRequest():
-            return engine.block_fields(request)
+            return engine.block_fields(request, is_wanted)
         case FieldRangeRequest():
             return engine.field_range(request, is_wanted)
         case VisibilityRequest():

@@ -192,7 +192,9 @@ class GeneratorEngine:
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).change(edit)
 
-    def block_fields(self, request: BlockFieldsRequest) -> Array:
+    def block_fields(
+        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
         """Differentiate all blocks of the generated image."""
         size = self.scene.image_size
         found = self._sensitivity(request.inputs, request.width)

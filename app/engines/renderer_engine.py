@@ -130,46 +130,47 @@ class RendererEngine:
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Differentiate the image exactly; under soft light by differences."""
+        """Differentiate the image exactly; not offered by VTK."""
         from model.sensitivity.rendered import region_responses
 
+        _go_on_if(is_wanted)
         renderer, size = self._ray_caster(), request.quality.pixels
-        width = request.width if renderer.is_differentiable else max(request.width, 1.0)
         return region_responses(
-            renderer,
-            request.inputs,
-            size,
-            request.region,
-            width,
-            request.measure,
-            partial(_go_on_if, is_wanted),
+            renderer, request.inputs, size, request.region, request.width, request.measure
         )
 
     def value_sensitivity(
         self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Differentiate the image exactly; under soft light by differences."""
-        from model.sensitivity.rendered import value_sensitivity
-
-        renderer, size = self._ray_caster(), request.quality.pixels
+        """Differentiate the image exactly; not offered by VTK."""
+        _go_on_if(is_wanted)
+        renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
-        go_on = partial(_go_on_if, is_wanted)
-        return value_sensitivity(renderer, request.inputs, size, edit, go_on)
+        return renderer.change(request.inputs, request.quality.pixels, edit)
 
-    def block_fields(self, request: BlockFieldsRequest) -> Array:
-        """Differentiate all blocks exactly; not offered under soft light."""
-        from model.sensitivity.rendered import all_fields
+    def block_fields(
+        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Differentiate all blocks exactly; not offered by VTK."""
+        from model.sensitivity.rendered import block_fields
 
-        renderer, size = self._differentiable(), request.quality.size
-        return all_fields(renderer, request.inputs, size, request.blocks or size, request.width)
+        size = request.quality.size
+        return block_fields(
+            self._ray_caster(),
+            request.inputs,
+            size,
+            max(size // (request.blocks or size), 1),
+            request.width,
+            partial(_go_on_if, is_wanted),
+        )
 
     def field_range(
         self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
     ) -> Array:
-        """Differentiate the image by edits around many values; not under soft light."""
+        """Differentiate the image by edits around many values; not offered by VTK."""
         from model.sensitivity.rendered import largest_scales
 
-        renderer, size = self._differentiable(), request.quality.size
+        renderer, size = self._ray_caster(), request.quality.size
         edits = edits_within(request.window, renderer.scalar_range, request.width)
         go_on = partial(_go_on_if, is_wanted)
         return largest_scales(renderer, request.inputs, size, edits, go_on)
@@ -195,14 +196,6 @@ class RendererEngine:
         if not isinstance(self._renderer, RaycastRenderer):
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
         return self._renderer
-
-    def _differentiable(self) -> RaycastRenderer:
-        renderer = self._ray_caster()
-        if not renderer.is_differentiable:
-            raise NotOfferedError(
-                "Under soft light the fields of all values take too long; choose another light."
-            )
-        return renderer
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Not supported: renderers have no latent codes."""

@@ -40,7 +40,7 @@ ENGINES: dict[str, tuple[EngineChoice, str]] = {
     ),
     "Exact": (
         "exact",
-        "The ray caster: exact; by differences under soft light, unlit under path-traced",
+        "The ray caster: exact; unlit under path-traced light",
     ),
     "Learned": ("learned", "The model of this volume"),
 }

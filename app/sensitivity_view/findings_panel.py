@@ -221,8 +221,7 @@ class FindingsPanel(QFrame):
             return "no edit shows here" if layer.is_flat else "no value stands out: see the curve"
         if not self._dispatcher.is_waiting:
             return ""
-        slow = self._dispatcher.exact_source == "differences"
-        return "computing some 90 images …" if slow else "computing …"
+        return "computing …"
 
     def _lay_out(self, source: QWidget) -> None:
         head = QHBoxLayout()

@@ -16,7 +16,6 @@ from model.sensitivity.trust import trust_word
 GLOSSES: dict[Source, str] = {
     "exact": "Exact",
     "stand-in": "Unlit",
-    "differences": "By differences",
     "learned": "Learned",
 }
 """Terms of the glossary for the sources."""

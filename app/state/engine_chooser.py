@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -37,7 +37,7 @@ REST_SECONDS = 1.5
 """Time that a region at rest may take, where fewer pixels would do."""
 
 SLOW_REGION_SIZE = 96
-"""Size for regions by differences, which take some 90 images, and for the first one in shadows."""
+"""Size for the first region in shadows."""
 
 MEASURED_SIZE = 128
 """Size of images by which edits are measured: they are made after every change."""
@@ -82,7 +82,7 @@ class EngineChooser:
 
     Attributes
     ----------
-    exact_source : {"exact", "stand-in", "differences"} or None
+    exact_source : {"exact", "stand-in"} or None
         How the ray caster answers under the present light; None without a volume.
     begins_small : bool
         Whether a region takes long under the present light, as far as is known before the first.
@@ -91,8 +91,6 @@ class EngineChooser:
     picture : Raster
         Pixels of the reference image.
     pace : Pace
-    is_outside : callable
-        Returns True while the generator is asked for what it was not trained on.
     """
 
     def __init__(self, asked: SensitivityState) -> None:
@@ -102,7 +100,6 @@ class EngineChooser:
         self.learned_size: int | None = None
         self.picture = Raster(REST_SIZE, REST_SIZE)
         self.pace = Pace()
-        self.is_outside: Callable[[], bool] = lambda: False
 
     @property
     def available(self) -> list[EngineName]:
@@ -119,12 +116,7 @@ class EngineChooser:
         """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
         names = self.available
         if len(names) == 2:
-            differences = self._by_differences and question in REGION_QUESTIONS
-            if differences and not self.is_outside():
-                # Some 90 images are not made where a generator knows the answer, unless the
-                # user chooses so.
-                names = ["learned"]
-            elif question == "change":
+            if question == "change":
                 # The generator's takes a pass for each of many edits: seconds.
                 names = ["exact"]
             elif self._is_slow("exact", question):
@@ -145,8 +137,6 @@ class EngineChooser:
             return self._sized(self.pace.live_size((name, question), largest), live=True)
         if question in ("field", "seen"):
             return self._sized(self.picture.shorter)
-        if self._by_differences and question in REGION_QUESTIONS:
-            return self._sized(SLOW_REGION_SIZE)
         largest = min(REST_SIZE, self.picture.shorter)
         if question in REGION_QUESTIONS:
             if self.pace.expected((name, question), largest) is not None:
@@ -159,14 +149,11 @@ class EngineChooser:
         """Size of the images by which an engine measures edits."""
         if name == "learned":
             return Quality(self.learned_size or REST_SIZE)
-        size = SLOW_REGION_SIZE if self._by_differences else MEASURED_SIZE
-        return self._sized(min(size, self.picture.shorter))
+        return self._sized(min(MEASURED_SIZE, self.picture.shorter))
 
-    def all_values_quality(self, name: EngineName) -> Quality | None:
-        """Size of the fields of all values; None where they take too long, by differences."""
-        if name == "learned":
-            return Quality(self.learned_size or REST_SIZE)
-        return None if self._by_differences else Quality(ALL_VALUES_SIZE)
+    def all_values_quality(self, name: EngineName) -> Quality:
+        """Size of the fields of all values."""
+        return Quality(ALL_VALUES_SIZE if name == "exact" else self.learned_size or REST_SIZE)
 
     def in_common(self, quality: Quality, names: Sequence[EngineName]) -> Quality:
         """Return the quality of an answer about a region, by engines that shall agree about it.
@@ -184,17 +171,10 @@ class EngineChooser:
         raster = self.picture.scaled(size / self.picture.shorter)
         return Quality(size, live=live, raster=raster)
 
-    @property
-    def _by_differences(self) -> bool:
-        return self.exact_source == "differences"
-
     def _is_slow(self, name: EngineName, question: Question) -> bool:
         size = self.quality(name, question).size
         expected = self.pace.expected((name, question), size)
         return expected is not None and expected > SLOW_SECONDS
 
     def _keeps_up(self, name: EngineName, question: Question) -> bool:
-        if name == "exact":
-            # Differences of live images would move the light anew for each of them.
-            return not self._by_differences
-        return question != "change" and not self._is_slow(name, question)
+        return name == "exact" or (question != "change" and not self._is_slow(name, question))

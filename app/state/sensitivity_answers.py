@@ -23,14 +23,13 @@ from model.sensitivity.cosine import cosine
 from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import WhatIf
 
-Source = Literal["exact", "stand-in", "differences", "learned"]
+Source = Literal["exact", "stand-in", "learned"]
 """Origin of an answer: the ray caster's derivative, that of the unlit image in place of path-traced
-light's, its images' differences, or the generator."""
+light's, or the generator."""
 
 SOURCE_NAMES: dict[Source, str] = {
     "exact": "exact",
     "stand-in": "unlit",
-    "differences": "by differences",
     "learned": "learned",
 }
 
@@ -48,7 +47,7 @@ class Answer(Generic[_R]):
     ----------
     request : Request
     value : ndarray of float32
-    source : {"exact", "stand-in", "differences", "learned"}
+    source : {"exact", "stand-in", "learned"}
     seconds : float
         Time that it took.
     """

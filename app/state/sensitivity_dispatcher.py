@@ -81,8 +81,6 @@ class SensitivityDispatcher(QObject):
         fields of pixels. They are asked for where they are shown.
     seen : Answer or None
         Newest answer about where the band of values is visible.
-    is_drawing : callable
-        Returns True while the reference is drawn, which many images by differences would hold up.
     is_starting : callable
         Returns True while a volume's first pictures are drawn; all is asked after them.
     visibility, pick : Answer or None
@@ -122,11 +120,10 @@ class SensitivityDispatcher(QObject):
         self.trials = EditTrials(
             state, sensitivity, self.chooser, self._clients, self.fields.get, self
         )
-        self.is_drawing: Callable[[], bool] = lambda: False
         self.is_starting: Callable[[], bool] = lambda: False
         self._forgotten = 0
         self._place_asked: tuple[Outline, ...] = ()
-        self._waits = self._follows_image = False
+        self._follows_image = False
         self._sequence = 0
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
@@ -155,7 +152,7 @@ class SensitivityDispatcher(QObject):
         ----------
         window : tuple of float
             The scalar values of interest.
-        source : {"exact", "stand-in", "differences"}
+        source : {"exact", "stand-in"}
             How the ray caster answers under this light.
         begins_small : bool
             Whether that takes long; see :class:`.engine_chooser.EngineChooser`.
@@ -164,11 +161,6 @@ class SensitivityDispatcher(QObject):
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
         self._forget()
-
-    def take_up_differences(self) -> None:
-        """Ask what had to wait for the reference."""
-        if self._waits and not self.is_drawing():
-            self._ask_region()
 
     def stop(self) -> None:
         """Ask nothing any more."""
@@ -308,7 +300,6 @@ class SensitivityDispatcher(QObject):
             # The generator's image is the square only.
             names = ["exact"]
         if "exact" not in names:
-            # By differences, an answer that nobody will look at takes seconds.
             self._clients["exact"].abandon(RegionSensitivityRequest)
         if not live:
             # An engine that is not asked any more would keep an answer to an older question.
@@ -316,11 +307,7 @@ class SensitivityDispatcher(QObject):
             if not asked.issuperset(self.regions):
                 self.regions = {s: answer for s, answer in self.regions.items() if s in asked}
                 self.regionAnswered.emit()
-        self._waits = "exact" in names and self.exact_source == "differences" and self.is_drawing()
         for name in names:
-            if name == "exact" and self._waits:
-                self._clients[name].abandon(RegionSensitivityRequest)
-                continue
             quality = self.chooser.in_common(self.chooser.quality(name, measure, live), names)
             self._clients[name].submit(
                 RegionSensitivityRequest(
@@ -368,8 +355,6 @@ class SensitivityDispatcher(QObject):
             return
         for name in self.chooser.order("field", live=False):
             quality = self.chooser.all_values_quality(name)
-            if quality is None:
-                continue
             request: Request = FieldRangeRequest(0, inputs, quality, self.window, choices.width)
             if choices.style == "blocks":
                 request = BlockFieldsRequest(0, inputs, quality, choices.blocks, choices.width)

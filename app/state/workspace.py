@@ -127,8 +127,6 @@ class Workspace(QObject):
         self._first_model: Path | None = None
         self._is_restored = False
         self._reading = ""
-        self.sensitivity.chooser.is_outside = lambda: bool(self._hint())
-        self.sensitivity.is_drawing = self._draws_reference
         self.sensitivity.is_starting = lambda: self._order.is_under_way
         self._connect()
 
@@ -142,7 +140,6 @@ class Workspace(QObject):
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
         self._model.failed.connect(self._follow_scene)
-        self._clients[1].settled.connect(self.sensitivity.take_up_differences)
         self._opening.progressed.connect(self._tell_progress)
         self._order.done.connect(self.sensitivity.ask)
         for client in self._clients:
@@ -545,9 +542,7 @@ class Workspace(QObject):
         """Ask the analyst everything anew."""
         if self._opened is not None:
             lighting = self.reference.settings.lighting
-            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "differences"
-            if lighting == "path":
-                source = "stand-in"
+            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "stand-in"
             self.sensitivity.start_volume(self._opened.window, source, lighting == "shadows")
             self.sensitivity.ask()
             self.latent.restart()

@@ -9,7 +9,6 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +16,9 @@ from numpy.typing import NDArray
 from model.benchmarks import reference_light
 from model.benchmarks.extremes import Extreme, Posed, extremes
 from model.errors import TfscopeError
-from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
-from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, RendererName
 from model.scene.transfer_function import TF_SAMPLES, ColorTF
-from model.sensitivity import differences
 
 DISTANCE = 0.5
 """Sample distance in voxels."""
@@ -207,39 +203,6 @@ def _field(lighting: Lighting) -> Callable[[Posed], float]:
     return measure
 
 
-def _differences(posed: Posed) -> float:
-    """Error of the difference of two pictures in soft light, which has no derivative."""
-    edit = _edits()[-1].astype(np.float32)
-    renderer = open_renderer("raycast", posed.volume, "soft")
-    try:
-        found = differences.value_sensitivity(renderer, posed.inputs, posed.raster, edit)
-    finally:
-        renderer.close()
-    truth = differences.value_sensitivity(
-        _Reference(posed, "soft"), posed.inputs, posed.raster, edit
-    )
-    return _error(found, truth, relative=True)
-
-
-class _Reference:
-    """The reference in a renderer's place."""
-
-    def __init__(self, posed: Posed, lighting: Lighting) -> None:
-        self._posed, self._lighting = posed, lighting
-        self.sample_distance = DISTANCE
-
-    def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
-    ) -> NDArray[Any]:
-        """Draw a picture; see :class:`model.rendering.renderer.Renderer`."""
-        return reference_light.picture(
-            self._posed.volume, inputs, size, sample_distance or DISTANCE, self._lighting
-        )
-
-    def close(self) -> None:
-        """Do nothing."""
-
-
 @lru_cache(maxsize=16)
 def _derivative(
     posed: Posed, lighting: Lighting, number: int
@@ -316,11 +279,12 @@ PICTURES: dict[str, Callable[[Posed], float]] = {
 SENSITIVITIES: dict[str, Callable[[Posed], float]] = {
     "plot, unlit": _plot("none"),
     "plot, direct": _plot("direct"),
+    "plot, soft": _plot("soft"),
     "plot, shadows": _plot("shadows"),
     "field, unlit": _field("none"),
     "field, direct": _field("direct"),
+    "field, soft": _field("soft"),
     "field, shadows": _field("shadows"),
-    "field, soft": _differences,
 }
 
 CODES: dict[str, Callable[[Posed], float]] = {

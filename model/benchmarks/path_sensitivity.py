@@ -130,5 +130,5 @@ def _by_differences(renderer: Renderer, size: int) -> tuple[Regions, Fields]:
 def _of_caster(renderer: RaycastRenderer, size: int) -> tuple[Regions, Fields]:
     return (
         lambda inputs, region: rendered.region_responses(renderer, inputs, size, region, WIDTH),
-        lambda inputs, edit: rendered.value_sensitivity(renderer, inputs, size, edit),
+        lambda inputs, edit: renderer.change(inputs, size, edit),
     )

@@ -21,7 +21,6 @@ from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.volume import Volume
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
-from model.sensitivity.rendered import value_sensitivity
 
 SAMPLE_DISTANCES = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Sample distances to compare, in voxels."""
@@ -79,7 +78,7 @@ class RendererComparison:
         Number of views and TFs; width and height of images in pixels.
     derivative_costs : dict of float
         Time of derivatives by what is differentiated, relative to that of an image, at the
-        scene's sample distance; by differences under soft light.
+        scene's sample distance.
     reference_distance : float
         Sample distance of VTK's reference images, in voxels.
     cells_share : float
@@ -218,10 +217,10 @@ def _derivative_costs(
     edit = edit_around(middle, scene.scalar_range, EDIT_WIDTH)
     whole = Region.whole(size)
     ways: dict[str, Callable[[SceneInputs], object]] = {
-        "one value": lambda s: value_sensitivity(renderer, s, size, edit)
+        "one value": lambda s: renderer.change(s, size, edit),
+        "whole image": lambda s: region_sensitivity(renderer, s, size, whole),
     }
-    if renderer.is_differentiable:
-        ways["whole image"] = lambda s: region_sensitivity(renderer, s, size, whole)
+    if renderer.differentiates_windows:
         ways["16 x 16 blocks"] = lambda s: sensitivity_field(renderer, s, size, FIELD_BLOCK)
     rendering, differentiating = 0.0, dict.fromkeys(ways, 0.0)
     for number, sample in enumerate([samples[0], *samples]):

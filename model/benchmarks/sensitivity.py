@@ -22,7 +22,7 @@ from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.volume import Volume
 from model.sensitivity.exact import visibility
 from model.sensitivity.learned import Sensitivity
-from model.sensitivity.rendered import region_responses, value_sensitivity
+from model.sensitivity.rendered import region_responses
 
 PAPER_RESOLUTIONS = (8, 16)
 """Blocks along each side, by which the paper makes fields."""
@@ -84,7 +84,7 @@ def exact_costs(
         "region, signed": lambda inputs: region(inputs, whole, "signed"),
         "region, change": lambda inputs: region(inputs, whole, "change"),
         "a quarter, change": lambda inputs: region(inputs, quarter, "change"),
-        "value": lambda inputs: value_sensitivity(renderer, inputs, size, edit),
+        "value": lambda inputs: renderer.change(inputs, size, edit),
         "visibility": lambda inputs: visibility(renderer, inputs, size, whole),
     }
     try:

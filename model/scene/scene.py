@@ -24,7 +24,7 @@ Lighting = Literal["none", "direct", "soft", "shadows", "path"]
 caster alone draws; gradient shading and a shadow of each sample, as VTK casts it; or light
 scattered many times, by the path tracer."""
 
-EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "shadows")
+EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft", "shadows")
 """Lightings under which the ray caster has the exact derivative of images by the TF."""
 
 PATH_STAND_IN: Lighting = "none"

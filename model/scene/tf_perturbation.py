@@ -105,12 +105,17 @@ def norms_at_all_bins(
     bins: NDArray[np.int64], squares: NDArray[np.floating]
 ) -> NDArray[np.float32]:
     """Square roots at all 256 bins, by a spline through squares at some bins."""
+    return np.sqrt(np.maximum(at_all_bins(bins, squares), 0)).astype(np.float32)
+
+
+def at_all_bins(bins: NDArray[np.int64], values: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Values (..., 256) at all bins, by a spline through values (..., n) at some bins."""
+    if len(bins) == TF_SAMPLES:
+        return values
     # Imported here, as below: the window, which asks for edits, starts without SciPy.
     from scipy.interpolate import CubicSpline
 
-    every = np.arange(TF_SAMPLES)
-    between = squares if len(bins) == TF_SAMPLES else CubicSpline(bins, squares)(every)
-    return np.sqrt(np.maximum(between, 0)).astype(np.float32)
+    return np.asarray(CubicSpline(bins, values, axis=-1)(np.arange(TF_SAMPLES)))
 
 
 def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:

@@ -75,7 +75,7 @@ def sensitivity_agreement(
     Parameters
     ----------
     generator : Generator
-        Generator of an unlit scene, or one in direct light.
+        Generator of a scene whose images have an exact derivative.
     volume : Volume
         The scene's volume.
     samples : sequence of SceneInputs
@@ -86,7 +86,7 @@ def sensitivity_agreement(
     Raises
     ------
     RenderError
-        For a lit scene.
+        For another light.
     """
     scene = generator.scene
     size = scene.image_size

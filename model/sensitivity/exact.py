@@ -51,8 +51,8 @@ def region_sensitivity(
         For a region outside the image, or a light without exact derivative.
     """
     windows = windows_of(region.mask(Raster.of(size).shape))
-    gradients, energies = renderer.differentiate(inputs, size, windows)
-    return _sensitivity(gradients.sum(axis=0, keepdims=True), energies.sum(keepdims=True))[0]
+    gradient, energy = renderer.differentiate_together(inputs, size, windows)
+    return _sensitivity(gradient[None], np.array([energy]))[0]
 
 
 def change_norms(

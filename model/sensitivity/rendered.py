@@ -1,8 +1,9 @@
-"""Sensitivity of the ray caster's images under any lighting: exact, or else by differences."""
+"""Sensitivity of the ray caster's images, by their exact derivative."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,26 +11,12 @@ from numpy.typing import NDArray
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.region import ImageRegion
-from model.scene.tf_perturbation import response_to_edits
-from model.sensitivity import block_fields, differences, exact
+from model.scene.region import ImageRegion, block_edges
+from model.scene.tf_perturbation import at_all_bins, response_to_edits, spaced_edits
+from model.sensitivity import exact
+from model.sensitivity.block_fields import largest_scales as scales_of
+from model.sensitivity.differences import go_on
 from model.sensitivity.measure import Measure
-
-
-def value_sensitivity(
-    renderer: RaycastRenderer,
-    inputs: SceneInputs,
-    size: int | Raster,
-    edit: NDArray[np.float32],
-    before_each: Callable[[], None] = differences.go_on,
-) -> NDArray[np.float32]:
-    """Change of each pixel by an edit; see :func:`model.sensitivity.differences.value_sensitivity`.
-
-    Where the derivative is exact, edits may also be negative.
-    """
-    if renderer.is_differentiable:
-        return renderer.change(inputs, size, edit)
-    return differences.value_sensitivity(renderer, inputs, size, edit, before_each)
 
 
 def region_responses(
@@ -39,43 +26,61 @@ def region_responses(
     region: ImageRegion,
     width: float,
     measure: Measure = "signed",
-    before_each: Callable[[], None] = differences.go_on,
 ) -> NDArray[np.float32]:
     """Response of a region to smooth edits around each scalar value.
 
     Parameters and results are those of :func:`model.sensitivity.differences.region_responses`;
-    where the derivative is exact, edits may also be narrower than a bin.
+    edits may also be narrower than a bin.
     """
-    if not renderer.is_differentiable:
-        return differences.region_responses(
-            renderer, inputs, size, region, width, measure, before_each
-        )
     if measure == "change":
         return exact.change_norms(renderer, inputs, size, region, width)
     slopes = exact.region_sensitivity(renderer, inputs, size, region)
     return response_to_edits(slopes, width)
 
 
-def all_fields(
-    renderer: RaycastRenderer, inputs: SceneInputs, size: int, blocks: int, width: float
+def block_fields(
+    renderer: RaycastRenderer,
+    inputs: SceneInputs,
+    size: int,
+    block: int,
+    width: float,
+    before_each: Callable[[], None] = go_on,
 ) -> NDArray[np.float32]:
-    """Exact fields of blocks for edits around all scalar values.
+    """Fields of blocks for edits around all scalar values.
 
     Parameters
     ----------
-    renderer, inputs, size
+    renderer, inputs, size, block
         See :func:`model.sensitivity.exact.sensitivity_field`.
-    blocks : int
-        Number of blocks along either side.
     width : float
         Standard deviation of the edits in bins.
+    before_each : callable
+        Called before each of many images, where there are any; may raise.
 
     Returns
     -------
     ndarray of float32, shape (n, n, 256)
     """
-    slopes = exact.sensitivity_field(renderer, inputs, size, max(size // blocks, 1))
-    return response_to_edits(slopes, width)
+    if renderer.differentiates_windows:
+        slopes = exact.sensitivity_field(renderer, inputs, size, block)
+        return response_to_edits(slopes, width)
+    # One image for each edit, instead of light taken back for each block.
+    image = renderer.render(inputs, size)[..., :3].astype(np.float64)
+    edges = block_edges(size, block)
+    norms = np.sqrt(_block_sums((image**2).sum(axis=-1), edges))
+    bins, edits = spaced_edits(width)
+    found = np.empty((*norms.shape, len(bins)))
+    for number, edit in enumerate(edits):
+        before_each()
+        gain = (image * renderer.change(inputs, size, edit)).sum(axis=-1)
+        np.divide(
+            _block_sums(gain, edges),
+            norms,
+            out=found[..., number],
+            where=norms > 0,
+        )
+    found[norms == 0] = 0
+    return at_all_bins(bins, found).astype(np.float32)
 
 
 def largest_scales(
@@ -83,14 +88,14 @@ def largest_scales(
     inputs: SceneInputs,
     size: int,
     edits: NDArray[np.float32],
-    before_each: Callable[[], None] = differences.go_on,
+    before_each: Callable[[], None] = go_on,
 ) -> NDArray[np.float32]:
     """Ends of the scale over the exact changes by many edits.
 
     Parameters
     ----------
     renderer, inputs, size
-        See :func:`all_fields`.
+        See :func:`model.sensitivity.exact.sensitivity_field`.
     edits : ndarray of float32, shape (N, 256)
     before_each : callable
         Called before the image of each edit; may raise.
@@ -106,4 +111,10 @@ def largest_scales(
             before_each()
             yield renderer.change(inputs, size, edit)
 
-    return block_fields.largest_scales(changes(), edits)
+    return scales_of(changes(), edits)
+
+
+def _block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:
+    """Sums (n, n) of an image's values over blocks that begin at these pixels."""
+    parts = [slice(*ends) for ends in pairwise(edges)]
+    return np.array([[values[rows, columns].sum() for columns in parts] for rows in parts])

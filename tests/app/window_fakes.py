@@ -121,7 +121,9 @@ class FakeEngine:
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
-    def block_fields(self, request: BlockFieldsRequest) -> NDArray[np.float32]:
+    def block_fields(
+        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.float32]:
         """At value i, i in the left half of the blocks and 0 in the right one."""
         self.others.append(request)
         size = self.scene.image_size if self.scene is not None else request.quality.size

@@ -61,8 +61,7 @@ the picture's brightest number, of VTK and the path tracer of full brightness.
 Largest error as a share of the largest derivative, along four edits of the TF: two single bins,
 and two of 20 and 12 bins. *Plot* is the derivative of the picture's norm, *field* that of each
 pixel. The reference differentiates by complex numbers, so its derivative is as exact as its
-picture. In soft light a field is the difference of two pictures, and is held against the same
-difference of two reference pictures.
+picture.
 
 - A single bin has 16 places for its opacities, too: where it is the only one that shows, pixels
   are a sixth off.

@@ -144,11 +144,10 @@ def _region(_path: Path, _volume: Any, inputs: Any, renderer: Any) -> Draw:
 
 def _field(_path: Path, volume: Any, inputs: Any, renderer: Any) -> Draw:
     from model.scene.tf_perturbation import edit_around
-    from model.sensitivity.rendered import value_sensitivity
 
     lo, hi = volume.scalar_range
     edit = edit_around((lo + hi) / 2, (lo, hi), 6.0)
-    return partial(value_sensitivity, renderer, inputs, SIZE, edit)
+    return partial(renderer.change, inputs, SIZE, edit)
 
 
 def _model(_path: Path, _volume: Any, _inputs: Any, _renderer: Any) -> Draw:

@@ -29,8 +29,8 @@ def bench_sensitivity(
     """Time sensitivities of each volume, and of its shipped model; print tables."""
     if lighting not in EXACT_LIGHTINGS:
         raise RenderError(
-            f"Under {lighting} light sensitivities are differences, whose cost is known: 2 images "
-            "a value, 86 a region; give none, direct or shadows."
+            f"Images in {lighting} light have no exact derivative; "
+            f"give {', '.join(EXACT_LIGHTINGS[:-1])} or {EXACT_LIGHTINGS[-1]}."
         )
     machine = print_machine()
     results: list[dict[str, Any]] = []

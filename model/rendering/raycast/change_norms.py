@@ -17,6 +17,7 @@ from model.rendering.raycast.batch import stack_batch
 from model.rendering.raycast.differentiation import FAINT_BEAM, look, make_path, strength_of
 from model.rendering.raycast.marching import opacity_of_part, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray
+from model.rendering.raycast.shading import corner_of, light_place
 from model.rendering.raycast.shadow_derivatives import SPAN, take_light
 from model.rendering.raycast.tables import LEVELS_PER_BIN, NOTHING
 from model.scene.transfer_function import TF_SAMPLES
@@ -58,6 +59,7 @@ def square_changes(
     alphas: Any,
     colors: Any,
     light: Any,
+    glow: Any,
     shadows: Any,
     least: Any,
     camera: Any,
@@ -66,6 +68,7 @@ def square_changes(
     longest: int,
     edits: Any,
     begin: Any,
+    turns: Any,
     windows: Any,
     squares: Any,
 ) -> None:
@@ -77,6 +80,8 @@ def square_changes(
         Change of the opacity of a sample at each bin by edits after one another.
     begin : ndarray of int64, shape (256,)
         The first of these edits.
+    turns : LightGrid or None
+        Change of soft light by each edit, (nodes, n); its nodes may be others than the light's.
     windows : ndarray of int64, shape (m, 4)
         First row, row after the last, first column, column after the last.
     squares : ndarray of float64, shape (n,)
@@ -99,7 +104,7 @@ def square_changes(
                     continue
                 count = look(
                     voxels, shape, scale, missing, cells, cell_shape, shift,
-                    alphas, colors, light, shadows, ray, levels, staging, path, image,
+                    alphas, colors, light, glow, shadows, ray, levels, staging, path, image,
                 )  # fmt: skip
                 first, last = _slopes_by_bin(missing, alphas, least, ray, path, count, slopes)
                 if shadows is not None:
@@ -117,7 +122,15 @@ def square_changes(
                                 slopes[bin_, 1] += beams[k, 1] * taken[bin_]
                                 slopes[bin_, 2] += beams[k, 2] * taken[bin_]
                                 taken[bin_] = ZERO
-                _add_squares(slopes, first, last, edits, begin, changes, squares)
+                if glow is not None:
+                    changes[:] = ZERO
+                    _add_light(turns, ray, path.beams, count, changes)
+                    _add_edits(slopes, first, last, edits, begin, changes)
+                    for edit in range(len(squares)):
+                        for channel in range(3):
+                            squares[edit] += changes[channel, edit] ** 2
+                else:
+                    _add_squares(slopes, first, last, edits, begin, changes, squares)
 
 
 @inlined
@@ -172,13 +185,22 @@ def _add_squares(
     slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any, squares: Any
 ) -> None:
     """Add a pixel's squared change by each edit, and clear its derivative."""
-    last = min(last, TF_SAMPLES - 1)
-    # Not the constant: unrolled, the loop is not vectorized.
-    flat, width = edits.ravel(), np.uint64(edits.shape[1])
-    start, end = begin[first], begin[last] + BAND
+    start, end = begin[first], begin[min(last, TF_SAMPLES - 1)] + BAND
     red, green, blue = changes[0], changes[1], changes[2]
     for edit in range(start, end):
         red[edit] = green[edit] = blue[edit] = ZERO
+    _add_edits(slopes, first, last, edits, begin, changes)
+    for edit in range(np.uint64(start), np.uint64(end)):
+        squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2
+
+
+@inlined
+def _add_edits(slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any) -> None:
+    """Add a pixel's change by each edit, and clear its derivative."""
+    last = min(last, TF_SAMPLES - 1)
+    # Not the constant: unrolled, the loop is not vectorized.
+    flat, width = edits.ravel(), np.uint64(edits.shape[1])
+    red, green, blue = changes[0], changes[1], changes[2]
     for bin_ in range(first, last + 1):
         row, at = np.uint64(bin_ * BAND), np.uint64(begin[bin_])
         r, g, b = slopes[bin_, 0], slopes[bin_, 1], slopes[bin_, 2]
@@ -188,5 +210,39 @@ def _add_squares(
             red[at + m] += r * weight
             green[at + m] += g * weight
             blue[at + m] += b * weight
-    for edit in range(np.uint64(start), np.uint64(end)):
-        squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2
+
+
+@inlined
+def _add_light(turns: Any, ray: Any, beams: Any, count: int, changes: Any) -> None:
+    """Add the change of a pixel's soft light by each edit, cell by cell of the light's grid."""
+    around = np.zeros((8, 3), dtype=np.float32)
+    before, is_lit = np.uint64(0), False
+    for k in range(count):
+        red, green, blue = beams[k, 0], beams[k, 1], beams[k, 2]
+        if red + green + blue <= ZERO:
+            continue
+        place, fx, fy, fz = light_place(turns, ray, min(np.float32(k), ray.last))
+        if is_lit and place != before:
+            _add_cell(turns, before, around, changes)
+        before, is_lit = place, True
+        for corner in range(8):
+            _, share = corner_of(turns, place, fx, fy, fz, corner)
+            around[corner, 0] += share * red
+            around[corner, 1] += share * green
+            around[corner, 2] += share * blue
+    if is_lit:
+        _add_cell(turns, before, around, changes)
+
+
+@inlined
+def _add_cell(turns: Any, place: Any, around: Any, changes: Any) -> None:
+    """Add the change by the light at a cell's corners, and clear their weights."""
+    for corner in range(8):
+        at, _ = corner_of(turns, place, ZERO, ZERO, ZERO, corner)
+        r, g, b = around[corner, 0], around[corner, 1], around[corner, 2]
+        around[corner, 0] = around[corner, 1] = around[corner, 2] = ZERO
+        for edit in range(changes.shape[1]):
+            turn = turns.grid[at, edit]
+            changes[0, edit] += r * turn
+            changes[1, edit] += g * turn
+            changes[2, edit] += b * turn

@@ -13,7 +13,8 @@ does not depend on the TF.
 In shadows it does, by the sample's own opacity, which decides how much of its light is scattered,
 and by the light that other samples take away. The latter is collected along the view ray, as the
 pixel's derivative by the light that arrives at some of its samples, and taken back to the samples
-of the shadow rays from there.
+of the shadow rays from there. In soft light, it is added up at the nodes of the light's grid, and
+taken back from there for all pixels at once, by the sweeps' adjoint.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import fetch, stack_batch
 from model.rendering.raycast.marching import FAINT, opacity_of_part, shade, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.shading import corner_of, light_place
 from model.rendering.raycast.shadow_derivatives import (
     SPAN,
     light_at,
@@ -62,7 +64,7 @@ class Path(NamedTuple):
     known : ndarray of float32, shape (n,)
         In shadows, the light that arrives at some samples.
     beams : ndarray of float32, shape (n, 3)
-        In shadows, the derivative of the pixel by that light.
+        In shadows and soft light, the derivative of the pixel by the light of samples.
     shadow : ndarray of int32, shape (n,)
         Scratch memory for levels along a shadow ray.
     """
@@ -103,6 +105,7 @@ def differentiate_windows(
     alphas: Any,
     colors: Any,
     light: Any,
+    glow: Any,
     shadows: Any,
     least: Any,
     camera: Any,
@@ -112,6 +115,7 @@ def differentiate_windows(
     windows: Any,
     gradients: Any,
     energies: Any,
+    nodes: Any,
 ) -> None:
     """Differentiate half the energy (sum of squared pixel values) of windows of an image.
 
@@ -125,6 +129,8 @@ def differentiate_windows(
         Colour at each level, not premultiplied.
     light : Light or None
         Parameters of gradient shading.
+    glow : LightGrid or None
+        Soft light.
     shadows : Shadows or None
         Parameters of shadow rays.
     least : float32
@@ -140,6 +146,9 @@ def differentiate_windows(
         alpha being the opacity of one sample at each bin of the TF.
     energies : ndarray of float64, shape (n,)
         Output: sum of I squared.
+    nodes : ndarray of float64, 1-D, or None
+        In soft light, the sum of I dI over all windows by the light at each of its nodes; added
+        to. It is not in `gradients`.
     """
     levels, staging, _ = stack_batch(voxels)
     path = make_path(longest)
@@ -155,10 +164,16 @@ def differentiate_windows(
                     continue
                 count = look(
                     voxels, shape, scale, missing, cells, cell_shape, shift,
-                    alphas, colors, light, shadows, ray, levels, staging, path, image,
+                    alphas, colors, light, glow, shadows, ray, levels, staging, path, image,
                 )  # fmt: skip
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
                 _look_back(missing, alphas, least, ray, path, count, image, gradient)
+                if glow is not None:
+                    for k in range(count):
+                        beam = path.beams[k]
+                        weight = beam[0] * image[0] + beam[1] * image[1] + beam[2] * image[2]
+                        if weight != ZERO:
+                            _divide_light(glow, ray, np.float32(k), weight, nodes)
                 if shadows is not None:
                     beams, red, green, blue = path.beams, image[0], image[1], image[2]
                     enough = FAINT_BEAM * strength_of(beams, count)
@@ -172,6 +187,15 @@ def differentiate_windows(
         # One more behind the last bin, for what is above it by nothing.
         gradients[n] = gradient[:TF_SAMPLES]
         energies[n] = energy
+
+
+@inlined
+def _divide_light(glow: Any, ray: Any, k: Any, weight: Any, nodes: Any) -> None:
+    """Add a derivative by the light of sample k to the nodes that it is interpolated between."""
+    place, fx, fy, fz = light_place(glow, ray, min(k, ray.last))
+    for corner in range(8):
+        at, share = corner_of(glow, place, fx, fy, fz, corner)
+        nodes[at] += share * weight
 
 
 @inlined
@@ -207,6 +231,7 @@ def look(
     alphas: Any,
     colors: Any,
     light: Any,
+    glow: Any,
     shadows: Any,
     ray: Any,
     levels: Any,
@@ -278,8 +303,12 @@ def look(
                     arriving *= shadows.diffuse
                     red, green, blue = arriving * red, arriving * green, arriving * blue
                     path.turns[k, 0] = path.turns[k, 1] = path.turns[k, 2] = ZERO
-            elif light is not None:
-                d, s = shade(voxels, shape, light, None, ray, np.float32(k))
+            elif light is not None or glow is not None:
+                if glow is not None:
+                    path.beams[k, 0] = weight * red
+                    path.beams[k, 1] = weight * green
+                    path.beams[k, 2] = weight * blue
+                d, s = shade(voxels, shape, light, glow, ray, np.float32(k))
                 red, green, blue = d * red + s, d * green + s, d * blue + s
             path.colors[k, 0], path.colors[k, 1], path.colors[k, 2] = red, green, blue
             image[0] += weight * red

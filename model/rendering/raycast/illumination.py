@@ -9,17 +9,25 @@ the extinction.
 from __future__ import annotations
 
 import itertools
-import math
 from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.compilation import compiled, inlined
 from model.rendering.opacity_correction import NEARLY_OPAQUE
+from model.rendering.raycast.light_sweeps import (
+    NODE_LEVELS,
+    Sweep,
+    add_by_level,
+    average_edits,
+    average_levels,
+    look_around,
+    sweep_back,
+    sweep_change,
+    sweep_layers,
+)
 from model.rendering.raycast.shading import Light, LightGrid
-from model.rendering.raycast.trilinear import interpolate
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.transfer_function import TF_SAMPLES
@@ -37,14 +45,8 @@ The difference of two voxels has 1.4 of them along each axis, less between voxel
 AMBIENT, DISTANT = 0.4, 0.65
 """Soft light: unoccluded ambient light and distant light."""
 
-DARK, DARKEST = np.float32(1e-20), np.float32(-46)
-"""Light that counts as none, and its logarithm."""
-
 LONGEST_AXIS = 64
 """Nodes along the longest axis of the light grid."""
-
-VOXELS = 4
-"""Voxels along each axis that stand for those around a node."""
 
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
@@ -111,9 +113,6 @@ class Illumination:
         Threads for the computation.
     longest : int
         Number of nodes along the longest axis.
-    ambient_longest : int, optional
-        The same for ambient light, which takes a sweep for each of its 14 directions and
-        changes less from node to node; as many by default.
     missing : ndarray of bool, shape (nz, ny, nx), optional
         Voxels that are transparent whatever the TF is.
     """
@@ -125,7 +124,6 @@ class Illumination:
         volume: Geometry,
         executor: Executor,
         longest: int = LONGEST_AXIS,
-        ambient_longest: int | None = None,
         missing: NDArray[np.bool_] | None = None,
     ) -> None:
         extent = np.array(volume.extent)
@@ -137,19 +135,20 @@ class Illumination:
         self._volume, self._executor = volume, executor
         # TF bins once for all TFs: 16 MB for a cube of 64 nodes.
         kind: Any = np.uint8 if missing is None else np.uint16
-        self._levels = np.empty((*self._counts[::-1], VOXELS**3), dtype=kind)
+        self._levels = np.empty((*self._counts[::-1], NODE_LEVELS), dtype=kind)
 
         def look(layer: int) -> None:
-            _look_around(scalars, missing, bins, layer, self._levels)
+            look_around(scalars, missing, bins, layer, self._levels)
 
         list(executor.map(look, range(len(self._levels))))
         self._opacities: NDArray[np.float32] | None = None
         self._crop: CropBox | None = None
-        self._coarser = (
-            Illumination(scalars, bins, volume, executor, ambient_longest, missing=missing)
-            if ambient_longest is not None
-            else None
-        )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Nodes along z, y and x."""
+        nx, ny, nz = map(int, self._counts)
+        return nz, ny, nx
 
     def grid(
         self,
@@ -164,29 +163,144 @@ class Illumination:
         What a crop box leaves out casts no shadow; for `dim` see
         :class:`model.rendering.raycast.shading.Light`.
         """
+        received = self._received(view, light, opacities, crop)
+        # Light above 1 would exceed the colour range.
+        return self._as_grid(np.minimum(received, 1).reshape(-1), dim)
+
+    def changes(
+        self,
+        view: View,
+        light: LightDirection,
+        opacities: NDArray[np.float32],
+        edits: NDArray[np.float32],
+        crop: CropBox | None = None,
+    ) -> LightGrid:
+        """Compute the change of the light at each node per unit of edits of the opacity TF.
+
+        Parameters
+        ----------
+        view, light, opacities, crop
+            See :meth:`grid`.
+        edits : ndarray of float32, shape (n, 256)
+            Differences of opacity (per voxel length).
+
+        Returns
+        -------
+        LightGrid
+            Of an array (nodes, n).
+        """
+        is_below = self._received(view, light, opacities, crop) < 1
+        slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
+        slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(opacities)).T
+        moved = np.empty((len(edits), *self._extinction.shape), dtype=np.float32)
+
+        def average(layer: int) -> None:
+            average_edits(self._levels[layer], slopes, moved[:, layer])
+
+        list(self._executor.map(average, range(len(self._levels))))
+        if self._crop is not None:
+            moved *= self._shares(self._crop)
+        changes = np.zeros_like(moved)
+        for share, direction in self._lights(view, light):
+            sweep = self._course(direction)
+            layers = sweep.layers_of(self._extinction)
+            passed, clear = (np.empty_like(layers) for _ in range(2))
+            sweep_layers(layers, sweep.slope, passed, clear)
+
+            def follow(
+                number: int,
+                share: float = share,
+                sweep: Sweep = sweep,
+                passed: NDArray[np.float32] = passed,
+                clear: NDArray[np.float32] = clear,
+            ) -> None:
+                found = np.empty_like(passed)
+                sweep_change(sweep.layers_of(moved[number]), sweep.slope, passed, clear, found)
+                changes[number] += np.float32(share) * sweep.in_place(found)
+
+            list(self._executor.map(follow, range(len(edits))))
+        changes *= is_below
+        return self._as_grid(np.ascontiguousarray(changes.reshape(len(edits), -1).T))
+
+    def pass_back(
+        self,
+        view: View,
+        light: LightDirection,
+        opacities: NDArray[np.float32],
+        by_light: NDArray[np.floating],
+        crop: CropBox | None = None,
+    ) -> NDArray[np.float64]:
+        """Turn a derivative by the light at each node into one by the opacity TF.
+
+        Parameters
+        ----------
+        view, light, opacities, crop
+            See :meth:`grid`.
+        by_light : ndarray, shape (nz, ny, nx)
+
+        Returns
+        -------
+        ndarray of float64, shape (256,)
+            By opacity per voxel length.
+        """
+        is_below = self._received(view, light, opacities, crop) < 1
+        back = np.where(is_below, by_light, 0).astype(np.float32)
+
+        def follow(share: float, direction: NDArray[np.float64]) -> NDArray[np.float32]:
+            sweep = self._course(direction)
+            layers = sweep.layers_of(self._extinction)
+            passed, clear, found = (np.empty_like(layers) for _ in range(3))
+            sweep_layers(layers, sweep.slope, passed, clear)
+            weighted = sweep.layers_of(np.float32(share) * back)
+            sweep_back(weighted, sweep.slope, passed, clear, found)
+            return sweep.in_place(found)
+
+        by_extinction = np.sum(
+            list(self._executor.map(follow, *zip(*self._lights(view, light), strict=True))), axis=0
+        )
+        if self._crop is not None:
+            by_extinction *= self._shares(self._crop)
+
+        def gather(layer: int) -> NDArray[np.float64]:
+            table = np.zeros(TF_SAMPLES + 1)
+            add_by_level(self._levels[layer], by_extinction[layer], table)
+            return table
+
+        table = np.sum(list(self._executor.map(gather, range(len(self._levels)))), axis=0)
+        return np.asarray(table[:TF_SAMPLES] * self._extinction_slopes(opacities))
+
+    def _as_grid(self, values: NDArray[np.float32], dim: float = 1.0) -> LightGrid:
+        nz, ny, nx = self.shape
+        sx, sy, sz = self._scale
+        return LightGrid(values, (nx, ny, nz), (sx, sy, sz), np.float32(dim))
+
+    def _received(
+        self,
+        view: View,
+        light: LightDirection,
+        opacities: NDArray[np.float32],
+        crop: CropBox | None,
+    ) -> NDArray[np.float32]:
+        """Light at each node, which may be above 1."""
         known = self._opacities is not None and np.array_equal(opacities, self._opacities)
         if not known or crop != self._crop:
             self._crop = crop
             self._extinction = self._mean_extinction(opacities)
-            self._ambient = self._ambient_light(opacities)
+            self._ambient = np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0)
             self._opacities = opacities.copy()
         distant = self._sweep(travel_direction(view, light))
-        received = np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
-        nx, ny, nz = map(int, self._counts)
-        sx, sy, sz = self._scale
-        # Light above 1 would exceed the colour range.
-        grid = np.minimum(received, 1).reshape(-1)
-        return LightGrid(grid, (nx, ny, nz), (sx, sy, sz), np.float32(dim))
+        return np.float32(AMBIENT) * self._ambient + np.float32(DISTANT) * distant
 
-    def _ambient_light(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Light from all directions at each node, for the extinction of these opacities."""
-        if self._coarser is None:
-            return np.asarray(np.mean(list(self._executor.map(self._sweep, AROUND)), axis=0))
-        self._coarser._crop = self._crop
-        self._coarser._extinction = self._coarser._mean_extinction(opacities)
-        enlarged = np.empty_like(self._extinction)
-        _enlarge(self._coarser._ambient_light(opacities), enlarged)
-        return enlarged
+    def _lights(self, view: View, light: LightDirection) -> list[tuple[float, NDArray[np.float64]]]:
+        """Strength and direction of each light, of which what is received is the sum."""
+        around = [(AMBIENT / len(AROUND), direction) for direction in AROUND]
+        return [(DISTANT, travel_direction(view, light)), *around]
+
+    def _extinction_slopes(self, opacities: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Derivative of the extinction per world length by the TF's opacity, at each bin."""
+        opacity = opacities.astype(np.float64)
+        slopes = 1 / np.maximum(1 - opacity, 1 - NEARLY_OPAQUE) / self._volume.voxel_size
+        return np.where(opacity < NEARLY_OPAQUE, slopes, 0)
 
     def _mean_extinction(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
         """Mean extinction per world length around each grid node."""
@@ -197,7 +311,7 @@ class Illumination:
         extinction = np.empty(self._counts[::-1], dtype=np.float32)
 
         def fill(layer: int) -> None:
-            _average(self._levels[layer], table, extinction[layer])
+            average_levels(self._levels[layer], table, extinction[layer])
 
         list(self._executor.map(fill, range(len(extinction))))
         return extinction if self._crop is None else extinction * self._shares(self._crop)
@@ -224,116 +338,11 @@ class Illumination:
         direction : ndarray, shape (3,)
             World direction in which the light travels.
         """
-        # Axes sorted by the light's steps along them; the first is swept layer by layer.
-        steps = direction / self._spacing
-        order = np.argsort(-np.abs(steps), kind="stable")
-        axes = tuple(2 - order)
-        along, u, v = steps[order]
-        backwards = slice(None, None, 1 if along > 0 else -1)
-        extinction = np.ascontiguousarray(np.transpose(self._extinction, axes)[backwards])
+        sweep = self._course(direction)
+        extinction = sweep.layers_of(self._extinction)
         transmitted = np.empty_like(extinction)
-        length = 1 / abs(along)
-        _sweep_layers(extinction, u * length, v * length, np.float32(length), transmitted)
-        return np.ascontiguousarray(np.transpose(transmitted[backwards], np.argsort(axes)))
+        sweep_layers(extinction, sweep.slope, transmitted, None)
+        return sweep.in_place(transmitted)
 
-
-@compiled
-def _look_around(scalars: Any, missing: Any, bins: Any, layer: int, out: Any) -> None:
-    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis."""
-    offset, factor = bins
-    nz, ny, nx = out.shape[:3]
-    for j in range(ny):
-        for i in range(nx):
-            n = 0
-            for c in range(VOXELS):
-                z = _voxel(layer, nz, scalars.shape[0], c)
-                for b in range(VOXELS):
-                    y = _voxel(j, ny, scalars.shape[1], b)
-                    for a in range(VOXELS):
-                        x = _voxel(i, nx, scalars.shape[2], a)
-                        level = (scalars[z, y, x] - offset) * factor + 0.5
-                        out[layer, j, i, n] = int(min(max(level, 0.0), TF_SAMPLES - 0.5))
-                        if missing is not None and missing[z, y, x]:
-                            out[layer, j, i, n] = TF_SAMPLES
-                        n += 1
-
-
-@inlined
-def _voxel(index: int, count: int, voxels: int, part: int) -> int:
-    """Return the voxel in the middle of a part of those around a node, along an axis."""
-    size = (voxels - 1) / (count - 1)
-    first = max(math.ceil((index - 0.5) * size), 0)
-    last = min(math.floor((index + 0.5) * size) + 1, voxels)
-    return first + (2 * part + 1) * (last - first) // (2 * VOXELS)
-
-
-@compiled
-def _average(levels: Any, table: Any, out: Any) -> None:
-    """Average a table's values over the levels (ny, nx, n) around each node of a layer."""
-    ny, nx, count = levels.shape
-    for j in range(ny):
-        for i in range(nx):
-            total = np.float32(0)
-            for n in range(count):
-                total += table[np.uint64(levels[j, i, n])]
-            out[j, i] = total / np.float32(count)
-
-
-@compiled
-def _enlarge(grid: Any, out: Any) -> None:
-    """Interpolate a grid at the nodes of a finer one over the same extent."""
-    shape = (grid.shape[2], grid.shape[1], grid.shape[0])
-    nz, ny, nx = out.shape
-    flat = grid.reshape(-1)
-    for k in range(nz):
-        z = np.float32(k * (shape[2] - 1) / (nz - 1))
-        for j in range(ny):
-            y = np.float32(j * (shape[1] - 1) / (ny - 1))
-            for i in range(nx):
-                x = np.float32(i * (shape[0] - 1) / (nx - 1))
-                out[k, j, i] = interpolate(flat, shape, x, y, z)
-
-
-@compiled
-def _sweep_layers(extinction: Any, u: float, v: float, length: Any, out: Any) -> None:
-    """Propagate light from layer to layer along the first axis.
-
-    A node's own extinction does not attenuate its light: opaque surfaces would
-    otherwise be dark, as their coarse nodes also cover the space in front of them.
-
-    Parameters
-    ----------
-    u, v : float
-        Displacement of the light along the other two axes between adjacent
-        layers, in grid steps; at most 1 in magnitude.
-    length : float32
-        World length of its path between adjacent layers.
-    """
-    layers, rows, columns = out.shape
-    # The light comes from a square of nodes, the same for all but for those near the faces;
-    # a margin, in which light is not attenuated, stands for what lies outside the volume.
-    light = np.ones((rows + 3, columns + 3), dtype=np.float32)
-    dark = np.zeros((rows + 3, columns + 3), dtype=np.float32)
-    top, left = math.floor(-u), math.floor(-v)
-    down, right = np.float32(-u - top), np.float32(-v - left)
-    out[0] = 1
-    for n in range(1, layers):
-        light[1 : rows + 1, 1 : columns + 1] = out[n - 1]
-        dark[1 : rows + 1, 1 : columns + 1] = extinction[n - 1]
-        for j in range(rows):
-            near, far = 1 + j + top, 2 + j + top
-            for i in range(columns):
-                at = 1 + i + left
-                received = _mixed(light, near, far, at, down, right)
-                path = _mixed(dark, near, far, at, down, right)
-                # Ever smaller numbers would end as denormal ones, which take 100 times as long.
-                rest = received * math.exp(max(-path * length, DARKEST))
-                out[n, j, i] = rest if rest > DARK else np.float32(0)
-
-
-@inlined
-def _mixed(grid: Any, near: int, far: int, at: int, down: Any, right: Any) -> Any:
-    """Interpolate between two rows of a grid, and between a column and the next."""
-    first = grid[near, at] + right * (grid[near, at + 1] - grid[near, at])
-    second = grid[far, at] + right * (grid[far, at + 1] - grid[far, at])
-    return first + down * (second - first)
+    def _course(self, direction: NDArray[np.float64]) -> Sweep:
+        return Sweep.along(direction / self._spacing)

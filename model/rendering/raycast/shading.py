@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from model.compilation import inlined
-from model.rendering.raycast.trilinear import interpolate_inside, locate
+from model.rendering.raycast.trilinear import clamp, interpolate_inside, locate
 
 ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 
@@ -82,6 +82,28 @@ def received(glow: Any, ray: Any, k: Any) -> Any:
         (ray.start[1] + k * ray.step[1]) * glow.scale[1],
         (ray.start[2] + k * ray.step[2]) * glow.scale[2],
     )
+
+
+@inlined
+def light_place(glow: Any, ray: Any, k: Any) -> Any:
+    """Return the node of the light's grid before sample k, and the weights of the next ones."""
+    return locate(
+        glow.shape,
+        clamp((ray.start[0] + k * ray.step[0]) * glow.scale[0], glow.shape[0]),
+        clamp((ray.start[1] + k * ray.step[1]) * glow.scale[1], glow.shape[1]),
+        clamp((ray.start[2] + k * ray.step[2]) * glow.scale[2], glow.shape[2]),
+    )
+
+
+@inlined
+def corner_of(glow: Any, place: Any, fx: Any, fy: Any, fz: Any, corner: int) -> Any:
+    """Return one of the eight nodes around a place, and its weight there."""
+    right, above, behind = corner & 1, (corner >> 1) & 1, corner >> 2
+    share = fx if right else ONE - fx
+    share *= fy if above else ONE - fy
+    share *= fz if behind else ONE - fz
+    at = place + np.uint64(right) + np.uint64(above) * np.uint64(glow.shape[0])
+    return at + np.uint64(behind) * np.uint64(glow.shape[0] * glow.shape[1]), share
 
 
 @inlined

@@ -7,6 +7,7 @@ front of sample i, opacity a_i, colour c_i and their changes,
 
 Under direct light, c_i is the colour under that light, which does not depend on the TF. In shadows
 it changes, too: by the sample's own opacity, and as other samples take more or less of its light.
+In soft light, the change of the light at the nodes of its grid is known before.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from model.rendering.raycast.batch import BATCH, fetch, stack_batch
 from model.rendering.raycast.differentiation import NEGLIGIBLE
 from model.rendering.raycast.marching import FAINT, opacity_of_part, shade, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
+from model.rendering.raycast.shading import received
 from model.rendering.raycast.shadow_derivatives import (
     light_and_change,
     shade_with_slopes,
@@ -48,6 +50,8 @@ def change_rows(
     changes: Any,
     colors: Any,
     light: Any,
+    glow: Any,
+    turn_grid: Any,
     shadows: Any,
     least: Any,
     camera: Any,
@@ -66,6 +70,8 @@ def change_rows(
     colors : ndarray of float32, shape (4 levels,)
         Colour at each level, not premultiplied.
     light : Light or None
+    glow, turn_grid : LightGrid or None
+        Soft light, and its change.
     shadows : Shadows or None
     least : float32
         Transparency of a sample below which the derivative is clamped.
@@ -133,6 +139,13 @@ def change_rows(
                             red += _lit(r, d, s, limit, weight, d_turn, s_turn)
                             green += _lit(g, d, s, limit, weight, d_turn, s_turn)
                             blue += _lit(b, d, s, limit, weight, d_turn, s_turn)
+                    elif glow is not None:
+                        if weight != ZERO or seen > FAINT:
+                            t = min(np.float32(k + m), ray.last)
+                            d = weight * received(glow, ray, t) + seen * received(turn_grid, ray, t)
+                            red += d * colors[at]
+                            green += d * colors[at + _1]
+                            blue += d * colors[at + _2]
                     elif weight != ZERO:
                         d, s = ONE, ZERO
                         if light is not None:

@@ -261,7 +261,7 @@ def test_the_cost_of_sensitivities_is_measured(
     assert costs["image"]["images"] == 1
     assert costs["region, signed"]["ms"] > 0
     assert "region, signed" in capsys.readouterr().out
-    assert run(["bench", "sensitivity", "--lighting", "soft"]) == 2
+    assert run(["bench", "sensitivity", "--lighting", "path"]) == 2
 
 
 def test_the_sensitivity_of_a_generator(trained: Path, raw_file: Path, tmp_path: Path) -> None:
@@ -808,8 +808,7 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(
     assert imread(tmp_path / "field.png").std() > 1
     assert run(f"{base}/field.npz --value 120".split()) == 2
     assert "give --value and OUT.png" in one_line(capsys)
-    assert run(f"{base}/x.png --value 120 --lighting soft".split()) == 2
-    assert "--field-scale own" in one_line(capsys)
+    assert run(f"{base}/x.png --value 120 --lighting soft".split()) == 0
 
 
 def test_the_papers_run_is_one_command(raw_file: Path, tmp_path: Path) -> None:

@@ -155,19 +155,6 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     engine.close()
 
 
-def test_a_region_by_differences_is_given_up_when_nobody_wants_it() -> None:
-    volume = make_volume()
-    lit = RaycastRenderer(volume, "soft", LightDirection(), threads=1)
-    inputs = replace(make_request(1).inputs, light=LightDirection())
-    request = RegionSensitivityRequest(1, inputs, Quality(8), Outline(), 8.0)
-    engine = RendererEngine(lit, 1.0)
-    assert engine.region_sensitivity(request).shape == (256,)
-    answers = iter([True, True, False])
-    with pytest.raises(SupersededError):
-        engine.region_sensitivity(request, lambda: next(answers))
-    engine.close()
-
-
 def test_a_picture_to_save_is_put_together_from_tiles() -> None:
     engine, renderer = make_engine()
     size = Quality(900, raster=Raster(1500, 900))

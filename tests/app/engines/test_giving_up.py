@@ -15,22 +15,21 @@ from window_fakes import PATIENCE_S, make_request
 from app.engines.engines import RendererEngine
 from app.engines.messages import (
     BatchRequest,
+    BlockFieldsRequest,
+    FieldRangeRequest,
     GridRequest,
     ImageRequest,
     MovieFrameRequest,
     PictureRequest,
     Quality,
-    RegionSensitivityRequest,
     Request,
     Result,
     SearchRequest,
-    ValueSensitivityRequest,
 )
 from app.engines.worker import EngineWorker
 from model.errors import RenderError
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
-from model.scene.region import Outline
 
 INPUTS = replace(make_request(1).inputs, light=LightDirection())
 
@@ -40,15 +39,13 @@ def batch(kind: type[BatchRequest]) -> Callable[[int], Request]:
 
 
 QUESTIONS: dict[str, Callable[[int], Request]] = {
-    "effect of a value by differences": lambda number: ValueSensitivityRequest(
-        number, INPUTS, Quality(8), (100.0, 100.0), 8.0
-    ),
+    "fields of blocks": lambda number: BlockFieldsRequest(number, INPUTS, Quality(8), 4, 8.0),
     "grid": batch(GridRequest),
     "image": lambda number: ImageRequest(number, INPUTS, Quality(2000)),
     "movie": lambda number: MovieFrameRequest(number, INPUTS, Quality(2500)),
     "picture": lambda number: PictureRequest(number, INPUTS, Quality(2500)),
-    "region by differences": lambda number: RegionSensitivityRequest(
-        number, INPUTS, Quality(8), Outline(), 16.0
+    "range of fields": lambda number: FieldRangeRequest(
+        number, INPUTS, Quality(8), (100.0, 200.0), 8.0
     ),
     "search": batch(SearchRequest),
     "what-if": batch(BatchRequest),
@@ -65,6 +62,9 @@ class SlowRenderer(RaycastRenderer):
         self.may_end = threading.Semaphore(0)
         self.renderings = 0
         self.error: Exception | None = None
+
+    def change(self, inputs: Any, size: Any, edit: Any) -> NDArray[np.float32]:
+        return self.render(inputs, size)[..., :3]
 
     def render(self, inputs: Any, size: Any = 0, *_: Any, **__: Any) -> NDArray[np.float32]:
         self.renderings += 1

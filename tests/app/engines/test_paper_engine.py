@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
@@ -30,7 +28,6 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
 from model.scene.region import Outline
 from model.scene.scene import Scene
 from model.scene.tf_perturbation import edit_around
@@ -130,18 +127,6 @@ def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) 
             FieldRangeRequest(0, INPUTS, SMALL, (100.0, 200.0), 6.0),
             lambda: next(answers),
         )
-
-
-def test_under_soft_light_there_are_no_fields_of_all_values() -> None:
-    lit = RendererEngine(RaycastRenderer(make_volume(), "soft", LightDirection(), threads=1), 1.0)
-    inputs = replace(INPUTS, light=LightDirection())
-    for request in (
-        BlockFieldsRequest(0, inputs, SMALL, 8, 6.0),
-        FieldRangeRequest(0, inputs, SMALL, (100.0, 200.0), 6.0),
-    ):
-        with pytest.raises(NotOfferedError, match="soft light"):
-            answer(lit, request)
-    lit.close()
 
 
 def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None:

@@ -758,23 +758,6 @@ def test_every_way_to_show_a_field(
     assert window.sensitivity.exact.scale == scale
 
 
-def test_under_soft_light_a_new_region_does_not_keep_the_old_answer(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    builders.scene = Scene.of(builders.volumes["ramp"], 16, "soft")
-    window = make_window()
-    dispatcher = window.workspace.sensitivity
-    assert dispatcher.exact_source == "differences"
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
-    window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.5, 0.5))
-    window.sensitivity_state.finish_region()
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
-    assert set(dispatcher.regions) == {"learned"}
-    window.sensitivity_state.choose(engine="exact")
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
-    assert "by differences" in window.sensitivity.source.said
-
-
 def test_a_generator_of_another_light_does_not_answer_alone(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
@@ -782,39 +765,14 @@ def test_a_generator_of_another_light_does_not_answer_alone(
     window = make_window()
     dispatcher = window.workspace.sensitivity
     window.workspace.reference.choose(lighting="soft")
-    qtbot.waitUntil(lambda: dispatcher.exact_source == "differences")
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
-    assert dispatcher.region_answer is dispatcher.regions["differences"]
+    for source in ("exact", "learned"):
+        qtbot.waitUntil(lambda source=source: dispatcher.is_fresh(dispatcher.regions.get(source)))
+    assert dispatcher.region_answer is dispatcher.regions["exact"]
     label = window.sensitivity.source
-    dispatcher.regions.pop("differences")
+    dispatcher.regions.pop("exact")
     label.refresh()
     assert "test images" not in label.said
-    assert "by differences …" in label.said
     assert "outside what it was trained on" in label.said
-
-
-def test_differences_wait_for_the_references_image(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window(model=None)
-    dispatcher = window.workspace.sensitivity
-    window.workspace.reference.choose(lighting="soft")
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
-
-    def asked() -> int:
-        analyst = builders.analysts[-1]
-        return sum(isinstance(r, RegionSensitivityRequest) for r in analyst.others)
-
-    count, reference = asked(), builders.references[-1]
-    reference.gate = threading.Semaphore(0)
-    window.state.set_view(View(77.0, 5.0))
-    qtbot.wait(50)
-    assert asked() == count and dispatcher.is_waiting
-    reference.gate.release(20)
-    reference.gate = None
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("differences")))
-    assert asked() == count + 1
 
 
 def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(

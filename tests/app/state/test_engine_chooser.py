@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.state.engine_chooser import REST_SIZE, SLOW_REGION_SIZE, EngineChooser
+from app.state.engine_chooser import REST_SIZE, EngineChooser
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
@@ -46,31 +46,6 @@ def test_where_the_ray_caster_is_slow_the_generator_comes_first(chooser: EngineC
     assert chooser.order("signed", live=True) == ["exact"]
     chooser.learned_size = None
     assert chooser.order("field", live=True) == ["exact"]
-
-
-def test_without_exact_derivative_a_region_is_the_generators_or_made_at_rest(
-    chooser: EngineChooser,
-) -> None:
-    chooser.exact_source = "differences"
-    assert chooser.order("signed", live=False) == ["learned"]
-    assert chooser.order("field", live=False) == ["exact", "learned"]
-    assert chooser.order("field", live=True) == []
-    choose(chooser, engine="exact")
-    assert chooser.order("signed", live=False) == ["exact"]
-    assert chooser.order("signed", live=True) == []
-    assert chooser.quality("exact", "signed").size == SLOW_REGION_SIZE
-
-
-def test_under_a_light_that_the_generator_does_not_know_differences_are_made(
-    chooser: EngineChooser,
-) -> None:
-    chooser.exact_source = "differences"
-    chooser.is_outside = lambda: True
-    assert chooser.order("signed", live=False) == ["exact", "learned"]
-    assert chooser.order("change", live=False) == ["exact"]
-    assert chooser.order("signed", live=True) == []
-    choose(chooser, engine="learned")
-    assert chooser.order("signed", live=False) == ["learned"]
 
 
 def test_the_generators_size_of_change_is_made_on_demand_only(chooser: EngineChooser) -> None:

@@ -8,7 +8,6 @@ import pytest
 import torch
 from scipy.stats import spearmanr
 
-from model.errors import RenderError
 from model.generator.generator import Generator
 from model.networks.card import ModelCard
 from model.networks.paper.two_stage import TwoStageGenerator
@@ -16,7 +15,6 @@ from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
 from model.scene.region import Region
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -120,9 +118,3 @@ def test_chance_does_not_agree(
     agreement = sensitivity_agreement(generator_of(scene), volume, samples).to_json()
     assert abs(agreement["block_cosine"]["median"]) < 0.1
     assert abs(agreement["image_cosine"]["median"]) < 0.3
-
-
-def test_scenes_in_global_light_are_refused(volume: Volume, scene: Scene) -> None:
-    lit = replace(scene, image_size=32, lighting="soft", light=LightDirection())
-    with pytest.raises(RenderError, match="direct light"):
-        sensitivity_agreement(generator_of(lit), volume, [draw_sample(lit, 0, "holdout", 0)])

@@ -7,7 +7,6 @@ import pytest
 import torch
 from ramp import make_tf, make_volume
 
-from model.errors import RenderError
 from model.generator.generator import Generator
 from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
@@ -15,8 +14,7 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Scene
+from model.scene.scene import Lighting, Scene
 from model.scene.tf_perturbation import (
     edit_around,
     edit_over,
@@ -27,7 +25,7 @@ from model.scene.view import View
 from model.sensitivity.block_fields import field_of_band, over_pixels, pixels_of_block
 from model.sensitivity.display import per_small_edit, scale_of, shown_field, shown_responses
 from model.sensitivity.learned import Sensitivity
-from model.sensitivity.rendered import all_fields, largest_scales
+from model.sensitivity.rendered import block_fields, largest_scales
 
 RANGE = (100.0, 200.0)
 WIDTH = 6.0
@@ -119,9 +117,10 @@ def test_the_learned_scale_ends_at_the_strongest_of_all_values(
         assert end >= max(ends) * 0.999
 
 
-def test_the_ray_casters_fields_and_scale(inputs: SceneInputs) -> None:
-    renderer = RaycastRenderer(make_volume(), threads=1, sample_distance=1.0)
-    fields = all_fields(renderer, inputs, 16, 4, WIDTH)
+@pytest.mark.parametrize("lighting", ["none", "soft"])
+def test_the_ray_casters_fields_and_scale(inputs: SceneInputs, lighting: Lighting) -> None:
+    renderer = RaycastRenderer(make_volume(), lighting, threads=1, sample_distance=1.0)
+    fields = block_fields(renderer, inputs, 16, 4, WIDTH)
     edit = edit_around(150.0, RANGE, WIDTH).astype(np.float64)
     change = renderer.change(inputs, 16, edit.astype(np.float32))
     image = renderer.render(inputs, 16)[..., :3].astype(np.float64)
@@ -136,13 +135,6 @@ def test_the_ray_casters_fields_and_scale(inputs: SceneInputs) -> None:
     assert len(calls) == len(edits)
     for end, measure in zip(ends, ("change", "signed"), strict=True):
         assert end >= 0.98 * scale_of(shown_field(change, edit, measure))
-    renderer.close()
-
-
-def test_global_light_has_no_exact_fields(inputs: SceneInputs) -> None:
-    renderer = RaycastRenderer(make_volume(), "soft", LightDirection(), threads=1)
-    with pytest.raises(RenderError):
-        all_fields(renderer, inputs, 16, 4, WIDTH)
     renderer.close()
 
 

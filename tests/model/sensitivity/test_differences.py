@@ -16,7 +16,7 @@ from model.scene.tf_perturbation import edit_around, response_to_edits
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity import differences, exact, rendered
+from model.sensitivity import differences, exact
 
 SIZE = 32
 REGION = Region(4, 6, 28, 26)
@@ -41,7 +41,7 @@ def test_differences_are_near_the_exact_derivative(
     renderer = RaycastRenderer(volume, lighting)
     for value in (30.0, 140.0):
         edit = edit_around(value, RANGE, 6.0)
-        expected = rendered.value_sensitivity(renderer, inputs, SIZE, edit)
+        expected = renderer.change(inputs, SIZE, edit)
         found = differences.value_sensitivity(renderer, inputs, SIZE, edit)
         assert found.dtype == np.float32
         assert cosine(found, expected) > 0.995
@@ -58,13 +58,11 @@ def test_vtk_has_them_too(volume: Volume) -> None:
     renderer = VtkRenderer(volume)
     found = differences.value_sensitivity(renderer, INPUTS, SIZE, edit_around(140.0, RANGE, 6.0))
     renderer.close()
-    expected = rendered.value_sensitivity(
-        RaycastRenderer(volume), INPUTS, SIZE, edit_around(140.0, RANGE, 6.0)
-    )
+    expected = RaycastRenderer(volume).change(INPUTS, SIZE, edit_around(140.0, RANGE, 6.0))
     assert cosine(found, expected) > 0.98
 
 
-def test_under_global_light_an_edit_moves_the_shadow() -> None:
+def test_in_soft_light_an_edit_moves_the_shadow() -> None:
     # Light from the left; what is edited stands left of what is looked at.
     scalars = np.zeros((24, 24, 48), np.uint8)
     scalars[:, :, 8:16], scalars[:, :, 32:40] = 100, 250
@@ -77,7 +75,7 @@ def test_under_global_light_an_edit_moves_the_shadow() -> None:
     assert abs(right) > 0.02 * left
     renderer.close()
     unlit = RaycastRenderer(Volume(scalars))
-    shadowless = rendered.value_sensitivity(unlit, inputs, SIZE, edit_around(100.0, RANGE, 3.0))
+    shadowless = unlit.change(inputs, SIZE, edit_around(100.0, RANGE, 3.0))
     assert abs(shadowless[12:20, 20:24]).mean() < 0.1 * abs(right)
     unlit.close()
 

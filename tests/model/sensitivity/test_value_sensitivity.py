@@ -132,17 +132,17 @@ def test_visibility_is_what_each_value_adds_to_the_opacity(name: str) -> None:
     renderer.close()
 
 
-def test_regions_outside_and_global_light_are_refused() -> None:
+def test_regions_outside_and_preintegrated_images_are_refused() -> None:
     renderer = RaycastRenderer(small_volume())
     with pytest.raises(RenderError, match="outside"):
         visibility(renderer, inputs_of(TFS["random"]), SIZE, Region(0, 0, 15, 2))
     renderer.close()
-    lit = RaycastRenderer(small_volume(), "soft")
+    renderer = RaycastRenderer(small_volume(), preintegrated=True)
     with pytest.raises(RenderError, match="on the CPU"):
-        lit.change(inputs_of(TFS["random"]), SIZE, edit_around(100.0, RANGE, 6.0))
+        renderer.change(inputs_of(TFS["random"]), SIZE, edit_around(100.0, RANGE, 6.0))
     with pytest.raises(RenderError, match="on the CPU"):
-        region_sensitivity(lit, inputs_of(TFS["random"]), SIZE, REGION)
-    lit.close()
+        region_sensitivity(renderer, inputs_of(TFS["random"]), SIZE, REGION)
+    renderer.close()
 
 
 @pytest.mark.parametrize("width", [0.0, 1.0, 6.0, 40.0])

@@ -390,22 +390,3 @@ def test_light_on_a_coarser_grid_is_about_the_same(executor: ThreadPoolExecutor)
     shadow = 0.95 ** (20 / 0.5 ** (1 / 3))
     ambient = (light[16, 60, 12] - DISTANT * shadow) / AMBIENT
     assert 0.3 < ambient < 1
-
-
-def test_ambient_light_may_have_fewer_nodes(executor: ThreadPoolExecutor) -> None:
-    z, y, x = np.mgrid[-1:1:40j, -1:1:40j, -1:1:40j]
-    scalars = np.rint(255 * np.exp(-4 * (x**2 + 2 * y**2 + z**2))).astype(np.uint8)
-    volume = Volume(scalars)
-    opacities = OpacityTF(RANGE, points=((0.0, 0.0), (255.0, 0.3))).sample(volume.scalar_range)
-
-    def grid(ambient_longest: int | None) -> NDArray[np.float32]:
-        light = Illumination(scalars, BYTES, volume, executor, 32, ambient_longest)
-        found = light.grid(VIEW, HEADLIGHT, opacities)
-        assert found.shape == (32, 32, 32)
-        return found.grid
-
-    plain = grid(None)
-    np.testing.assert_allclose(grid(32), plain, atol=1e-5)
-    half = grid(16)
-    assert 1e-4 < abs(half - plain).mean() < 0.02
-    assert np.corrcoef(half, plain)[0, 1] > 0.99

@@ -1,0 +1,274 @@
+"""Sweeps of light through a coarse grid of extinction, their changes and derivatives.
+
+Light goes from layer to layer of nodes. What reaches a node is that of a square of four nodes in
+the layer before, times exp(-e l) for their extinction e and the length l of the way.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.compilation import compiled, inlined
+from model.scene.transfer_function import TF_SAMPLES
+
+DARK, DARKEST = np.float32(1e-20), np.float32(-46)
+"""Light that counts as none, and its logarithm."""
+
+VOXELS = 4
+"""Voxels along each axis that stand for those around a node."""
+
+NODE_LEVELS = VOXELS**3
+"""Voxels that stand for those around a node."""
+
+ZERO = np.float32(0)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Way of a distant light through a grid.
+
+    Attributes
+    ----------
+    axes : tuple of 3 int
+        Axes of an array (nz, ny, nx), the one that is swept layer by layer first.
+    step : {1, -1}
+        Along the first one.
+    slope : tuple of float
+        Displacement along the other two between adjacent layers, in grid steps, at most 1 in
+        magnitude; and the world length of the way between these layers.
+    """
+
+    axes: tuple[int, int, int]
+    step: int
+    slope: tuple[float, float, np.float32]
+
+    @classmethod
+    def along(cls, steps: NDArray[np.float64]) -> Sweep:
+        """Return the way of a light that takes so many grid steps along x, y and z per length."""
+        order = np.argsort(-np.abs(steps), kind="stable")
+        z, y, x = (2 - order).tolist()
+        along, u, v = steps[order].tolist()
+        length = 1 / abs(along)
+        return cls((z, y, x), 1 if along > 0 else -1, (u * length, v * length, np.float32(length)))
+
+    def layers_of(self, grid: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return a grid (nz, ny, nx) by layers, in the order in which light meets them."""
+        return np.ascontiguousarray(np.transpose(grid, self.axes)[:: self.step])
+
+    def in_place(self, layers: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return what :meth:`layers_of` has made in the grid's own order."""
+        return np.ascontiguousarray(np.transpose(layers[:: self.step], np.argsort(self.axes)))
+
+
+@compiled
+def look_around(scalars: Any, missing: Any, bins: Any, layer: int, out: Any) -> None:
+    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis."""
+    offset, factor = bins
+    nz, ny, nx = out.shape[:3]
+    for j in range(ny):
+        for i in range(nx):
+            n = 0
+            for c in range(VOXELS):
+                z = _voxel(layer, nz, scalars.shape[0], c)
+                for b in range(VOXELS):
+                    y = _voxel(j, ny, scalars.shape[1], b)
+                    for a in range(VOXELS):
+                        x = _voxel(i, nx, scalars.shape[2], a)
+                        level = (scalars[z, y, x] - offset) * factor + 0.5
+                        out[layer, j, i, n] = int(min(max(level, 0.0), TF_SAMPLES - 0.5))
+                        if missing is not None and missing[z, y, x]:
+                            out[layer, j, i, n] = TF_SAMPLES
+                        n += 1
+
+
+@inlined
+def _voxel(index: int, count: int, voxels: int, part: int) -> int:
+    """Return the voxel in the middle of a part of those around a node, along an axis."""
+    size = (voxels - 1) / (count - 1)
+    first = max(math.ceil((index - 0.5) * size), 0)
+    last = min(math.floor((index + 0.5) * size) + 1, voxels)
+    return first + (2 * part + 1) * (last - first) // (2 * VOXELS)
+
+
+@compiled
+def average_levels(levels: Any, table: Any, out: Any) -> None:
+    """Average a table's values over the levels (ny, nx, n) around each node of a layer."""
+    ny, nx, count = levels.shape
+    for j in range(ny):
+        for i in range(nx):
+            total = ZERO
+            for n in range(count):
+                total += table[np.uint64(levels[j, i, n])]
+            out[j, i] = total / np.float32(count)
+
+
+@compiled
+def average_edits(levels: Any, tables: Any, out: Any) -> None:
+    """Average several tables (257, m) in the same way, into (m, ny, nx)."""
+    ny, nx, count = levels.shape
+    total = np.empty(tables.shape[1], dtype=np.float32)
+    for j in range(ny):
+        for i in range(nx):
+            total[:] = ZERO
+            for n in range(count):
+                level = np.uint64(levels[j, i, n])
+                for m in range(len(total)):
+                    total[m] += tables[level, m]
+            for m in range(len(total)):
+                out[m, j, i] = total[m] / np.float32(count)
+
+
+@compiled
+def add_by_level(levels: Any, weights: Any, table: Any) -> None:
+    """Add to a table what each of its entries has in averages (ny, nx) of given weights."""
+    ny, nx, count = levels.shape
+    for j in range(ny):
+        for i in range(nx):
+            weight = weights[j, i] / np.float32(count)
+            if weight != ZERO:
+                for n in range(count):
+                    table[np.uint64(levels[j, i, n])] += weight
+
+
+@compiled
+def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
+    """Propagate light from layer to layer along the first axis.
+
+    A node's own extinction does not attenuate its light: opaque surfaces would
+    otherwise be dark, as their coarse nodes also cover the space in front of them.
+
+    Parameters
+    ----------
+    extinction : ndarray of float32, shape (layers, rows, columns)
+    slope : tuple of float
+        See :class:`Sweep`.
+    out : ndarray of float32, the same shape
+        Output: share of the light that reaches each node.
+    clear : ndarray of float32, the same shape, or None
+        Output: transparency of the way from the layer before.
+    """
+    layers, rows, columns = out.shape
+    u, v, length = slope
+    # The light comes from a square of nodes, the same for all but for those near the faces;
+    # a margin, in which light is not attenuated, stands for what lies outside the volume.
+    light = np.ones((rows + 3, columns + 3), dtype=np.float32)
+    dark = np.zeros((rows + 3, columns + 3), dtype=np.float32)
+    top, left, down, right = _square(u, v)
+    out[0] = 1
+    for n in range(1, layers):
+        light[1 : rows + 1, 1 : columns + 1] = out[n - 1]
+        dark[1 : rows + 1, 1 : columns + 1] = extinction[n - 1]
+        for j in range(rows):
+            # Rows as arrays of their own, so that the loop over them is vectorized.
+            bright, bright_below = light[1 + j + top, 1 + left :], light[2 + j + top, 1 + left :]
+            dim, dim_below = dark[1 + j + top, 1 + left :], dark[2 + j + top, 1 + left :]
+            for i in range(columns):
+                received = _mixed(bright, bright_below, i, down, right)
+                path = _mixed(dim, dim_below, i, down, right)
+                # Ever smaller numbers would end as denormal ones, which take 100 times as long.
+                through = math.exp(max(-path * length, DARKEST))
+                is_dark = received * through <= DARK
+                out[n, j, i] = ZERO if is_dark else received * through
+                if clear is not None:
+                    clear[n, j, i] = ZERO if is_dark else through
+
+
+@compiled
+def sweep_change(changes: Any, slope: Any, passed: Any, clear: Any, out: Any) -> None:
+    """Compute how a sweep's light changes with the extinction: its tangent.
+
+    Parameters
+    ----------
+    changes : ndarray of float32, shape (layers, rows, columns)
+        Of the extinction.
+    slope, passed, clear
+        Of :func:`sweep_layers`, whose output `passed` is.
+    out : ndarray of float32, the same shape
+        Output: change of the light at each node.
+    """
+    layers, rows, columns = out.shape
+    u, v, length = slope
+    light = np.zeros((rows + 3, columns + 3), dtype=np.float32)
+    dark = np.zeros((rows + 3, columns + 3), dtype=np.float32)
+    top, left, down, right = _square(u, v)
+    out[0] = ZERO
+    for n in range(1, layers):
+        light[1 : rows + 1, 1 : columns + 1] = out[n - 1]
+        dark[1 : rows + 1, 1 : columns + 1] = changes[n - 1]
+        for j in range(rows):
+            # Rows as arrays of their own, so that the loop over them is vectorized.
+            bright, bright_below = light[1 + j + top, 1 + left :], light[2 + j + top, 1 + left :]
+            dim, dim_below = dark[1 + j + top, 1 + left :], dark[2 + j + top, 1 + left :]
+            for i in range(columns):
+                received = _mixed(bright, bright_below, i, down, right)
+                path = _mixed(dim, dim_below, i, down, right)
+                change = received * clear[n, j, i] - path * length * passed[n, j, i]
+                out[n, j, i] = change if abs(change) > DARK else ZERO
+
+
+@compiled
+def sweep_back(weights: Any, slope: Any, passed: Any, clear: Any, out: Any) -> None:
+    """Turn a derivative by a sweep's light into one by the extinction: its adjoint.
+
+    Parameters
+    ----------
+    weights : ndarray of float32, shape (layers, rows, columns)
+        Derivative by the light at each node; overwritten.
+    slope, passed, clear
+        Of :func:`sweep_layers`, whose output `passed` is.
+    out : ndarray of float32, the same shape
+        Output: derivative by the extinction of each node.
+    """
+    layers, rows, columns = out.shape
+    u, v, length = slope
+    light = np.empty((rows + 3, columns + 3), dtype=np.float32)
+    dark = np.empty((rows + 3, columns + 3), dtype=np.float32)
+    top, left, down, right = _square(u, v)
+    out[layers - 1] = ZERO
+    for n in range(layers - 1, 0, -1):
+        light[:] = ZERO
+        dark[:] = ZERO
+        for j in range(rows):
+            near, far = 1 + j + top, 2 + j + top
+            for i in range(columns):
+                weight = weights[n, j, i]
+                if abs(weight) > DARK:
+                    at = 1 + i + left
+                    _divide(light, near, far, at, down, right, weight * clear[n, j, i])
+                    change = -weight * length * passed[n, j, i]
+                    _divide(dark, near, far, at, down, right, change)
+        for j in range(rows):
+            for i in range(columns):
+                weights[n - 1, j, i] += light[j + 1, i + 1]
+                out[n - 1, j, i] = dark[j + 1, i + 1]
+
+
+@inlined
+def _square(u: float, v: float) -> Any:
+    """Return first row and column of the square that light comes from, and its place in it."""
+    top, left = math.floor(-u), math.floor(-v)
+    return top, left, np.float32(-u - top), np.float32(-v - left)
+
+
+@inlined
+def _mixed(row: Any, below: Any, at: int, down: Any, right: Any) -> Any:
+    """Interpolate between two rows, and between a column and the next."""
+    first = row[at] + right * (row[at + 1] - row[at])
+    second = below[at] + right * (below[at + 1] - below[at])
+    return first + down * (second - first)
+
+
+@inlined
+def _divide(grid: Any, near: int, far: int, at: int, down: Any, right: Any, value: Any) -> None:
+    """Add a value to the four nodes that :func:`_mixed` interpolates between."""
+    below = down * value
+    above = value - below
+    grid[near, at] += (np.float32(1) - right) * above
+    grid[near, at + 1] += right * above
+    grid[far, at] += (np.float32(1) - right) * below
+    grid[far, at + 1] += right * below
