@@ -28,8 +28,8 @@ _PREFIX = "gloss:"
 
 SENTENCES = {
     "Exact": "The derivative of the ray caster's own image: no approximation but its samples.",
-    "Unlit": "Path-traced light has no derivative: the exact one of the unlit image stands in for "
-    "it, whose curves agree with it by a cosine of .97 to .99, and whose image is brighter.",
+    "Stand-in": "Path-traced light has no derivative. Exact ones stand in for it: curves of the "
+    "unlit image, which agree by a cosine of .96 to .99, and fields of soft light, of .92.",
     "Learned": "The derivative of the model's image, which is as good as the model is.",
     "Cosine": "How far the learned and the exact curve agree in shape: 1 is perfect, 0 is not at "
     "all.",

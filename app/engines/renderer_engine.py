@@ -134,7 +134,7 @@ class RendererEngine:
         from model.sensitivity.rendered import region_responses
 
         _go_on_if(is_wanted)
-        renderer, size = self._ray_caster(), request.quality.pixels
+        renderer, size = self._of_curves(), request.quality.pixels
         return region_responses(
             renderer, request.inputs, size, request.region, request.width, request.measure
         )
@@ -196,6 +196,10 @@ class RendererEngine:
         if not isinstance(self._renderer, RaycastRenderer):
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
         return self._renderer
+
+    def _of_curves(self) -> RaycastRenderer:
+        """Return what the curves of regions are of."""
+        return self._ray_caster()
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Not supported: renderers have no latent codes."""

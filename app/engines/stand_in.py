@@ -5,44 +5,44 @@ from __future__ import annotations
 from app.engines.renderer_engine import RendererEngine
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
-from model.scene.scene import PATH_STAND_IN
+from model.scene.scene import PATH_CURVES, PATH_FIELDS
 from model.scene.volume import Volume
 
 
 class StandInEngine(RendererEngine):
-    """Draws in soft light, the nearest to path-traced light, and differentiates in another one.
+    """Draws in soft light, the nearest to path-traced light, in which its fields are, too.
 
     Parameters
     ----------
     pictures : RaycastRenderer
-        In soft light.
-    derivatives : RaycastRenderer
-        In a light whose derivative is exact.
+        In that light.
+    curves : RaycastRenderer
+        In the light of the curves of regions.
     sample_distance : float
         Of final images, in voxels.
     """
 
     def __init__(
-        self, pictures: RaycastRenderer, derivatives: RaycastRenderer, sample_distance: float
+        self, pictures: RaycastRenderer, curves: RaycastRenderer, sample_distance: float
     ) -> None:
         super().__init__(pictures, sample_distance)
-        self._derivatives = derivatives
+        self._curves = curves
 
     @classmethod
     def of(
         cls, volume: Volume, light: LightDirection | None, sample_distance: float
     ) -> StandInEngine:
         """Build both ray casters of a volume."""
-        pictures, derivatives = (
+        pictures, curves = (
             RaycastRenderer(volume, lighting, light, sample_distance)
-            for lighting in ("soft", PATH_STAND_IN)
+            for lighting in (PATH_FIELDS, PATH_CURVES)
         )
-        return cls(pictures, derivatives, sample_distance)
+        return cls(pictures, curves, sample_distance)
 
     def close(self) -> None:
         """Release both."""
         super().close()
-        self._derivatives.close()
+        self._curves.close()
 
-    def _ray_caster(self) -> RaycastRenderer:
-        return self._derivatives
+    def _of_curves(self) -> RaycastRenderer:
+        return self._curves

@@ -40,7 +40,7 @@ ENGINES: dict[str, tuple[EngineChoice, str]] = {
     ),
     "Exact": (
         "exact",
-        "The ray caster: exact; unlit under path-traced light",
+        "The ray caster: exact; of another light under path-traced",
     ),
     "Learned": ("learned", "The model of this volume"),
 }

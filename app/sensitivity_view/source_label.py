@@ -15,7 +15,7 @@ from model.sensitivity.trust import trust_word
 
 GLOSSES: dict[Source, str] = {
     "exact": "Exact",
-    "stand-in": "Unlit",
+    "stand-in": "Stand-in",
     "learned": "Learned",
 }
 """Terms of the glossary for the sources."""

@@ -24,12 +24,12 @@ from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import WhatIf
 
 Source = Literal["exact", "stand-in", "learned"]
-"""Origin of an answer: the ray caster's derivative, that of the unlit image in place of path-traced
+"""Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
 light's, or the generator."""
 
 SOURCE_NAMES: dict[Source, str] = {
     "exact": "exact",
-    "stand-in": "unlit",
+    "stand-in": "stand-in",
     "learned": "learned",
 }
 

@@ -27,9 +27,11 @@ scattered many times, by the path tracer."""
 EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft", "shadows")
 """Lightings under which the ray caster has the exact derivative of images by the TF."""
 
-PATH_STAND_IN: Lighting = "none"
-"""Light whose exact derivative stands in for that of path-traced light, which has none: of the ray
-caster's lights the nearest to it, and the fastest (``bench path-sensitivity``)."""
+PATH_CURVES: Lighting = "none"
+PATH_FIELDS: Lighting = "soft"
+"""Lights whose exact derivatives stand in for those of path-traced light, which has none: for the
+curves of regions, and for fields. Of the ray caster's lights they are the nearest to it
+(``bench path-sensitivity``)."""
 
 TFFamily = Literal["paper", "drawn"]
 """Random TFs: the paper's mixtures of Gaussian modes, or also those that people draw."""

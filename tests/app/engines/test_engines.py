@@ -24,6 +24,7 @@ from app.engines.messages import (
     Quality,
     RegionSensitivityRequest,
     SupersededError,
+    ValueSensitivityRequest,
 )
 from app.engines.path_tracing import PathTracingEngine
 from app.engines.stand_in import StandInEngine
@@ -35,6 +36,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
 from model.scene.region import Outline
 from model.scene.scene import Scene
+from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
 from model.sensitivity.rendered import region_responses
 
@@ -187,7 +189,7 @@ def test_a_generator_says_where_and_by_what_it_runs(
     assert GeneratorEngine(cast(Any, generator)).description == words
 
 
-def test_under_path_traced_light_pictures_are_soft_and_derivatives_unlit() -> None:
+def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit() -> None:
     volume, light = make_volume(), LightDirection()
     engine = StandInEngine.of(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
@@ -198,5 +200,10 @@ def test_under_path_traced_light_pictures_are_soft_and_derivatives_unlit() -> No
     found = engine.region_sensitivity(region)
     right = region_responses(unlit, inputs, 24, Outline(), 8.0)
     np.testing.assert_allclose(found, right, rtol=1e-4, atol=1e-6)
+    field = ValueSensitivityRequest(1, inputs, Quality(24), (150.0, 150.0), 8.0)
+    edit = edit_around(150.0, soft.scalar_range, 8.0)
+    np.testing.assert_allclose(
+        engine.value_sensitivity(field), soft.change(inputs, 24, edit), rtol=1e-4, atol=1e-6
+    )
     for each in (engine, soft, unlit):
         each.close()

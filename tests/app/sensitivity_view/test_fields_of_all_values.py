@@ -157,7 +157,7 @@ def test_the_menu_says_and_sets_what_is_chosen(window: MainWindow) -> None:
 def test_what_cannot_be_answered_is_said(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(_request: BlockFieldsRequest) -> np.ndarray:
+    def fail(_request: BlockFieldsRequest, _is_wanted: object) -> np.ndarray:
         raise MemoryError("no room")
 
     monkeypatch.setattr(builders.generators[-1], "block_fields", fail)
