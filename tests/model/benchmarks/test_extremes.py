@@ -32,11 +32,12 @@ BOUNDS = {
     "path-traced light": 0.0011,
     "plot, unlit": 0.01,
     "plot, direct": 0.03,
+    "plot, soft": 0.02,
     "plot, shadows": 0.05,
     "field, unlit": 0.025,
     "field, direct": 0.025,
     "field, shadows": 0.25,
-    "field, soft": 0.07,
+    "field, soft": 0.025,
     "without loss": 0.0,
     "1 byte a voxel": 0.003,
     "TF codec": 1e-5,
@@ -47,6 +48,7 @@ SINGLE_BIN = {
     "plot, unlit": 0.08,
     "field, unlit": 0.2,
     "field, direct": 0.2,
+    "field, soft": 0.2,
 }
 """The same for TFs of a single bin, of which pictures may be .04 off, and VTK's .15."""
 
