@@ -119,7 +119,10 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection
     )
-    window.opening.start_with(start.volume, start.scalar_range, start.choice, start.scale)
+    if start.session is not None:
+        window.sessions.open(start.session, start.volume)
+    else:
+        window.opening.start_with(start.volume, start.scalar_range, start.choice, start.scale)
     if start.model is not None:
         workspace.open_model(start.model)
 

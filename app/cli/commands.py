@@ -51,6 +51,14 @@ def window(
     model: options.ModelFolder = None,
     volume: options.VolumeFile = None,
     tf: options.TFFile = None,
+    session: Annotated[
+        Path | None,
+        typer.Option(
+            "--session",
+            metavar="FILE.tfscope",
+            help="What 'File > Save session' wrote; --volume: where its volume is now.",
+        ),
+    ] = None,
     view: Annotated[
         View | None,
         typer.Option(
@@ -97,14 +105,14 @@ def window(
 ) -> None:
     """Look into volumes through transfer functions, beside a generative model.
 
-    FILE is opened in the window: a volume, a model's folder, or a TF file.
+    FILE is opened in the window: a volume, a model's folder, a TF file, or a session.
     """
     if context.invoked_subcommand is None:
         from app.cli.window import open_window, window_volume
 
         choice = Choice(series, array, time, channel, component)
         start = WindowStart(
-            volume=window_volume(volume, model),
+            volume=window_volume(volume, model, session),
             model=model,
             tf=tf,
             view=view,
@@ -116,6 +124,7 @@ def window(
             crop=crop,
             size=values.window_size(size),
             choice=choice if choice.text else None,
+            session=session,
         )
         code = open_window(start, str(device), str(backend), str(precision), screenshot)
         raise typer.Exit(code)

@@ -6,15 +6,35 @@ from pathlib import Path
 
 from app.cli import values
 from app.state.window_start import WindowStart
+from model.errors import TfscopeError
 from model.generator.catalog import volume_for
 from model.volume_files.shipped import DEFAULT_VOLUME
 
 
-def window_volume(volume: Path | None, model: Path | None) -> Path:
-    """Return the volume to open: without one, the model's if it is shipped, or the default."""
+def window_volume(volume: Path | None, model: Path | None, session: Path | None = None) -> Path:
+    """Return the volume to open.
+
+    Without one, it is the session's, or the model's if that is shipped, or the default.
+
+    Raises
+    ------
+    TfscopeError
+        For a session that cannot be read, or whose volume is nowhere.
+    """
     if volume is not None:
         values.source(volume)
         return volume
+    if session is not None:
+        # Imported here: who opens no session starts without it.
+        from app.state.session import Session
+
+        found = Session.load(session).volume
+        if not found.exists():
+            raise TfscopeError(
+                f"{session} shows {found}, which is not there any more; "
+                "give its new place by --volume."
+            )
+        return found
     return (None if model is None else volume_for(model)) or DEFAULT_VOLUME
 
 

@@ -12,15 +12,16 @@ from model.networks.card import MODEL_FILE
 if TYPE_CHECKING:
     from typer.core import TyperGroup
 
-TF_SUFFIX = ".json"
+OPTIONS = {".json": "--tf", ".tfscope": "--session"}
+"""By the suffix of a file."""
 
 
 def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:
     """Put the window's options before files that are given without one.
 
-    A model's folder gets ``--model``, a JSON file ``--tf``, any other file or folder
-    ``--volume``. A command's name is a command, whatever files there are, and from there on
-    nothing is changed.
+    A model's folder gets ``--model``, a JSON file ``--tf``, a session ``--session``, any other
+    file or folder ``--volume``. A command's name is a command, whatever files there are, and
+    from there on nothing is changed.
 
     Parameters
     ----------
@@ -73,4 +74,4 @@ def _option_for(word: str, application: TyperGroup) -> str:
         )
     if path.is_dir():
         return "--model" if (path / MODEL_FILE).exists() else "--volume"
-    return "--tf" if path.suffix.lower() == TF_SUFFIX else "--volume"
+    return OPTIONS.get(path.suffix.lower(), "--volume")

@@ -24,7 +24,7 @@ from model.json_files import read_json
 LOCK_PATIENCE_S = 5.0
 """Time after which the file is written without a lock: who holds it that long hangs."""
 
-RecentKind = Literal["volumes", "models", "transfer_functions"]
+RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 
 class PreferencesError(TfscopeError):
@@ -193,6 +193,11 @@ class Preferences(QObject):
                     self._store = None
 
     @property
+    def folder(self) -> Path | None:
+        """Folder of the file; None where everything is in memory only."""
+        return None if self._store is None else self._store.path.parent
+
+    @property
     def values(self) -> Remembered:
         """Everything that is remembered now."""
         return self._values
@@ -273,6 +278,10 @@ class Preferences(QObject):
     def note_transfer_function(self, path: Path) -> None:
         """Remember that a TF file was opened or saved; it becomes the first of the recent ones."""
         self.set(**self._recent("transfer_functions", path))
+
+    def note_session(self, path: Path) -> None:
+        """Remember that a session was opened or saved; it becomes the first of the recent ones."""
+        self.set(**self._recent("sessions", path))
 
     def recent(self, kind: RecentKind) -> list[Path]:
         """Return the recent files of a kind, the newest first, whether they exist or not."""

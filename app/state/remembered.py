@@ -185,7 +185,7 @@ class Remembered:
     theme : {"system", "dark", "light"}
     single_keys : bool
         Whether letters alone are keys of the window.
-    recent_volumes, recent_models, recent_transfer_functions : tuple of str
+    recent_volumes, recent_models, recent_transfer_functions, recent_sessions : tuple of str
         Absolute paths, the newest first.
     volumes : dict of KnownVolume
         By fingerprint, the one opened last at the end.
@@ -215,6 +215,7 @@ class Remembered:
     recent_volumes: tuple[str, ...] = ()
     recent_models: tuple[str, ...] = ()
     recent_transfer_functions: tuple[str, ...] = ()
+    recent_sessions: tuple[str, ...] = ()
     volumes: dict[str, KnownVolume] = field(default_factory=dict)
     others: dict[str, Any] = field(default_factory=dict)
 
@@ -226,7 +227,7 @@ class Remembered:
         ValueError
             For a name that there is not, or a value outside its range.
         """
-        return replace(self, **{name: checked(_CHECKS, name, v) for name, v in changes.items()})
+        return replace(self, **{name: checked(CHECKS, name, v) for name, v in changes.items()})
 
     def to_json(self) -> dict[str, Any]:
         """Return the values as plain data."""
@@ -250,7 +251,7 @@ class Remembered:
         rest = {name: value for name, value in data.items() if name != "tfscope_preferences"}
         if data["tfscope_preferences"] == 1:
             _name_shadows(rest)
-        return cls(**valid_values(_CHECKS, rest))
+        return cls(**valid_values(CHECKS, rest))
 
 
 def _name_shadows(data: dict[str, Any]) -> None:
@@ -277,7 +278,7 @@ def _known_volumes(value: Any) -> dict[str, KnownVolume]:
         if isinstance(each, KnownVolume):
             known[fingerprint] = each
         elif isinstance(each, dict):
-            known[fingerprint] = KnownVolume(**valid_values(_VOLUME_CHECKS, each))
+            known[fingerprint] = KnownVolume(**valid_values(VOLUME_CHECKS, each))
     return known
 
 
@@ -353,7 +354,7 @@ def _visible(value: Any) -> tuple[float, ...]:
     return ends
 
 
-_VOLUME_CHECKS: Checks = {
+VOLUME_CHECKS: Checks = {
     "path": text,
     "up_axis": one_of("", "+x", "-x", "+y", "-y", "+z", "-z"),
     "raw_layout": text,
@@ -375,7 +376,7 @@ _VOLUME_CHECKS: Checks = {
     "visible": _visible,
 }
 
-_CHECKS: Checks = {
+CHECKS: Checks = {
     "drawing": one_of("auto", "vtk", "raycast"),
     "exactness": whole_number(0, len(STEPS) - 1),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
@@ -398,6 +399,7 @@ _CHECKS: Checks = {
     "recent_volumes": _recent,
     "recent_models": _recent,
     "recent_transfer_functions": _recent,
+    "recent_sessions": _recent,
     "volumes": _known_volumes,
 }
 
@@ -410,4 +412,4 @@ def changed_volume(known: KnownVolume, changes: dict[str, Any]) -> KnownVolume:
     ValueError
         For a name that there is not, or a wrong value.
     """
-    return replace(known, **{name: checked(_VOLUME_CHECKS, name, v) for name, v in changes.items()})
+    return replace(known, **{name: checked(VOLUME_CHECKS, name, v) for name, v in changes.items()})

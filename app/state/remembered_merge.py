@@ -7,7 +7,13 @@ from typing import Any
 
 from app.state.remembered import MOST_VOLUMES, KnownVolume, Remembered
 
-_NEWEST_FIRST = ("recent_volumes", "recent_models", "recent_transfer_functions", "models")
+_NEWEST_FIRST = (
+    "recent_volumes",
+    "recent_models",
+    "recent_transfer_functions",
+    "recent_sessions",
+    "models",
+)
 """Lists in which whatever was opened last stands first."""
 
 _COLLECTED = ("regions", "places")

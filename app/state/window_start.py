@@ -38,6 +38,8 @@ class WindowStart:
         Part of the volume that is shown.
     choice : Choice or None
         What to read of a volume's file that holds several.
+    session : Path or None
+        A session's file; its volume is `volume`.
     size : tuple of int, or None
         Width and height of the window in pixels.
 
@@ -59,6 +61,7 @@ class WindowStart:
     crop: CropBox | None = None
     size: tuple[int, int] | None = None
     choice: Choice | None = None
+    session: Path | None = None
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":

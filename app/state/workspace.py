@@ -65,8 +65,8 @@ class Workspace(QObject):
     """Emitted with the name of the file or folder that is about to be read."""
     readingEnded = Signal()
     """Emitted when it was read, or was not."""
-    volumeRead = Signal()
-    """Emitted when a volume has been read: problems from now on are this volume's."""
+    volumeRead = Signal(object)
+    """Emitted with the :class:`OpenedVolume` that was read: problems from now on are its own."""
     volumeOpened = Signal(object)
     """Emitted when the engines draw a volume that was read, before its TF is set."""
     volumeStarted = Signal()
@@ -125,6 +125,7 @@ class Workspace(QObject):
         self._first_range: RangeChoice | None = None
         self._first_scale: ValueScale | None = None
         self._first_model: Path | None = None
+        self._first_tf: TransferFunction | None = None
         self._is_restored = False
         self._reading = ""
         self.sensitivity.is_starting = lambda: self._order.is_under_way
@@ -204,6 +205,7 @@ class Workspace(QObject):
         choice: Choice | None = None,
         is_remembered: bool = False,
         model: Path | None = None,
+        transfer_function: TransferFunction | None = None,
     ) -> None:
         """Read a volume in the background, then show it; keep the old one until then.
 
@@ -221,13 +223,15 @@ class Workspace(QObject):
             Whether the choice is an old one, which gives way where the file no longer has it.
         model : Path or None
             Folder of the model to open with it; None for the open one, or one known to be of it.
+        transfer_function : TransferFunction or None
+            TF to show it under; None for its last one, or a default.
         """
         if self._opened is None:
             self._clients[1].wait(f"Reading {path.name} …")
         else:
             self.news.emit(f"Reading {path.name} …")
         self._first_range, self._first_scale = first_range, first_scale
-        self._first_model = model
+        self._first_model, self._first_tf = model, transfer_function
         self._reading = path.name
         self.readingStarted.emit(path.name)
         self._opening.read(path, raw, self._volume_read, self._volume_failed, choice, is_remembered)
@@ -265,6 +269,10 @@ class Workspace(QObject):
             if self._first_range is not None:
                 return fit_to_range(transfer_function, volume.scalar_range)
         return fit_to_volume(transfer_function, self._opened.volume)
+
+    def kept_tf(self, fingerprint: str) -> TransferFunction | None:
+        """Return the TF under which a volume was seen last; None if that is not known."""
+        return self._keeper.load(fingerprint)
 
     def show_images(self, generator: bool, reference: bool) -> None:
         """Say which images are in sight; others are not drawn."""
@@ -316,7 +324,7 @@ class Workspace(QObject):
     def _volume_read(self, opened: OpenedVolume) -> None:
         """Show a volume that was read, with its missing voxels if they were drawn the last time."""
         self.readingEnded.emit()
-        self.volumeRead.emit()
+        self.volumeRead.emit(opened)
         known = self._preferences.volume(opened.fingerprint)
         if known.draws_missing and opened.volume.missing is not None:
             show, failed = self._show_over_wanted, partial(self._show_nevertheless, opened)
@@ -330,7 +338,7 @@ class Workspace(QObject):
 
     def _show_over_wanted(self, opened: OpenedVolume) -> None:
         """Show a volume; first compute it over another range if one is wanted."""
-        kept = self._keeper.load(opened.fingerprint)
+        kept = self._first_tf or self._keeper.load(opened.fingerprint)
         show = partial(self._volume_opened, kept)
         try:
             wanted, scale = self._wanted_range(opened, kept)
@@ -411,7 +419,7 @@ class Workspace(QObject):
             *opened.volume.notes,
             opened.volume.missing_text,
             self._model.worth,
-            RESTORED if kept is not None else "",
+            RESTORED if kept is not None and self._first_tf is None else "",
         ]
         self.news.emit(" ".join(filter(None, notes)))
         self._dispatcher.scale = opened.volume.scale
@@ -430,6 +438,9 @@ class Workspace(QObject):
         self._note_model()
         # After the engines: it requests the images, which they then take up.
         self._state.start_volume(opened.default, kept, crop)
+        if self._first_tf is not None:
+            self._first_tf = None
+            self._keep()
         self.volumeStarted.emit()
 
     def _tell_progress(self, what: str, done: int, count: int) -> None:

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 from app.figures.sensitivity_figure import save_figure
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
-from app.window.file_opening import TF_SUFFIX, VOLUME_FILTER, FileOpening
+from app.window.file_opening import OPEN_FILTER, TF_SUFFIX, FileOpening
 from model.errors import RenderError, TransferFunctionError
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
 
@@ -56,8 +56,8 @@ class FileDialogs(QObject):
         return f"{file_name(self.volume_name) or otherwise}{suffix}"
 
     def open_volume(self) -> None:
-        """Ask for a volume file and open it."""
-        self._open_file("Open volume", VOLUME_FILTER, self._opening.open_volume)
+        """Ask for a file with a volume or a session and open it."""
+        self._open_file("Open volume or session", OPEN_FILTER, self._opening.open)
 
     def open_dicom(self) -> None:
         """Ask for a folder with DICOM slices and open it."""

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 from app.controls import Action
 from app.state.library import ModelCheck
 from app.state.preferences import Preferences, RecentKind
+from app.state.session import SUFFIX
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.contents_dialog import ContentsDialog
@@ -27,6 +28,7 @@ from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
 VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
+OPEN_FILTER = VOLUME_FILTER.replace("Volumes (", f"Volumes and sessions (*{SUFFIX} ")
 
 RAW_SUFFIX = ".raw"
 TF_SUFFIX = ".json"
@@ -52,6 +54,8 @@ class FileOpening(QObject):
     """Emitted with an error sentence for the notice bar."""
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
+    sessionFound = Signal(object)
+    """Emitted with the path of a session that is to be opened."""
     transferFunctionOpened = Signal()
     """Emitted when a TF file's TF is there."""
 
@@ -83,11 +87,13 @@ class FileOpening(QObject):
         workspace.readingEnded.connect(self._forget_reading)
 
     def open(self, path: Path) -> None:
-        """Open a file or folder as what it is: a volume, a model or a TF."""
+        """Open a file or folder as what it is: a volume, a model, a TF or a session."""
         if path.is_dir() and (path / MODEL_FILE).exists():
             self.open_model(path)
         elif path.suffix.lower() == TF_SUFFIX and path.is_file():
             self.open_transfer_function(path)
+        elif path.suffix.lower() == SUFFIX and path.is_file():
+            self.sessionFound.emit(path)
         else:
             self.open_volume(path)
 
@@ -99,6 +105,8 @@ class FileOpening(QObject):
             self.open_model_and_volume(path, self._workspace.library.volume_of(path))
         elif kind == "volumes":
             self.open_volume(path)
+        elif kind == "sessions":
+            self.sessionFound.emit(path)
         else:
             self.open_transfer_function(path)
 

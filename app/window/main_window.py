@@ -37,6 +37,7 @@ from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
+from app.state.session_work import SessionWork
 from app.state.training_clock import MINUTES
 from app.state.training_order import TrainingChoices, training_order
 from app.state.training_pace import TrainingPace
@@ -70,6 +71,7 @@ from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
 from app.window.quitting import may_quit
+from app.window.session_files import SessionFiles
 from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
@@ -203,6 +205,26 @@ class MainWindow(QMainWindow):
         )
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
+        self.sessions = SessionWork(
+            self.state,
+            self.sensitivity_state,
+            self.latent_state,
+            self.workspace,
+            self.preferences,
+            self.preferences.folder,
+            self,
+        )
+        self.session_files = SessionFiles(
+            self,
+            self.sessions,
+            self.files,
+            self.opening,
+            self.overlays,
+            self.panes,
+            self._memory,
+            self.preferences,
+            self.notice,
+        )
         self.empty_card = EmptyCard(self.reference, self.workspace, self.opening, self.files)
         self.browser.movieRequested.connect(self.movies.save_path)
         self.browser.preview.tfChanged.connect(self.overlays.preview)
@@ -229,6 +251,7 @@ class MainWindow(QMainWindow):
             pictures=self.pictures,
             movies=self.movies,
             compact=self.compact,
+            sessions=self.session_files,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,
@@ -294,13 +317,13 @@ class MainWindow(QMainWindow):
         self.opening.transferFunctionOpened.connect(self.editor.show_small_range)
         self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
         # Errors of an earlier file no longer apply.
-        self.workspace.volumeRead.connect(self.notice.clear)
+        self.workspace.volumeRead.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
-            self.workspace, self.opening, self.files, self.pictures, self.movies, self.compact,
-            self.browser,
+            self.workspace, self.opening, self.files, self.sessions, self.pictures, self.movies,
+            self.compact, self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)

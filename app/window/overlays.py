@@ -109,6 +109,15 @@ class Overlays(QObject):
         for each in self._canvases:
             each.update()
 
+    def refresh(self) -> None:
+        """Show what is remembered by now."""
+        self._show_cubes()
+        self._show_opacity()
+        self._decoded.set_shown(self.has_decoded_tf)
+        for canvas in self._canvases:
+            canvas.update()
+        self.changed.emit()
+
     def toggle_opacity(self) -> None:
         """Show opacity images, or hide them."""
         self._preferences.set(opacity_images=not self.has_opacity)

@@ -20,6 +20,7 @@ TITLES: dict[RecentKind, str] = {
     "volumes": "&Recent volumes",
     "models": "Recent mode&ls",
     "transfer_functions": "Recent tra&nsfer functions",
+    "sessions": "Recent s&essions",
 }
 
 

@@ -87,7 +87,12 @@ class WindowMemory(QObject):
             self._splitter.set_share(share[0] / PARTS)
         self._moves.colors_follow = values.colors_follow_modes
         self._state.set_trackball(values.trackball)
-        if values.swapped:
+        self.restore_panes()
+
+    def restore_panes(self) -> None:
+        """Show the images that are remembered, where they were."""
+        values = self._preferences.values
+        if values.swapped != self._panes.is_swapped:
             self._panes.swap()
         shown = IMAGES.get(values.hidden_panes)
         if shown is not None:

@@ -22,6 +22,7 @@ from app.window.movie_saving import MovieSaving
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
+from app.window.session_files import SessionFiles
 from app.window.top_bar import TopBar
 from app.window.training_card import TrainingCard
 
@@ -35,6 +36,7 @@ class WindowParts:
     pictures: PictureSaving
     movies: MovieSaving
     compact: CompactSaving
+    sessions: SessionFiles
     state: ViewerState
     workspace: Workspace
     preferences: Preferences

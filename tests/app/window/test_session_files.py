@@ -1,0 +1,176 @@
+"""Sessions in the window: everything comes back, and nothing of what was there is lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PySide6.QtWidgets import QFileDialog
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from window_fakes import FakeBuilders
+
+from app.state.preferences import Preferences, PreferencesStore
+from app.state.transfer_function_store import TransferFunctionStore
+from app.window.main_window import MainWindow
+from model.scene.crop import CropBox
+from model.scene.region import Outline
+from model.scene.transfer_function import TransferFunction
+from model.scene.view import View
+
+Opener = Callable[[], MainWindow]
+VIEW = View(70.0, -25.0, 10.0, 1.2)
+
+
+@pytest.fixture
+def volume(tmp_path: Path) -> Path:
+    """The file of the volume; what is read are the fake's."""
+    (tmp_path / "ramp").touch()
+    return tmp_path / "ramp"
+
+
+@pytest.fixture
+def open_window(qtbot: QtBot, builders: FakeBuilders, volume: Path, tmp_path: Path) -> Opener:
+    """Open a window as the next run would, on the ramp."""
+
+    def opened() -> MainWindow:
+        preferences = Preferences(PreferencesStore(tmp_path / "kept" / "preferences.json"))
+        tfs = TransferFunctionStore(tmp_path / "kept" / "tfs")
+        window = MainWindow(builders.make(), tfs, preferences=preferences)
+        qtbot.addWidget(window)
+        with qtbot.waitSignal(window.workspace.volumeStarted):
+            window.workspace.open_volume(volume)
+        return window
+
+    return opened
+
+
+def change_all(window: MainWindow, tf: TransferFunction) -> None:
+    """Make something of each kind."""
+    window.state.commit(tf, "another")
+    window.state.set_view(VIEW)
+    window.state.set_crop(CropBox((0.1, 0.0, 0.2), (1.0, 0.9, 1.0)))
+    window.workspace.reference.choose(lighting="soft", drawing="raycast", exactness=1)
+    window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.5, 0.6))
+    window.sensitivity_state.rename_region("ribs")
+    window.sensitivity_state.choose(measure="change", width=9.0)
+    window.sensitivity_state.pin(120.0, 140.0)
+    window.latent_state.name_place((0.3, -0.2), tf.opacity, "bone")
+    window.overlays.toggle_legend()
+    window.overlays.toggle_cube()
+    window.brightness.set(1.5)
+    window.brightness.finish()
+
+
+def open_session(qtbot: QtBot, window: MainWindow, path: Path) -> None:
+    with qtbot.waitSignal(window.sessions.shown, check_params_cb=lambda s, _: s is not None):
+        window.opening.open(path)
+
+
+def texts_of(window: MainWindow) -> list[str]:
+    """What the notices say."""
+    return [text for text in window.notice.text.splitlines() if text]
+
+
+def test_all_comes_back(qtbot: QtBot, open_window: Opener, tmp_path: Path) -> None:
+    window, path = open_window(), tmp_path / "a.tfscope"
+    other = make_tf(115.0)
+    change_all(window, other)
+    saved = window.sessions.session()
+    window.sessions.save(path)
+    assert "a.tfscope" in window.windowTitle()
+    # Another look, of the same window.
+    window.state.commit(make_tf(), "back")
+    window.state.set_view(View(0.0, 0.0, 0.0, 1.0))
+    window.state.set_crop(None)
+    window.workspace.reference.choose(lighting="none", drawing="auto", exactness=2)
+    window.sensitivity_state.remove_region()
+    window.sensitivity_state.unpin()
+    window.sensitivity_state.choose(measure="signed", width=6.0)
+    window.latent_state.forget_place(0)
+    window.overlays.toggle_legend()
+    between = window.sessions.session()
+    open_session(qtbot, window, path)
+    assert window.sessions.session() == saved
+    assert window.state.transfer_function == other and window.state.view == VIEW
+    assert window.overlays.has_legend and not window.overlays.has_cube
+    assert "a.tfscope" in window.windowTitle()
+    # What was there before is a click away.
+    (notice,) = [text for text in texts_of(window) if "is kept" in text]
+    assert "a.tfscope is open" in notice
+    open_session(qtbot, window, tmp_path / "kept" / "before_session.tfscope")
+    assert between is not None
+    found = window.sessions.session()
+    assert found is not None
+    assert found.transfer_function == between.transfer_function
+    assert found.look["regions"] == between.look["regions"] == ()
+    assert found.look["view"] == between.look["view"]
+
+
+def test_the_next_run_opens_it_over_another_volume(
+    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    window, path = open_window(), tmp_path / "a.tfscope"
+    change_all(window, make_tf(115.0))
+    saved = window.sessions.session()
+    window.sessions.save(path)
+    window.close()
+    builders.volumes["other"] = make_volume("other", 300.0)
+    window = open_window()
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.open_volume(Path("other"))
+    assert "a.tfscope" not in window.windowTitle()
+    open_session(qtbot, window, path)
+    assert window.sessions.session() == saved
+    assert window.preferences.recent("sessions") == [path]
+
+
+def test_a_volume_that_is_nowhere_is_asked_for(
+    qtbot: QtBot,
+    open_window: Opener,
+    volume: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    window, path = open_window(), tmp_path / "a.tfscope"
+    change_all(window, make_tf(115.0))
+    window.sessions.save(path)
+    saved, opened = window.sessions.session(), window.workspace.opened
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    volume.rename(elsewhere / "ramp")
+    window.opening.open(path)
+    assert window.workspace.opened is opened
+    (notice,) = texts_of(window)
+    assert "ramp" in notice and "neither" in notice
+    place = str(elsewhere / "ramp"), ""
+    monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: place)
+    with qtbot.waitSignal(window.sessions.shown):
+        window.session_files._locate(path, "ramp")
+    found = window.sessions.session()
+    assert found is not None and saved is not None
+    assert found.volume == elsewhere / "ramp"
+    assert found.look == saved.look and found.transfer_function == saved.transfer_function
+
+
+def test_a_volume_with_other_voxels_is_named(
+    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    window, path = open_window(), tmp_path / "a.tfscope"
+    window.sessions.save(path)
+    builders.volumes["ramp"] = make_volume(top=201.0)
+    open_session(qtbot, window, path)
+    assert any("voxels differ" in text for text in texts_of(window))
+
+
+def test_a_damaged_session_changes_nothing(
+    qtbot: QtBot, open_window: Opener, tmp_path: Path
+) -> None:
+    window, path = open_window(), tmp_path / "a.tfscope"
+    before = window.sessions.session()
+    path.write_text('{"tfscope_session": 1, "volume": []}')
+    window.opening.open(path)
+    assert window.sessions.session() == before
+    (notice,) = texts_of(window)
+    assert "a.tfscope" in notice and "nothing was changed" in notice
