@@ -49,6 +49,7 @@ OTHER_VALUES: dict[str, Any] = {
     "recent_volumes": ("/data/a.nrrd", "/data/ü \udce9.nrrd"),
     "recent_models": ("/data/model",),
     "recent_transfer_functions": ("/data/tf.json",),
+    "recent_sessions": ("/data/a.tfscope",),
     "volumes": {
         "f1": KnownVolume(
             "/data/a.raw",
