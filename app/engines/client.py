@@ -7,7 +7,14 @@ from collections.abc import Callable
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.engine import Engine
-from app.engines.messages import EngineReady, ImageRequest, Request, Result, StandInRequest
+from app.engines.messages import (
+    EngineReady,
+    ImageRequest,
+    Request,
+    Result,
+    StandInRequest,
+    TradeRequest,
+)
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from app.engines.worker import EngineWorker
 
@@ -224,9 +231,11 @@ class EngineClient(QObject):
         self.fail(error)
 
     def _take_result(self, result: Result) -> None:
-        self.description = result.description or self.description
-        self.remark = result.remark or self.remark
-        self.by_raycast = self.by_raycast or result.by_raycast
+        # What is drawn to be measured is not shown.
+        if not isinstance(result.request, TradeRequest):
+            self.description = result.description or self.description
+            self.remark = result.remark or self.remark
+            self.by_raycast = self.by_raycast or result.by_raycast
         if not self._takes_requests:
             return
         if not isinstance(result.request, ImageRequest):

@@ -18,6 +18,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     Request,
     StandInRequest,
+    TradeRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
@@ -133,7 +134,7 @@ def answer(
         When the engine has given up, as nobody waits for the answer.
     """
     match request:
-        case ImageRequest() | StandInRequest():
+        case ImageRequest() | StandInRequest() | TradeRequest():
             return engine.image(request, is_wanted)
         case PictureRequest():
             return engine.picture(request, is_wanted)

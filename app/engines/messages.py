@@ -80,6 +80,11 @@ class StandInRequest(Request):
 
 
 @dataclass(frozen=True)
+class TradeRequest(Request):
+    """Request for an image as while something moves, of which only time and error are wanted."""
+
+
+@dataclass(frozen=True)
 class PictureRequest(Request):
     """Request for a picture to save, of any size: RGBA as uint8 (H, W, 4), premultiplied."""
 

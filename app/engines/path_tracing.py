@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.engine import Array, always
-from app.engines.messages import PictureRequest, Request, SupersededError
+from app.engines.messages import PictureRequest, Request, SupersededError, TradeRequest
 from app.engines.renderer_engine import TILE, RendererEngine
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 
@@ -56,7 +56,8 @@ class PathTracingEngine(RendererEngine):
         quality = request.quality
         distance = self._sample_distance * quality.coarseness
         key = request.inputs, quality.pixels, distance
-        if self._drawn.key != key:
+        # What is measured is drawn anew, even if it is there.
+        if self._drawn.key != key or isinstance(request, TradeRequest):
             self._drawn = drawn = _Drawn(key)
             drawn.coming = self._refining.refined(
                 request.inputs,

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.image_view.fidelity_line import FidelityLine
+from app.image_view.trade_popover import TradePopover
 from app.state.exactness import STEPS
 from app.state.fidelity import error_text
 from app.state.reference_choices import ReferenceChoices
@@ -15,15 +18,18 @@ from app.wheel_guard import WheelGuard
 WIDTH = 84
 """Of the slider, in pixels."""
 
-WIDEST = "999 ms, error .0000"
-"""As long as figures get, so that nothing moves as they change."""
+WIDEST, UNKNOWN = "999 ms, error .0000", "…"
+"""As long as figures get, so that nothing moves as they change, and what stands in their place."""
+
+MARGIN = 14
+"""Around the figures, in pixels."""
 
 
 class ExactnessSlider(QWidget):
     """Chooses between speed and accuracy, and says what both are here.
 
     Its figures are measured: they are those of the last image while something moved, compared
-    with the one at rest. Each choice draws both.
+    with the one at rest. Each choice draws both. A click on them opens those of all steps.
     """
 
     def __init__(self, work: ReferenceWork) -> None:
@@ -31,6 +37,7 @@ class ExactnessSlider(QWidget):
         self._work = work
         self._line: FidelityLine | None = None
         self._ends = [QLabel("fast"), QLabel("exact")]
+        self._is_folded = False
         self.slider = QSlider(Qt.Orientation.Horizontal)
         WheelGuard(self.slider)
         self.slider.setRange(0, len(STEPS) - 1)
@@ -39,10 +46,12 @@ class ExactnessSlider(QWidget):
         # What is dragged over is not drawn.
         self.slider.setTracking(False)
         self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.figures = QLabel()
-        for label in (*self._ends, self.figures):
+        self.figures = QToolButton()
+        self.figures.setProperty("role", "flat")
+        self.figures.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.figures.clicked.connect(self.open_popover)
+        for label in self._ends:
             label.setProperty("role", "dim")
-        self.figures.setFixedWidth(self.fontMetrics().horizontalAdvance(WIDEST) + 4)
         row = QHBoxLayout(self)
         row.setContentsMargins(4, 0, 4, 0)
         row.setSpacing(6)
@@ -52,6 +61,12 @@ class ExactnessSlider(QWidget):
         self.slider.sliderMoved.connect(self._say)
         work.choicesChanged.connect(self._show)
         self._show(work.choices)
+        self.set_folded(False)
+
+    @cached_property
+    def popover(self) -> TradePopover:
+        """Shows time and error of all steps; built when it is first opened."""
+        return TradePopover(self._work, self)
 
     def follow(self, line: FidelityLine) -> None:
         """Have the figures of the images that a line judges."""
@@ -60,8 +75,16 @@ class ExactnessSlider(QWidget):
 
     def set_folded(self, folded: bool) -> None:
         """Leave words and figures out, or show them again."""
-        for label in (*self._ends, self.figures):
+        self._is_folded = folded
+        for label in self._ends:
             label.setVisible(not folded)
+        widest = UNKNOWN if folded else WIDEST
+        self.figures.setFixedWidth(self.fontMetrics().horizontalAdvance(widest) + MARGIN)
+        self._show_figures()
+
+    def open_popover(self) -> None:
+        """Show time and error of all steps."""
+        self.popover.open_below(self.figures.mapToGlobal(self.figures.rect().bottomRight()))
 
     def _show(self, choices: ReferenceChoices) -> None:
         with QSignalBlocker(self.slider):
@@ -81,13 +104,13 @@ class ExactnessSlider(QWidget):
             f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "
             f"take {1e3 * step.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
             f"drawn; {rest}.<br>The figures are measured: how long the last moving image took, "
-            "and how far it was from the one at rest (RMSE). A choice has both drawn.</qt>"
+            "and how far it was from the one at rest (RMSE). A choice has both drawn; a click on "
+            "them measures all steps.</qt>"
         )
         for widget in (self.slider, self.figures, *self._ends):
             widget.setToolTip(tip)
 
     def _show_figures(self) -> None:
         text = "" if self._line is None else self._line.moving
-        if text != self.figures.text():
-            self.figures.setText(text)
-            self.figures.setAccessibleName(f"Moving images: {text}" if text else "")
+        self.figures.setText(UNKNOWN if self._is_folded else text or UNKNOWN)
+        self.figures.setAccessibleName(f"Moving images: {text}" if text else "Speed and accuracy")

@@ -196,6 +196,17 @@ class Dispatcher(QObject):
         else:
             self._submit(self._stand_in, StandInRequest, self._live(StandInRequest))
 
+    def live_at(self, scale: float) -> tuple[EngineClient, Quality]:
+        """Return who draws while something moves, and at which quality with a part of the width."""
+        raster = self.raster.scaled(scale)
+        if not self._stands_in():
+            client, quality = self._reference, self._live(ImageRequest)
+        elif self._live_drawer.is_vtk:
+            client, quality = self._reference, self._live_of_vtk
+        else:
+            client, quality = self._stand_in, self._live(StandInRequest)
+        return client, replace(quality, size=raster.shorter, raster=raster)
+
     @property
     def _stand_in_raster(self) -> Raster:
         """Pixels of the ray caster's image at rest."""

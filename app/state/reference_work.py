@@ -17,6 +17,7 @@ from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.remembered import LightingChoice
 from app.state.slow_lights import SlowLights
+from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from model.rendering.path_tracing import denoising
 from model.rendering.raster import Raster
@@ -57,6 +58,8 @@ class ReferenceWork(QObject):
         What the reference is drawn with now.
     fits_view : bool
         Whether the home view is still fitted to the pane while it is looked from.
+    trade : TradeWork
+        Measures time and error of images while something moves.
     """
 
     choicesChanged = Signal(object)
@@ -106,6 +109,7 @@ class ReferenceWork(QObject):
         dispatcher.liveDrawerChanged.connect(self.liveDrawerChanged)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
+        self.trade = TradeWork(state, reference, analyst, dispatcher, self)
         self._keeps_light = True
         self._asked_lighting: LightingChoice | None = None
         state.lightChangeFinished.connect(self._keep_light)

@@ -24,6 +24,7 @@ from app.engines.messages import (
     Quality,
     RegionSensitivityRequest,
     SupersededError,
+    TradeRequest,
     ValueSensitivityRequest,
 )
 from app.engines.path_tracing import PathTracingEngine
@@ -119,6 +120,10 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
     # Another view is another picture.
     engine.image(replace(request, inputs=replace(request.inputs, view=View(azimuth=80.0))))
     assert len(traced) == 12
+    # What is measured is drawn anew, though it is there.
+    engine.image(TradeRequest(2, request.inputs, Quality(16)))
+    engine.image(TradeRequest(3, request.inputs, Quality(16)))
+    assert len(traced) == 16
     engine.close()
 
 

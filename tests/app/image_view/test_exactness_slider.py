@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
+from app.image_view.exactness_slider import UNKNOWN
 from app.state.exactness import STEPS, USUAL
 from app.window.main_window import MainWindow
 
@@ -52,6 +53,7 @@ def test_a_narrow_bar_has_the_slider_alone(make_window: Callable[..., MainWindow
     window = make_window()
     control = window.exactness
     window.resize(1440, 900)
-    assert control.figures.isVisible()
+    wide = control.figures.width()
     window.resize(1000, 800)
-    assert control.slider.isVisible() and not control.figures.isVisible()
+    assert control.slider.isVisible() and control.figures.isVisible()
+    assert control.figures.text() == UNKNOWN and control.figures.width() < wide / 3
