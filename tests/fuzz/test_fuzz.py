@@ -15,7 +15,16 @@ READ = [name for name in FORMATS if name != "planted"]
 
 
 @pytest.mark.parametrize(
-    "outcome", ["read", "refused", "error", "crash", "hang", "memory", "altered"]
+    "outcome",
+    [
+        "read",
+        "refused",
+        "error",
+        "crash",
+        pytest.param("hang", marks=pytest.mark.slow),
+        "memory",
+        "altered",
+    ],
 )
 def test_every_outcome_is_told_from_the_others(
     outcome: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

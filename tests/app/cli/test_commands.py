@@ -336,6 +336,7 @@ def test_jumps_are_measured_in_all_lights(raw_file: Path, tmp_path: Path) -> Non
     assert all(0 <= jump["largest"] < 255 for jump in jumps.values())
 
 
+@pytest.mark.slow
 def test_what_stands_in_for_path_traced_sensitivities_is_measured(
     raw_file: Path, tmp_path: Path
 ) -> None:

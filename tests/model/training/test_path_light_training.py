@@ -47,6 +47,7 @@ def test_errors_are_those_of_the_pictures_without_the_truths_noise() -> None:
     assert first.finished == pytest.approx(first.denoised, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_it_learns_what_is_missing_on_pictures_that_it_has_not_seen() -> None:
     trainer = make()
     trainer.run()

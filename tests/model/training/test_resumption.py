@@ -188,6 +188,7 @@ def test_a_run_of_format_3_goes_on(store: SampleStore, tmp_path: Path) -> None:
     assert load_progress(tmp_path)[0].stage == "done"
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_that_was_begun_beside_networks_that_are_gone(
     store: SampleStore, tmp_path: Path
 ) -> None:
