@@ -31,8 +31,9 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
     scale, too: the volume is to be shown on that. It fits if
     its range has at least 1/64 of itself in common with the volume's scalar range, its robust
     range or the range of its voxels, and that is 1/1024 of these, or 8 steps of whole numbers.
-    A TF that does not, such as one over [0, 1] in a CT, is stretched to the volume's scalar
-    range, as a relative TF is.
+    A TF over far more than that, such as all values of 16 bits, is cut to the volume's scalar
+    range if it has something to say there. Any other, such as one over [0, 1] in a CT, is
+    stretched to that range, as a relative TF is.
 
     Parameters
     ----------
@@ -67,6 +68,8 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
         or _overlap(own, robust_range(volume), step)
     ):
         return transfer_function
+    if _is_about(transfer_function, volume.scalar_range):
+        return fit_to_range(transfer_function, volume.scalar_range)
     return stretch_to_range(transfer_function, volume.scalar_range)
 
 
@@ -121,6 +124,17 @@ def _overlap(own: Range, other: Range, step: int | None) -> bool:
     if step is not None:
         least = min(least, LEAST_STEPS * step)
     return common >= max(least, LEAST_OVERLAP * (own[1] - own[0])) and common > 0
+
+
+def _is_about(transfer_function: TransferFunction, scalar_range: Range) -> bool:
+    """Whether a TF over more than a range changes in it: by modes that fit in, or by points."""
+    (lo, hi), own = scalar_range, transfer_function.scalar_range
+    if not own[0] <= lo < hi <= own[1]:
+        return False
+    opacity = transfer_function.opacity
+    modes = [m for m in opacity.modes if lo < m.mean < hi and m.width < hi - lo]
+    # One may lie there by chance.
+    return bool(modes) or sum(lo < value < hi for value, _opacity in opacity.points) > 1
 
 
 def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:

@@ -114,3 +114,34 @@ def test_a_narrow_window_keeps_its_values(own: tuple[float, float], dtype: str) 
     assert fit_to_volume(tf, ct) == tf
     wide = Volume(random.integers(0, 65536, (20, 20, 20)).astype(np.uint16))
     assert fit_to_volume(tf, wide) == tf
+
+
+@pytest.mark.parametrize(
+    "opacity",
+    [
+        OpacityTF((0.0, 65535.0), (GaussianMode(30025.0, 10.0, 0.5),)),
+        OpacityTF(
+            (0.0, 65535.0),
+            points=((0.0, 0.0), (30005.0, 0.0), (30025.0, 0.3), (30026.0, 0.0), (65535.0, 0.0)),
+        ),
+    ],
+)
+def test_a_tf_over_all_values_of_16_bits_keeps_those_that_the_volume_has(
+    opacity: OpacityTF,
+) -> None:
+    voxels = np.random.default_rng(3).integers(30000, 30049, (20, 20, 20)).astype(np.uint16)
+    stops = ((0.0, 0.0, 0.0, 1.0), (65535.0, 1.0, 0.0, 0.0))
+    tf = TransferFunction(opacity, ColorTF((0.0, 65535.0), stops))
+    fitted = fit_to_volume(tf, Volume(voxels))
+    assert fitted.scalar_range == (30000.0, 30048.0)
+    values = np.linspace(30000, 30048, 97)
+    # Over 65,536 values the mode would be as wide as a bin.
+    mode = 0.5 * np.exp(-(((values - 30025) / 10) ** 2))
+    expected = mode if opacity.modes else opacity(values)
+    np.testing.assert_allclose(fitted.opacity(values), expected, atol=1e-9)
+    np.testing.assert_allclose(fitted.color(values), tf.color(values), atol=1e-9)
+    # What says nothing about these values is stretched: a mode elsewhere, or as wide as a bin.
+    for other in (GaussianMode(40000.0, 10.0, 0.5), GaussianMode(30025.0, 100.0, 0.5)):
+        elsewhere = replace(tf, opacity=OpacityTF((0.0, 65535.0), (other,)))
+        stretched = fit_to_volume(elsewhere, Volume(voxels)).opacity.modes[0].mean
+        assert stretched == pytest.approx(30000 + 48 * other.mean / 65535)
