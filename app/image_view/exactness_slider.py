@@ -21,8 +21,11 @@ WIDTH = 84
 WIDEST, UNKNOWN = "999 ms, error .0000", "…"
 """As long as figures get, so that nothing moves as they change, and what stands in their place."""
 
-MARGIN = 14
+MARGIN = 16
 """Around the figures, in pixels."""
+
+LEAST_WIDTH = 28
+"""Of a button in the bar, in pixels."""
 
 
 class ExactnessSlider(QWidget):
@@ -79,7 +82,8 @@ class ExactnessSlider(QWidget):
         for label in self._ends:
             label.setVisible(not folded)
         widest = UNKNOWN if folded else WIDEST
-        self.figures.setFixedWidth(self.fontMetrics().horizontalAdvance(widest) + MARGIN)
+        width = self.fontMetrics().horizontalAdvance(widest) + MARGIN
+        self.figures.setFixedWidth(max(width, LEAST_WIDTH))
         self._show_figures()
 
     def open_popover(self) -> None:

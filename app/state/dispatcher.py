@@ -19,10 +19,11 @@ NO_MODEL_SIZE = 512
 """Size of the reference image until its pane's is known, in pixels."""
 
 LIVE_COARSENESS = 4.0
-"""Factor of the sample distance in VTK's live images."""
+"""Factor of the sample distance in VTK's live images.
 
-STAND_IN_COARSENESS = 2.0
-"""The same for the ray caster's."""
+The ray caster's have all samples: in the same time fewer pixels are nearer to the image at rest
+than fewer samples, and all pixels are that image.
+"""
 
 REST_SECONDS = 3.0
 """Time that the first image at rest may take; where all pixels take longer, they follow it."""
@@ -262,9 +263,8 @@ class Dispatcher(QObject):
         first = FIRST_SCALE if self.begins_coarse else 0.35
         scale = self._pace.scale((kind, True), _size(self.raster), seconds, first)
         raster = self.raster.scaled(scale)
-        coarseness = STAND_IN_COARSENESS if kind is StandInRequest else LIVE_COARSENESS
-        if self.begins_coarse:
-            coarseness = 1.0
+        by_vtk = kind is ImageRequest and not self._reference.by_raycast
+        coarseness = LIVE_COARSENESS if by_vtk and not self.begins_coarse else 1.0
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
     @property

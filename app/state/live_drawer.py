@@ -40,7 +40,7 @@ class LiveDrawer:
         vtk : float or None
             Seconds of VTK's image with all samples; None if not known.
         raycast : float or None
-            Seconds of the ray caster's live image, with fewer samples; None if not known.
+            Seconds of the ray caster's; None if not known.
         seconds : float
             That a live image may take.
         """
@@ -54,7 +54,7 @@ class LiveDrawer:
         if is_known and self.is_vtk == was_vtk:
             return
         self._told = vtk, raycast
-        other = "" if raycast is None else f", the ray caster {_time(raycast)} at half its samples"
+        other = "" if raycast is None else f", the ray caster {_time(raycast)}"
         drawer = "VTK" if self.is_vtk else "the ray caster"
         self.reason = (
             f"While something moves, {drawer} draws: a whole image takes VTK {_time(vtk)} "

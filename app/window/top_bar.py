@@ -114,6 +114,11 @@ class TopBar(QWidget):
         self.light.set_title(self.light.title)
         self.exactness.set_folded(folded)
         self.browse.set_caption("" if folded else "Browse TFs")
+        # At once: what has become wider would be cut until the next event.
+        for widget in (self.exactness, self) if self.isVisible() else ():
+            layout = widget.layout()
+            if layout is not None:
+                layout.activate()
 
 
 def show_action(button: IconButton, action: QAction) -> None:
