@@ -86,7 +86,7 @@ def run_window(
     try:
         if screenshot is not None:
             return _take_screenshot(application, window, screenshot)
-        with _interrupts_call(window.close), garbage_collected_here():
+        with _interrupts_call(partial(_end, application, window)), garbage_collected_here():
             return application.exec()
     finally:
         window.close()
@@ -140,6 +140,12 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
         window.notice.tell("The light is fixed here; a model beside it was trained with another.")
     if start.tf is not None:
         window.opening.open_transfer_function(start.tf)
+
+
+def _end(application: QApplication, window: MainWindow) -> None:
+    """Close the window and end the program, whatever else is still on screen."""
+    if window.close():
+        application.quit()
 
 
 def _application() -> QApplication:
