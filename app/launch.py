@@ -112,7 +112,11 @@ def garbage_collected_here() -> Iterator[None]:
 def _open(window: MainWindow, start: WindowStart) -> None:
     """Open what a start says, and have it shown as the start says."""
     workspace = window.workspace
-    looks = {"lighting": start.lighting, "drawing": start.renderer}
+    looks = {
+        "lighting": start.lighting,
+        "drawing": start.renderer,
+        "exactness": start.exactness,
+    }
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)
     # The volume's range and its first view are known only then.

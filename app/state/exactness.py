@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.engines.messages import GOOD_ENOUGH
+from model.errors import TfscopeError
 from model.scene.scene import Lighting
 
 
@@ -51,3 +52,45 @@ STEPS = (
 
 USUAL = 2
 """Number of the step that there is without a choice."""
+
+
+def step_for(budget_ms: float | None, error: float | None) -> int | None:
+    """Return the number of the step that keeps to a time and an error; None if neither is given.
+
+    Parameters
+    ----------
+    budget_ms : float or None
+        Milliseconds that an image may take while something moves: the most exact step is taken
+        that allows no more.
+    error : float or None
+        Estimated error that path-traced images at rest are to come to: the fastest such step.
+
+    Raises
+    ------
+    TfscopeError
+        When no step keeps to it.
+    """
+    if budget_ms is None and error is None:
+        return None
+    within = [
+        n for n, s in enumerate(STEPS) if budget_ms is None or 1e3 * s.live_seconds <= budget_ms
+    ]
+    fine = [n for n, s in enumerate(STEPS) if error is None or s.error <= error]
+    if not within:
+        least = 1e3 * STEPS[0].live_seconds
+        raise TfscopeError(
+            f"{budget_ms:g} ms for an image is too little; give {least:.0f} or more."
+        )
+    if not fine:
+        raise TfscopeError(
+            f"An error of {error:g} takes too long for a window; give {STEPS[-1].error:g} or more."
+        )
+    if error is None:
+        return within[-1]
+    if fine[0] > within[-1]:
+        needed = 1e3 * STEPS[fine[0]].live_seconds
+        raise TfscopeError(
+            f"An error of {error:g} goes with {needed:.0f} ms for an image while something moves; "
+            f"allow these, or give an error of {STEPS[within[-1]].error:g} or more."
+        )
+    return fine[0] if budget_ms is None else within[-1]

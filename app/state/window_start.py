@@ -40,6 +40,8 @@ class WindowStart:
         What to read of a volume's file that holds several.
     session : Path or None
         A session's file; its volume is `volume`.
+    exactness : int or None
+        Number of one of :data:`app.state.exactness.STEPS`.
     size : tuple of int, or None
         Width and height of the window in pixels.
 
@@ -62,6 +64,7 @@ class WindowStart:
     size: tuple[int, int] | None = None
     choice: Choice | None = None
     session: Path | None = None
+    exactness: int | None = None
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":
