@@ -21,10 +21,10 @@ WIDTH = 84
 WIDEST, UNKNOWN = "999 ms, error .0000", "…"
 """As long as figures get, so that nothing moves as they change, and what stands in their place."""
 
-MARGIN = 16
+MARGIN = 10
 """Around the figures, in pixels."""
 
-LEAST_WIDTH = 28
+LEAST_WIDTH = 34
 """Of a button in the bar, in pixels."""
 
 

@@ -71,7 +71,13 @@ def is_drawn(name: str, renderer: str) -> bool:
     return renderer != "cuda" or cuda.is_available()
 
 
-CASES = [(name, kind) for name in SCENES for kind in TOLERANCES if is_drawn(name, kind)]
+CASES = [
+    # Of bytes alone where time is short: other types of voxels are kernels of their own.
+    pytest.param(name, kind, marks=() if name.startswith("bytes") else pytest.mark.slow)
+    for name in SCENES
+    for kind in TOLERANCES
+    if is_drawn(name, kind)
+]
 
 
 def draw(scene: PictureScene, kind: str) -> NDArray[np.float32]:

@@ -250,6 +250,7 @@ def test_learned_and_blockwise_fields_of_a_value_are_near(
     assert np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1] > 0.5
 
 
+@pytest.mark.slow
 def test_the_cost_of_sensitivities_is_measured(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

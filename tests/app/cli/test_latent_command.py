@@ -98,6 +98,7 @@ def test_a_grid_and_a_place_stand_in_one_figure(volume: str, tmp_path: Path) -> 
         assert {"cells", "images", "code", "image", "tf"} <= set(arrays)
 
 
+@pytest.mark.slow
 def test_a_codec_is_trained_and_mapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("model.training.codec_training.POOL", 500)
     for name in ("CHECKED", "KNOWN", "RANDOM"):

@@ -55,6 +55,7 @@ def test_a_size_is_kept_and_measured(noisy: Volume, tmp_path: Path) -> None:
     assert told[-1] == ("measuring the error", 1.0)
 
 
+@pytest.mark.slow
 def test_an_error_is_kept_with_no_more_bytes_than_it_takes(noisy: Volume, tmp_path: Path) -> None:
     sizes = []
     for number, most in enumerate((0.02, 0.01, 0.003)):

@@ -34,6 +34,7 @@ def test_pairs_are_drawn_once_and_alike(tmp_path: Path) -> None:
     assert len(list(write_pairs(tmp_path / "a", [volume], 2, seed=3, many=16))) == 1
 
 
+@pytest.mark.slow
 @needs_denoiser
 def test_more_samples_are_nearer_to_what_is_learned(tmp_path: Path) -> None:
     list(write_pairs(tmp_path, [make_volume()], 2, many=64))

@@ -87,7 +87,9 @@ def difference(
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct"])
-@pytest.mark.parametrize("name", VOLUMES)
+@pytest.mark.parametrize(
+    "name", ["blobs", "small", "ramp", pytest.param("noise", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("tf", TFS)
 def test_fields_and_plots_are_differences_of_images(name: str, tf: str, lighting: Lighting) -> None:
     volume, opacity = VOLUMES[name](), TFS[tf]

@@ -117,6 +117,7 @@ def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> No
         assert_same(a, b)
 
 
+@pytest.mark.slow
 def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Scene) -> None:
     reuse, ring, batches, size = 4.0, 256, 240, 32
     with stream(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:

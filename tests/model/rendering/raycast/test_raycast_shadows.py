@@ -175,6 +175,7 @@ def test_sharing_fades_and_does_not_end_at_once() -> None:
         assert np.abs(np.diff(found)).max() < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not software_name(), reason="a graphics card ends no loops")
 def test_vtk_loses_no_pixels_where_a_program_ends_its_loops(
     monkeypatch: pytest.MonkeyPatch,
