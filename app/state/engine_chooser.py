@@ -18,7 +18,7 @@ from app.engines.messages import (
     ValueVisibilityRequest,
     VisibilityRequest,
 )
-from app.state.pace import Pace
+from app.state.pace import LIVE_SECONDS, Pace
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
@@ -90,6 +90,8 @@ class EngineChooser:
         Image size of the generator; None without one that fits the volume.
     picture : Raster
         Pixels of the reference image.
+    patience : float
+        Time that live answers may take, as a multiple of the usual one.
     pace : Pace
     """
 
@@ -99,6 +101,7 @@ class EngineChooser:
         self.begins_small = False
         self.learned_size: int | None = None
         self.picture = Raster(REST_SIZE, REST_SIZE)
+        self.patience = 1.0
         self.pace = Pace()
 
     @property
@@ -134,7 +137,8 @@ class EngineChooser:
             if question == "visibility":
                 # It comes with every region, and is only the background of its plot.
                 largest = min(128, largest)
-            return self._sized(self.pace.live_size((name, question), largest), live=True)
+            seconds = LIVE_SECONDS * self.patience
+            return self._sized(self.pace.live_size((name, question), largest, seconds), live=True)
         if question in ("field", "seen"):
             return self._sized(self.picture.shorter)
         largest = min(REST_SIZE, self.picture.shorter)

@@ -8,6 +8,9 @@ from app.engines.messages import GOOD_ENOUGH
 from model.errors import TfscopeError
 from model.scene.scene import Lighting
 
+USUAL_SECONDS = 0.1
+"""Time that an image may take while something moves, without a choice."""
+
 
 @dataclass(frozen=True)
 class Exactness:
@@ -33,6 +36,11 @@ class Exactness:
     distance: float | None = None
     name: str = ""
 
+    @property
+    def patience(self) -> float:
+        """Time that live answers other than images may take, as a multiple of the usual one."""
+        return self.live_seconds / USUAL_SECONDS
+
     def distance_in(self, lighting: Lighting) -> float | None:
         """Return the distance between samples under a light; None for the usual one.
 
@@ -44,7 +52,7 @@ class Exactness:
 STEPS = (
     Exactness(0.015, 0.012, 64, None, "Smooth"),
     Exactness(0.04, 0.006, 64),
-    Exactness(0.1, GOOD_ENOUGH, 64, None, "Balanced"),
+    Exactness(USUAL_SECONDS, GOOD_ENOUGH, 64, None, "Balanced"),
     Exactness(0.15, 0.002, 256),
     Exactness(0.2, 0.001, 1024, 0.25, "Exact"),
 )

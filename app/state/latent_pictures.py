@@ -42,7 +42,7 @@ REST_MS = 160
 """Time without a movement after which a picture is drawn at full size."""
 
 HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
-"""Time that a picture may take while the mouse moves, and 16 of them while the brush does."""
+"""Time that a picture usually takes while the mouse moves, and 16 of them while the brush does."""
 
 SLOW_SECONDS = 0.12
 """Expected time of a picture at which the model takes over, if there is one."""
@@ -186,6 +186,7 @@ class LatentPictures(QObject):
         self._session = session
         self.clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._pace = Pace()
+        self._patience = 1.0
         self._warm: set[EngineName] = set()
         self._sequence = 0
         self._asked_hovers: dict[int, _AskedHover] = {}
@@ -247,6 +248,10 @@ class LatentPictures(QObject):
     def is_fresh(self, picture: GridPicture | None) -> bool:
         """Whether pictures are of the present view, light and colours."""
         return picture is not None and look_of(picture.inputs) == look_of(self._state.inputs)
+
+    def allow(self, patience: float) -> None:
+        """Have live pictures take so many times the usual time, from the next on."""
+        self._patience = patience
 
     def start_volume(self) -> None:
         """Forget all pictures and how long they took."""
@@ -421,7 +426,7 @@ class LatentPictures(QObject):
     def _quality(self, largest: int, seconds: float, live: bool) -> Quality:
         if not live:
             return Quality(largest)
-        expected = self._pace.expected(self.source, 1) or 0.0
+        expected, seconds = self._pace.expected(self.source, 1) or 0.0, seconds * self._patience
         sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
         return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 LIVE_SECONDS = 0.07
-"""Time that a live answer may take: 10 a second, beside what else is drawn."""
+"""Time that a live answer usually may take: 10 a second, beside what else is drawn."""
 
 LIVE_SIZES = (256, 192, 128, 96, 64)
 
@@ -33,7 +33,7 @@ class Pace:
         per_pixel = self._per_pixel.get(kind)
         return None if per_pixel is None else per_pixel * size**2
 
-    def live_size(self, kind: object, largest: int, seconds: float = LIVE_SECONDS) -> int:
+    def live_size(self, kind: object, largest: int, seconds: float) -> int:
         """Return the largest size, at most `largest`, at which an answer takes some seconds."""
         per_pixel = self._per_pixel.get(kind)
         sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]

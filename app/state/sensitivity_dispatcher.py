@@ -46,6 +46,7 @@ from app.state.sensitivity_answers import (
 )
 from app.state.sensitivity_state import Choices, SensitivityState
 from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
@@ -161,6 +162,14 @@ class SensitivityDispatcher(QObject):
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
         self._forget()
+
+    def show(self, picture: Raster) -> None:
+        """Answer for a reference image of these pixels, from the next answer on."""
+        self.chooser.picture = picture
+
+    def allow(self, patience: float) -> None:
+        """Have live answers take so many times the usual time, from the next on."""
+        self.chooser.patience = patience
 
     def stop(self) -> None:
         """Ask nothing any more."""

@@ -11,6 +11,7 @@ from app.engines.client import EngineClient
 from app.engines.engines import Builders, GeneratorSettings
 from app.state.decoded_tf import DecodedTF
 from app.state.dispatcher import Dispatcher
+from app.state.exactness import STEPS
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
@@ -19,6 +20,7 @@ from app.state.look_keeper import LookKeeper
 from app.state.marks_keeper import MarksKeeper
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
+from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
@@ -136,7 +138,9 @@ class Workspace(QObject):
         state.inputsChanged.connect(self._update_hint)
         state.transferFunctionChangeFinished.connect(self._follow_range)
         state.edited.connect(self._keep)
-        work.resized.connect(partial(setattr, self.sensitivity.chooser, "picture"))
+        work.resized.connect(self.sensitivity.show)
+        work.choicesChanged.connect(self._share_patience)
+        self._share_patience(work.choices)
         work.settingsChanged.connect(self._relight)
         work.analystStarted.connect(self._restart_questions)
         self._model.ready.connect(self._generator_ready)
@@ -146,6 +150,12 @@ class Workspace(QObject):
         for client in self._clients:
             client.resultReady.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
+
+    def _share_patience(self, choices: ReferenceChoices) -> None:
+        """Have all live answers be as fast as the images are to be."""
+        patience = STEPS[choices.exactness].patience
+        self.sensitivity.allow(patience)
+        self.latent.pictures.allow(patience)
 
     @property
     def opened(self) -> OpenedVolume | None:

@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from app.state.engine_chooser import REST_SIZE, EngineChooser
+from app.state.exactness import STEPS, USUAL
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
@@ -75,13 +76,24 @@ def test_the_ray_casters_answers_are_as_wide_as_the_reference(chooser: EngineCho
 
 def test_live_sizes_follow_the_time_they_take() -> None:
     pace = Pace()
-    assert pace.live_size("field", 256) == 128
+    assert pace.live_size("field", 256, LIVE_SECONDS) == 128
     pace.note("field", 128, LIVE_SECONDS / 8)
-    assert pace.live_size("field", 256) == 256
-    assert pace.live_size("field", 200) == 192
+    assert pace.live_size("field", 256, LIVE_SECONDS) == 256
+    assert pace.live_size("field", 200, LIVE_SECONDS) == 192
     assert pace.expected("field", 256) == pytest.approx(LIVE_SECONDS / 2)
     for _ in range(8):
         pace.note("field", 128, 8 * LIVE_SECONDS)
-    assert pace.live_size("field", 256) == 64
-    assert pace.live_size("field", 32) == 32
+    assert pace.live_size("field", 256, LIVE_SECONDS) == 64
+    assert pace.live_size("field", 32, LIVE_SECONDS) == 32
     assert pace.expected("other", 256) is None
+
+
+def test_who_wants_speed_gets_smaller_live_answers(chooser: EngineChooser) -> None:
+    chooser.pace.note(("exact", "field"), 256, LIVE_SECONDS)
+    assert chooser.quality("exact", "field", live=True).size == 256
+    chooser.patience = STEPS[0].patience
+    few = chooser.quality("exact", "field", live=True).size
+    assert few**2 / 256**2 <= STEPS[0].live_seconds / STEPS[USUAL].live_seconds
+    # At rest nothing is traded.
+    assert chooser.quality("exact", "field").size == 512
+    assert STEPS[USUAL].patience == 1
