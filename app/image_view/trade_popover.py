@@ -19,14 +19,14 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.state.exactness import STEPS, Exactness
+from app.state.exactness import STEPS
 from app.state.fidelity import LEAST_SAID, error_text
 from app.state.pace import SCALES
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.trade_work import Traded
 
-WIDTH, PLOT_HEIGHT = 400, 170
+WIDTH, PLOT_HEIGHT = 440, 170
 
 TIMES = [(value, f"{value:g}") for value in (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000)]
 ERRORS = [(LEAST_SAID, "0"), *((value, error_text(value)) for value in (0.001, 0.01, 0.1, 1.0))]
@@ -38,11 +38,6 @@ EXACT = "exact"
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured here, in this scene: {}."
-AT_REST = {
-    True: "refined to {}",
-    False: EXACT,
-}
-"""What an image at rest comes to, in path-traced light and else."""
 
 
 class TradePopover(QFrame):
@@ -105,11 +100,11 @@ class TradePopover(QFrame):
             # An axis of less than a decade would have no mark.
             top = max(10 * errors.min(), 1.5 * errors.max())
             self.plot.setYRange(np.log10(errors.min() / 1.5), np.log10(top))
-        for step, (_button, time, error, rest) in zip(STEPS, self.rows, strict=True):
-            traded = self._trade.at(step)
+        for number, (_button, time, error, rest) in enumerate(self.rows):
+            traded = self._trade.at(STEPS[number])
             time.setText("" if traded is None else _time_text(traded))
             error.setText("" if traded is None else _error_text(traded))
-            rest.setText(self._rest_text(step))
+            rest.setText(self._rest_text(number))
         if self._trade.is_complete:
             pixels = self._work.whole_raster()
             text = MEASURED.format(f"{pixels.width} x {pixels.height} pixels at rest")
@@ -119,9 +114,12 @@ class TradePopover(QFrame):
             text = WAITING
         self.status.setText(text)
 
-    def _rest_text(self, step: Exactness) -> str:
-        is_path = self._work.settings.lighting == "path"
-        return AT_REST[is_path].format(error_text(step.error))
+    def _rest_text(self, number: int) -> str:
+        """Say what an image at rest comes to: an error, or how far samples are apart."""
+        settings = self._work.settings_at(number)
+        if settings.lighting == "path":
+            return f"refined to {error_text(STEPS[number].error)}"
+        return f"{settings.sample_distance:g} voxel steps".removeprefix("0")
 
     def _show_choice(self, choices: ReferenceChoices) -> None:
         button = self.rows[choices.exactness][0]

@@ -124,6 +124,11 @@ class ReferenceWork(QObject):
         """Reach that the home view fits: the whole image's, or that of a model's square."""
         return self._dispatcher.raster.reach if self._scene is None else SQUARE
 
+    def settings_at(self, exactness: int) -> ReferenceSettings:
+        """Return the settings that another step from fast to exact would lead to."""
+        choices = replace(self.choices, exactness=exactness)
+        return choices.settings(self._scene, self._slow_lights.found)
+
     def whole_raster(self) -> Raster:
         """Return the pixels of an image where nothing stands against it."""
         return self._dispatcher.raster

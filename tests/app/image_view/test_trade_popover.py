@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
 from app.engines.messages import TradeRequest
-from app.image_view.trade_popover import EXACT, WAITING, TradePopover
+from app.image_view.trade_popover import WAITING, TradePopover
 from app.state.exactness import STEPS, USUAL
 from app.state.pace import SCALES
 from app.window.main_window import MainWindow
@@ -58,7 +58,8 @@ def test_all_steps_are_measured_once_it_is_open(
     assert window.reference.client.description == before
     name, time, error, rest = popover.rows[USUAL]
     assert name.text() == "Balanced, up to 100 ms" and name.isChecked()
-    assert time.text().endswith(" ms") and error.text() and rest.text() == EXACT
+    assert time.text().endswith(" ms") and error.text()
+    assert rest.text() == ".5 voxel steps" and popover.rows[-1][3].text() == ".25 voxel steps"
     assert f"{whole.width} x {whole.height} pixels" in popover.status.text()
 
 
