@@ -173,7 +173,7 @@ def test_any_other_error_becomes_a_sentence(
 
 
 @posix
-@pytest.mark.parametrize("counted_by", ["scheduler", "us"])
+@pytest.mark.parametrize("counted_by", ["scheduler", pytest.param("us", marks=pytest.mark.slow)])
 def test_blocks_that_kill_their_workers_end_the_run(
     counted_by: str, new: SampleStore, volume: Volume, monkeypatch: pytest.MonkeyPatch
 ) -> None:

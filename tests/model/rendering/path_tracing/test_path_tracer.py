@@ -78,7 +78,9 @@ def traced(volume: Volume, inputs: SceneInputs, size=24, samples=8, **others):
         tracer.close()
 
 
-@pytest.mark.parametrize("asymmetry", [-0.5, 0.0, 0.7])
+@pytest.mark.parametrize(
+    "asymmetry", [0.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (-0.5, 0.7))]
+)
 @pytest.mark.parametrize("opacity", [0.02, 0.3, 0.97])
 def test_white_under_an_even_sky_is_as_bright_as_the_sky(opacity, asymmetry):
     """The white furnace: with albedo 1 everywhere nothing is to be seen but the sky's light."""
