@@ -1,4 +1,4 @@
-"""What the steps from fast to exact cost in the present scene, as a plot and as rows to choose."""
+"""Costs of the steps from fast to exact in the present scene, as a plot and rows to choose."""
 
 from __future__ import annotations
 

@@ -190,22 +190,16 @@ class Dispatcher(QObject):
         if self._reference in self.hidden:
             return
         self._sequence += 1
-        if not self._stands_in():
-            self._ask_reference(self._live(ImageRequest))
-        elif self._live_drawer.is_vtk:
-            self._ask_reference(self._live_of_vtk)
+        client, kind, quality = self._moving_image()
+        if client is self._reference:
+            self._ask_reference(quality)
         else:
-            self._submit(self._stand_in, StandInRequest, self._live(StandInRequest))
+            self._submit(client, kind, quality)
 
     def live_at(self, scale: float) -> tuple[EngineClient, Quality]:
         """Return who draws while something moves, and at which quality with a part of the width."""
         raster = self.raster.scaled(scale)
-        if not self._stands_in():
-            client, quality = self._reference, self._live(ImageRequest)
-        elif self._live_drawer.is_vtk:
-            client, quality = self._reference, self._live_of_vtk
-        else:
-            client, quality = self._stand_in, self._live(StandInRequest)
+        client, _kind, quality = self._moving_image()
         return client, replace(quality, size=raster.shorter, raster=raster)
 
     @property
@@ -242,14 +236,12 @@ class Dispatcher(QObject):
         self._submit(self._generator, ImageRequest, quality)
         if is_alone or self._reference in self.hidden:
             return
-        if self._stands_in() and self._live_drawer.is_vtk:
-            self._stand_in.abandon(StandInRequest)
-            self._submit(self._reference, ImageRequest, self._live_of_vtk)
-        elif self._stands_in():
+        client, kind, quality = self._moving_image()
+        if client is self._stand_in:
             self._reference.abandon(ImageRequest)
-            self._submit(self._stand_in, StandInRequest, self._live(StandInRequest))
-        else:
-            self._submit(self._reference, ImageRequest, self._live(ImageRequest))
+        elif self._stands_in():
+            self._stand_in.abandon(StandInRequest)
+        self._submit(client, kind, quality)
 
     def _submit(self, client: EngineClient, kind: type[Request], quality: Quality) -> None:
         if client not in self.hidden and self._state.scale == self.scale:
@@ -257,6 +249,14 @@ class Dispatcher(QObject):
 
     def _stands_in(self) -> bool:
         return self.may_stand_in and self._stand_in.is_ready and not self.draws_live
+
+    def _moving_image(self) -> tuple[EngineClient, type[Request], Quality]:
+        """Return who draws while something moves, for which kind of request, at which quality."""
+        if not self._stands_in():
+            return self._reference, ImageRequest, self._live(ImageRequest)
+        if self._live_drawer.is_vtk:
+            return self._reference, ImageRequest, self._live_of_vtk
+        return self._stand_in, StandInRequest, self._live(StandInRequest)
 
     def _live(self, kind: type[Request]) -> Quality:
         seconds = self.exactness.live_seconds

@@ -34,7 +34,7 @@ SUFFIX = ".tfscope"
 VERSION = 1
 
 OF_VOLUME = tuple(name for name in VOLUME_CHECKS if name not in ("path", "models"))
-"""What is remembered of a volume and belongs to a session, by names in :class:`KnownVolume`."""
+"""Memories of a volume that belong to a session, by names in :class:`KnownVolume`."""
 
 OF_WINDOW = (
     "drawing",
@@ -49,7 +49,7 @@ OF_WINDOW = (
     "hidden_panes",
     "swapped",
 )
-"""What is remembered of the window and belongs to a session, by names in :class:`Remembered`."""
+"""Memories of the window that belong to a session, by names in :class:`Remembered`."""
 
 MOST_BLOCKS = 8192
 
@@ -78,7 +78,7 @@ class SessionError(TfscopeError):
 
 @dataclass(frozen=True)
 class Session:
-    """What a window shows.
+    """All that a window shows.
 
     Attributes
     ----------

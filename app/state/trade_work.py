@@ -91,6 +91,10 @@ class TradeWork(QObject):
         """Whether all is found."""
         return len(self.found) == len(SCALES)
 
+    @property
+    def _next_scale(self) -> float:
+        return sorted(SCALES)[len(self.found)]
+
     def watch(self, is_watched: bool) -> None:
         """Measure from now on, or no more."""
         self._is_watched = is_watched
@@ -140,8 +144,7 @@ class TradeWork(QObject):
             self._ask()
 
     def _ask(self) -> None:
-        scale = sorted(SCALES)[len(self.found)]
-        client, quality = self._dispatcher.live_at(scale)
+        client, quality = self._dispatcher.live_at(self._next_scale)
         self._sequence += 1
         self._asked = TradeRequest(self._sequence, self._state.inputs, quality)
         client.submit(self._asked)
@@ -166,8 +169,7 @@ class TradeWork(QObject):
             self._ask()
             return
         seconds = result.seconds if first is None else min(result.seconds, first.seconds)
-        scale = sorted(SCALES)[len(self.found)]
-        found = Traded(scale, seconds, distance(result.value, self._truth.value))
+        found = Traded(self._next_scale, seconds, distance(result.value, self._truth.value))
         self.found = (*self.found, found)
         self._go_on()
         self.changed.emit()
