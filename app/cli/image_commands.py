@@ -191,6 +191,17 @@ def render(
             help="The unlit ray caster misses no narrow peaks of the TF: more exact, and slower.",
         ),
     ] = False,
+    sample_distance: Annotated[
+        float | None,
+        typer.Option(
+            "--sample-distance",
+            metavar="VOXELS",
+            min=0.01,
+            max=10.0,
+            help="Between samples along a ray. The ray caster's at .1 show no rings on thin layers, "
+            "as in the window. (default: .5, or the model's)",
+        ),
+    ] = None,
     device: options.DeviceName = choices.Device.AUTO,
     backend: options.BackendName = choices.BackendOption.EAGER,
     precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
@@ -221,6 +232,7 @@ def render(
             brightness=brightness,
             draws_missing=missing,
             preintegrated=preintegrated,
+            sample_distance=sample_distance,
             device=str(device),
             backend=str(backend),
             precision=str(precision),

@@ -26,7 +26,7 @@ from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
-from model.scene.scene import RendererName, Scene
+from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
@@ -147,6 +147,8 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
     from model.rendering.renderer import Renderer, open_renderer
 
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
+    if order.sample_distance is not None:
+        step = _other_distance(order.sample_distance, lighting)
     name = cast(RendererName, order.renderer)
     if lighting != "path":
         _refuse_of_paths(order)
@@ -180,6 +182,27 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
     return Drawer(
         draw, inputs, volume, volume.name, lighting, light, drawn_by, raster, renderer.close
     )
+
+
+def _other_distance(distance: float, lighting: Lighting) -> float:
+    """Return a sample distance that was asked for, unless the light is of another one.
+
+    Raises
+    ------
+    RenderError
+        In shadows and in path-traced light.
+    """
+    if lighting == "shadows":
+        raise RenderError(
+            "In shadows the length of a step is part of the light; leave --sample-distance out, or "
+            "choose another light."
+        )
+    if lighting == "path":
+        raise RenderError(
+            "Path-traced light has no steps along a ray; leave --sample-distance out, or give "
+            "--samples."
+        )
+    return distance
 
 
 def _refuse_of_paths(order: RenderOrder) -> None:
@@ -251,6 +274,11 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
         )
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
+    if order.sample_distance is not None:
+        raise RenderError(
+            "A model's images have no samples along rays; leave --sample-distance out, or give "
+            "--renderer raycast or vtk."
+        )
     if order.volume.is_placed:
         raise RenderError(MODEL_RANGE)
     folder = order.model or model_folder(None, order.volume.read())

@@ -48,6 +48,7 @@ class RenderOrder:
     brightness: float | None
     draws_missing: bool
     preintegrated: bool
+    sample_distance: float | None
     device: str
     backend: str
     precision: str

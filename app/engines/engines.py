@@ -33,6 +33,7 @@ from app.engines.messages import (
 from app.engines.renderer_engine import RendererEngine
 from model.errors import NotOfferedError
 from model.kernel_cache import has_kernels
+from model.rendering.setting import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
@@ -72,7 +73,8 @@ class ReferenceSettings:
     lighting : {"none", "direct", "soft", "shadows", "path"}
     light : LightDirection or None
     sample_distance : float
-        Sample distance of final images, in voxels.
+        Sample distance of VTK's final images and of derivatives, in voxels; see
+        :func:`model.rendering.setting.smooth_distance` for the ray caster's.
     renderer : {"auto", "vtk", "raycast"}
         "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
     denoises : bool
@@ -92,6 +94,11 @@ class ReferenceSettings:
     def of(cls, scene: Scene) -> ReferenceSettings:
         """Return lighting, light and sample distance of a generator's training images."""
         return cls(scene.lighting, scene.light, scene.sample_distance)
+
+    @property
+    def smooth_distance(self) -> float:
+        """Sample distance of the ray caster's final images, in voxels."""
+        return smooth_distance(self.sample_distance, self.lighting)
 
 
 @dataclass(frozen=True)
@@ -268,11 +275,12 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     if settings.renderer == "raycast":
         from model.rendering.renderer import open_renderer
 
-        return RendererEngine(open_renderer("raycast", *place), settings.sample_distance)
+        renderer = open_renderer("raycast", *place)
+        return RendererEngine(renderer, settings.sample_distance, smooth=settings.smooth_distance)
     from model.rendering.fallback import FallbackRenderer
 
-    renderer = FallbackRenderer(*place, spares_processor=settings.renderer == "auto")
-    return RendererEngine(renderer, settings.sample_distance, "vtk")
+    vtk = FallbackRenderer(*place, spares_processor=settings.renderer == "auto")
+    return RendererEngine(vtk, settings.sample_distance, "vtk", settings.smooth_distance)
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:

@@ -18,6 +18,7 @@ from app.engines.messages import (
     DecodedTFRequest,
     FieldRangeRequest,
     PictureRequest,
+    Quality,
     RegionSensitivityRequest,
     Request,
     SupersededError,
@@ -55,9 +56,11 @@ class RendererEngine:
     ----------
     renderer : Renderer
     sample_distance : float
-        Of final images, in voxels.
+        Of VTK's images, in voxels.
     name : {"vtk", "raycast"}
         Which renderer it is, where it does not know itself.
+    smooth : float, optional
+        Sample distance of the ray caster's images; by default the same.
     """
 
     scene = None
@@ -65,11 +68,16 @@ class RendererEngine:
     image_error: float | None = None
 
     def __init__(
-        self, renderer: Renderer, sample_distance: float, name: RendererName = "raycast"
+        self,
+        renderer: Renderer,
+        sample_distance: float,
+        name: RendererName = "raycast",
+        smooth: float | None = None,
     ) -> None:
         self._name = name
         self._renderer = renderer
         self._sample_distance = sample_distance
+        self._smooth = smooth or sample_distance
         self._seconds_per_pixel = FIRST_GUESS_S
 
     @property
@@ -91,7 +99,7 @@ class RendererEngine:
     def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
         """Render at the request's quality, a band of rows after the other if that takes long."""
         quality, raster = request.quality, request.quality.pixels
-        distance = self._sample_distance * quality.coarseness
+        distance = self._distance(quality)
         if quality.live:
             return self._renderer.render(request.inputs, raster, distance)
         expected = self._seconds_per_pixel * raster.columns * raster.rows
@@ -109,7 +117,7 @@ class RendererEngine:
     ) -> NDArray[np.uint8]:
         """Render a picture of any size, tile by tile."""
         whole = request.quality.pixels
-        distance = self._sample_distance * request.quality.coarseness
+        distance = self._distance(request.quality)
         picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
         for tile in whole.tiles(TILE, TILE):
             _go_on_if(is_wanted)
@@ -120,11 +128,13 @@ class RendererEngine:
 
     def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
         """Render the images one after the other."""
-        pixels, coarseness = request.quality.pixels, request.quality.coarseness
+        # Small pictures: rings are not what one sees in them.
+        pixels = request.quality.pixels
+        distance = self._sample_distance * request.quality.coarseness
         images = []
         for inputs in (request.inputs, *request.more):
             _go_on_if(is_wanted)
-            images.append(self._renderer.render(inputs, pixels, self._sample_distance * coarseness))
+            images.append(self._renderer.render(inputs, pixels, distance))
         return np.stack(images)
 
     def region_sensitivity(
@@ -196,6 +206,11 @@ class RendererEngine:
         if not isinstance(self._renderer, RaycastRenderer):
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
         return self._renderer
+
+    def _distance(self, quality: Quality) -> float:
+        """Return the sample distance of an image, in voxels."""
+        usual = self._smooth if self.by_raycast else self._sample_distance
+        return usual * quality.coarseness
 
     def _of_curves(self) -> RaycastRenderer:
         """Return what the curves of regions are of."""

@@ -102,7 +102,7 @@ class ExactnessSlider(QWidget):
         name = step.name or f"step {number + 1} of {len(STEPS)}"
         rest = f"path-traced light is refined until its error is {error_text(step.error)}"
         if step.distance is not None:
-            rest += f", and samples lie {step.distance:g} voxels apart, but in shadows"
+            rest += ", and in other light but shadows samples lie twice as close"
         self.slider.setAccessibleName(f"From fast to exact: {name}")
         tip = (
             f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "

@@ -116,10 +116,9 @@ class TradePopover(QFrame):
 
     def _rest_text(self, number: int) -> str:
         """Say what an image at rest comes to: an error, or how far samples are apart."""
-        settings = self._work.settings_at(number)
-        if settings.lighting == "path":
+        if self._work.settings_at(number).lighting == "path":
             return f"refined to {error_text(STEPS[number].error)}"
-        return f"{settings.sample_distance:g} voxel steps".removeprefix("0")
+        return f"{self._work.resting_distance(number):g} voxel steps".removeprefix("0")
 
     def _show_choice(self, choices: ReferenceChoices) -> None:
         button = self.rows[choices.exactness][0]

@@ -129,6 +129,12 @@ class ReferenceWork(QObject):
         choices = replace(self.choices, exactness=exactness)
         return choices.settings(self._scene, self._slow_lights.found)
 
+    def resting_distance(self, exactness: int) -> float:
+        """Return how far samples of images at rest would be apart at a step, in voxels."""
+        settings = self.settings_at(exactness)
+        by_raycast = settings.renderer == "raycast" or self._reference.by_raycast
+        return settings.smooth_distance if by_raycast else settings.sample_distance
+
     def whole_raster(self) -> Raster:
         """Return the pixels of an image where nothing stands against it."""
         return self._dispatcher.raster

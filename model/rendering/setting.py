@@ -16,8 +16,12 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
 from model.scene.volume import Volume
 
-FINEST_DISTANCE = 1 / 16
-"""Sample distance of the exact picture, in voxels."""
+FINEST_DISTANCE, FINEST_LIT = 1 / 16, 1 / 64
+"""Sample distance of the exact picture, in voxels; lit, where the volume is read at every fourth
+sample. Unlit, samples are pre-integrated."""
+
+SMOOTH = 5
+"""Samples of the ray caster's final pictures for each one of what they are compared with."""
 
 EXACT_SAMPLES = 1024
 """Samples of each pixel of the exact picture in path-traced light."""
@@ -63,11 +67,29 @@ class Setting:
             return cls(samples=EXACT_SAMPLES)
         # Sums of samples approach the integral with their distance, pre-integrated ones with its
         # square.
-        return cls(sample_distance=FINEST_DISTANCE, preintegrated=lighting == "none")
+        if lighting == "none":
+            return cls(sample_distance=FINEST_DISTANCE, preintegrated=True)
+        return cls(sample_distance=FINEST_LIT)
 
     def raster(self, shown: Raster) -> Raster:
         """Return the pixels that are drawn where others are shown."""
         return shown if self.pixels == 1 else shown.scaled(self.pixels**0.5)
+
+
+def smooth_distance(distance: float, lighting: Lighting) -> float:
+    """Return the sample distance of the ray caster's final pictures, in voxels.
+
+    Thin layers of a TF show rings where samples are half a voxel apart, in VTK's pictures, too.
+    The ray caster's can do without, as close samples take little time.
+
+    Parameters
+    ----------
+    distance : float
+        Of VTK's pictures of the scene, of models' training images and of derivatives.
+    lighting : {"none", "direct", "soft", "shadows", "path"}
+        In shadows the step is part of the light's formula, and paths have no steps: it is kept.
+    """
+    return distance if lighting in ("shadows", "path") else distance / SMOOTH
 
 
 class SettingRenderer:

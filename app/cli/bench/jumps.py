@@ -12,12 +12,16 @@ from app.cli.console import print_table
 from app.cli.outputs import write_json
 from model.benchmarks.jumps import LIMIT, largest_jump
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.setting import smooth_distance
 from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
+
+USUAL_DISTANCE = 0.5
+"""Between samples that are compared with VTK's, in voxels; pictures' are closer."""
 
 LIGHTS: tuple[Lighting, ...] = ("none", "direct", "shadows", "soft")
 
@@ -32,7 +36,8 @@ def bench_jumps(paths: list[Path] | None, size: int, steps: int, json_path: Path
         jumps = {}
         for lighting in LIGHTS:
             light = None if lighting == "none" else LightDirection()
-            renderer = RaycastRenderer(volume, lighting)
+            distance = smooth_distance(USUAL_DISTANCE, lighting)
+            renderer = RaycastRenderer(volume, lighting, sample_distance=distance)
             inputs = SceneInputs.of(VIEWS[0], tf, light=light)
             jumps[lighting] = largest_jump(renderer, inputs, size, steps)
             renderer.close()

@@ -1,5 +1,9 @@
 """Interpolation of a batch of samples along a ray, which takes most of the ray caster's time.
 
+Where samples are so close that the volume hardly bends between them (:data:`CLOSE`), it is read
+at every fourth one, and is linear between: what thin layers of a TF need are many look-ups of
+the TF, not of the volume.
+
 A CPU has vector arithmetic but must load voxels one by one; with both in one
 loop, the compiler moves every index and every voxel between scalar and vector
 registers. There are therefore three loops: indices and weights of all samples,
@@ -16,6 +20,7 @@ from numba import carray, types
 from numba.extending import intrinsic
 
 from model.compilation import inlined
+from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.tables import NOTHING
 from model.rendering.raycast.trilinear import (
     blend,
@@ -30,7 +35,14 @@ from model.rendering.raycast.trilinear import (
 BATCH = 32
 """Samples of a ray that are interpolated together: two AVX-512 vectors, or four of AVX2."""
 
+CLOSE = 0.125
+"""Sample distance, in voxels, up to which the volume is read at every fourth sample only."""
+
 HALF = np.float32(0.5)
+ONE = np.float32(1)
+
+SHORT = np.float32(1e-6)
+"""Part of a step by which can be divided."""
 
 
 class Staging(NamedTuple):
@@ -59,17 +71,20 @@ class Staging(NamedTuple):
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _stack(_context: Any, like: Any) -> Any:
-    """Allocate numbers of a type on the stack, or pairs of an array's elements: a batch, and one.
+    """Allocate numbers of a type on the stack, or pairs of an array's elements.
+
+    There is room for a batch of close samples, and one more.
 
     The memory has no aliases; with one of Numba's own arrays, the compiler would
     have to assume that writing to it may change the volume.
     """
     kind = pair_type(like) if isinstance(like, types.Array) else like.dtype
+    room = GROUP * BATCH if kind == types.int32 else BATCH
 
     def reserve(context: Any, builder: Any, _signature: Any, _arguments: Any) -> Any:
         unit = context.get_value_type(kind)
         with builder.goto_entry_block():
-            memory = builder.alloca(ir.ArrayType(unit, BATCH + 1))
+            memory = builder.alloca(ir.ArrayType(unit, room + 1))
             memory.align = 64
         return builder.bitcast(memory, unit.as_pointer())
 
@@ -88,19 +103,28 @@ def one_by_one(_context: Any) -> Any:
 
 
 @inlined
-def stack_batch(voxels: Any) -> Any:
-    """Allocate stack memory for one ray on a CPU: `levels`, `staging` and `total` of `march`."""
+def stack_batch(voxels: Any, close: Any = None) -> Any:
+    """Allocate stack memory for one ray on a CPU: `levels`, `staging` and `total` of `march`.
+
+    Parameters
+    ----------
+    close : bool, optional
+        Given where samples are close: a batch is four times as many.
+    """
     staging = Staging(
-        carray(_stack(np.uint64), BATCH),
-        carray(_stack(np.float32), BATCH),
-        carray(_stack(np.float32), BATCH),
-        carray(_stack(np.float32), BATCH),
-        carray(_stack(voxels), BATCH),
-        carray(_stack(voxels), BATCH),
-        carray(_stack(voxels), BATCH),
-        carray(_stack(voxels), BATCH),
+        carray(_stack(np.uint64), BATCH + 1),
+        carray(_stack(np.float32), BATCH + 1),
+        carray(_stack(np.float32), BATCH + 1),
+        carray(_stack(np.float32), BATCH + 1),
+        carray(_stack(voxels), BATCH + 1),
+        carray(_stack(voxels), BATCH + 1),
+        carray(_stack(voxels), BATCH + 1),
+        carray(_stack(voxels), BATCH + 1),
     )
-    return carray(_stack(np.int32), BATCH), staging, carray(_stack(np.float32), 4)
+    total = carray(_stack(np.float32), 4)
+    if close is not None:
+        return carray(_stack(np.int32), GROUP * BATCH), staging, total
+    return carray(_stack(np.int32), BATCH), staging, total
 
 
 @inlined
@@ -120,6 +144,7 @@ def fetch(
     levels: Any,
     staging: Any,
     beyond: Any = None,
+    close: Any = None,
 ) -> None:
     """Interpolate a batch of samples of a ray, starting with sample k.
 
@@ -140,45 +165,100 @@ def fetch(
         None to process one sample at a time, as a GPU thread does.
     beyond : bool, optional
         Given for rays that go on beyond the outermost voxels, whose values reach as far as these.
+    close : bool, optional
+        Given where samples are close, on a CPU: `levels` are those of four times as many.
     """
     # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
-    for m in range(len(levels)):
-        t = min(first + np.float32(np.int32(m)), ray.last)
-        x = ray.start[0] + t * ray.step[0]
-        y = ray.start[1] + t * ray.step[1]
-        z = ray.start[2] + t * ray.step[2]
-        if beyond is not None:
-            x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
-        if staging is None:
-            value = interpolate(voxels, shape, x, y, z)
-            level = level_of(value, scale)
+    if staging is None:
+        for m in range(len(levels)):
+            x, y, z = _position(ray, shape, min(first + np.float32(np.int32(m)), ray.last), beyond)
+            level = level_of(interpolate(voxels, shape, x, y, z), scale)
             levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
-        else:
-            staging.place[m], staging.x[m], staging.y[m], staging.z[m] = locate(shape, x, y, z)
-    if staging is not None:
-        row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    elif close is None:
+        _read(voxels, shape, ray, k, ONE, BATCH, staging, beyond)
         for m in range(BATCH):
-            one_by_one()
-            place = staging.place[m]
-            staging.near[m] = load_pair(voxels, place)
-            staging.above[m] = load_pair(voxels, place + row)
-            staging.behind[m] = load_pair(voxels, place + layer)
-            staging.both[m] = load_pair(voxels, place + layer + row)
-        for m in range(BATCH):
-            value = blend(
-                halves(voxels, staging.near[m]),
-                halves(voxels, staging.above[m]),
-                halves(voxels, staging.behind[m]),
-                halves(voxels, staging.both[m]),
-                staging.x[m],
-                staging.y[m],
-                staging.z[m],
-            )
-            level = level_of(value, scale)
+            level = level_of(_value(voxels, staging, m), scale)
             levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
+    else:
+        _read(voxels, shape, ray, k, np.float32(GROUP), BATCH + 1, staging, beyond)
+        for m in range(BATCH + 1):
+            staging.x[m] = _value(voxels, staging, m)
+        for m in range(BATCH):
+            slope = (staging.x[m + 1] - staging.x[m]) / np.float32(GROUP)
+            for n in range(GROUP):
+                levels[GROUP * m + n] = level_of(staging.x[m] + np.float32(n) * slope, scale)
+        if first + np.float32(GROUP * BATCH) > last:
+            _end(ray, k, scale, levels, staging)
     if missing is not None:
         hide(missing, shape, ray, k, levels, NOTHING, beyond)
+
+
+@inlined
+def _position(ray: Any, shape: Any, t: Any, beyond: Any) -> Any:
+    """Return the position on a ray, t steps behind the first sample."""
+    x = ray.start[0] + t * ray.step[0]
+    y = ray.start[1] + t * ray.step[1]
+    z = ray.start[2] + t * ray.step[2]
+    if beyond is not None:
+        x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
+    return x, y, z
+
+
+@inlined
+def _read(
+    voxels: Any,
+    shape: Any,
+    ray: Any,
+    k: int,
+    stride: Any,
+    count: int,
+    staging: Any,
+    beyond: Any,
+) -> None:
+    """Load the voxels around sample k and around each one that is `stride` samples further."""
+    first = np.float32(k)
+    for m in range(count):
+        t = min(first + stride * np.float32(np.int32(m)), ray.last)
+        x, y, z = _position(ray, shape, t, beyond)
+        staging.place[m], staging.x[m], staging.y[m], staging.z[m] = locate(shape, x, y, z)
+    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
+    for m in range(count):
+        one_by_one()
+        place = staging.place[m]
+        staging.near[m] = load_pair(voxels, place)
+        staging.above[m] = load_pair(voxels, place + row)
+        staging.behind[m] = load_pair(voxels, place + layer)
+        staging.both[m] = load_pair(voxels, place + layer + row)
+
+
+@inlined
+def _value(voxels: Any, staging: Any, m: int) -> Any:
+    return blend(
+        halves(voxels, staging.near[m]),
+        halves(voxels, staging.above[m]),
+        halves(voxels, staging.behind[m]),
+        halves(voxels, staging.both[m]),
+        staging.x[m],
+        staging.y[m],
+        staging.z[m],
+    )
+
+
+@inlined
+def _end(ray: Any, k: int, scale: Any, levels: Any, staging: Any) -> None:
+    """Set the levels around a ray's end, where what was read is no full stride further."""
+    last = np.int32(ray.count - 1)
+    for m in range(BATCH):
+        whole = ray.last - np.float32(k + GROUP * m)
+        slope = staging.x[m + 1] - staging.x[m]
+        slope /= min(max(whole, SHORT), np.float32(GROUP))
+        for n in range(GROUP):
+            at = GROUP * m + n
+            if k + at > last:
+                levels[at] = np.int32(NOTHING)
+            elif whole < np.float32(GROUP):
+                levels[at] = level_of(staging.x[m] + min(np.float32(n), whole) * slope, scale)
 
 
 @inlined

@@ -33,6 +33,7 @@ def draw_rows(
     rows: Any,
     image: Any,
     depth: Any,
+    close: Any = None,
 ) -> None:
     """Draw some rows of an image; see :func:`model.rendering.raycast.marching.march`.
 
@@ -47,9 +48,11 @@ def draw_rows(
     depth : ndarray of float32, shape (size, size), or None
         Output: world distance from the eye to the first visible sample,
         infinite if there is none.
+    close : bool, optional
+        Given where samples are close, see :func:`model.rendering.raycast.batch.fetch`.
     """
     size = image.shape[1]
-    levels, staging, total = stack_batch(voxels)
+    levels, staging, total = stack_batch(voxels, close)
     scratch = stack_scratch()
     for row in range(rows[0], rows[1]):
         for column in range(size):
@@ -57,7 +60,7 @@ def draw_rows(
             first = march(
                 voxels, shape, scale, missing, cells, cell_shape, shift,
                 alphas, colors, light, glow, shadows, ray, opaque,
-                levels, staging, total, scratch,
+                levels, staging, total, scratch, close,
             )  # fmt: skip
             visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
             show(image, depth, row, column, total, visible)

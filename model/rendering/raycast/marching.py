@@ -40,7 +40,7 @@ edited."""
 
 FADING = np.float32(0.75)
 
-MIDDLE = np.float32((SHARED - 1) / 2)
+HALF = np.float32(0.5)
 
 
 @inlined
@@ -63,6 +63,7 @@ def march(
     staging: Any,
     total: Any,
     scratch: Any,
+    close: Any = None,
 ) -> int:
     """Composite the samples of one ray.
 
@@ -102,6 +103,9 @@ def march(
     scratch : tuple of ndarray
         Memory for the levels along a shadow ray, int32 (n,), and for the light that arrives at
         the samples of a batch and at the next one, float32 (n + 1,).
+    close : bool, optional
+        Given where samples are close, see :func:`model.rendering.raycast.batch.fetch`; not in
+        shadows.
 
     Returns
     -------
@@ -129,8 +133,11 @@ def march(
         if shadows is not None:
             # What was skipped must not decide which samples share light.
             k -= k % APART
+        if close is not None:
+            # Nor at which ones the volume is read.
+            k -= k % GROUP
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
-        fetch(voxels, shape, scale, missing, ray, k, levels, staging)
+        fetch(voxels, shape, scale, missing, ray, k, levels, staging, None, close)
         if ray.count - k <= len(levels):
             end = levels[ray.count - 1 - k]
             levels[ray.count - 1 - k] = np.int32(NOTHING)
@@ -141,6 +148,34 @@ def march(
         if colors is not None and light is None and glow is None and staging is not None:
             for m in range(0, len(levels), GROUP):
                 through = composite_group(colors, alphas, levels, m, total, through)
+        elif close is not None and colors is not None:
+            # Close samples of a group have one light.
+            piece = scratch[1]
+            for m in range(0, len(levels), GROUP):
+                piece[0] = piece[1] = piece[2] = piece[3] = ZERO
+                clear = composite_group(colors, alphas, levels, m, piece, ONE)
+                weight = through * piece[3]
+                if weight > faint:
+                    if weight < full:
+                        if _first_of(k + m, SHARED * GROUP) != leader:
+                            leader = _first_of(k + m, SHARED * GROUP)
+                            common, common_gloss = shade(
+                                voxels, shape, light, glow, ray, _middle(leader, SHARED * GROUP)
+                            )
+                        diffuse, gloss = common, common_gloss
+                    if weight > FADING * full:
+                        own, own_gloss = shade(
+                            voxels, shape, light, glow, ray, _middle(k + m, GROUP)
+                        )
+                        part = min((weight / full - FADING) / (ONE - FADING), ONE)
+                        diffuse += part * (own - diffuse)
+                        gloss += part * (own_gloss - gloss)
+                    white = gloss * piece[3]
+                    total[0] += through * (diffuse * piece[0] + white)
+                    total[1] += through * (diffuse * piece[1] + white)
+                    total[2] += through * (diffuse * piece[2] + white)
+                total[3] += weight
+                through *= clear
         else:
             for m in range(len(levels)):
                 level = np.uint64(np.uint32(levels[m]))
@@ -171,22 +206,20 @@ def march(
                     elif light is not None or glow is not None:
                         weight = through * a
                         if weight > faint:
+                            # By their place alone: the shading of others does not depend on
+                            # what is visible before them.
                             if weight < full:
-                                # By their place alone: the shading of others does not depend on
-                                # what is visible before them.
-                                if (k + m) - (k + m) % SHARED != leader:
-                                    leader = (k + m) - (k + m) % SHARED
-                                    middle = min(np.float32(leader) + MIDDLE, ray.last)
+                                if _first_of(k + m, SHARED) != leader:
+                                    leader = _first_of(k + m, SHARED)
                                     common, common_gloss = shade(
-                                        voxels, shape, light, glow, ray, middle
+                                        voxels, shape, light, glow, ray, _middle(leader, SHARED)
                                     )
                                 diffuse, gloss = common, common_gloss
                             if weight > FADING * full:
                                 own, own_gloss = shade(
                                     voxels, shape, light, glow, ray, np.float32(k + m)
                                 )
-                                part = (weight / full - FADING) / (ONE - FADING)
-                                part = min(part, ONE)
+                                part = min((weight / full - FADING) / (ONE - FADING), ONE)
                                 diffuse += part * (own - diffuse)
                                 gloss += part * (own_gloss - gloss)
                             white = gloss * a
@@ -225,6 +258,18 @@ def march(
         if first < 0 and through - part <= ONE - VISIBLE:
             first = ray.count - 1
     return first
+
+
+@inlined
+def _first_of(k: int, count: int) -> int:
+    """Return the first of the samples, so many in a row, that sample k is among."""
+    return k - k % count
+
+
+@inlined
+def _middle(first: int, count: int) -> Any:
+    """Return the place amid so many samples in a row."""
+    return np.float32(first) + np.float32(count - 1) * HALF
 
 
 @inlined

@@ -19,6 +19,7 @@ from model.errors import RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import least_transparency, per_sample_derivative
 from model.rendering.raster import Raster
+from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
@@ -493,7 +494,6 @@ class RaycastRenderer:
         distance = sample_distance or self.sample_distance
         raster = Raster.of(size)
         image = np.empty((*raster.shape, 4 if colored else 1), dtype=np.float32)
-        draw: Any = draw_rows_preintegrated if self._preintegrated else draw_rows
         volume = self._volume
         arguments = (
             *self._voxels_and_cells(inputs.opacity_tf, distance),
@@ -504,8 +504,12 @@ class RaycastRenderer:
         )
         if self._cuda is not None:
             self._cuda.draw(arguments, image, depth)
+        elif self._preintegrated:
+            self._run(draw_rows_preintegrated, arguments, image, depth)
         else:
-            self._run(draw, arguments, image, depth)
+            # In shadows, samples are part of the light, and far apart.
+            close = distance <= CLOSE and self._lighting != "shadows"
+            self._run(draw_rows, arguments, image, depth, True if close else None)
         # Specular highlights may exceed 1.
         return np.clip(image, 0, 1, out=image)
 
@@ -514,9 +518,9 @@ class RaycastRenderer:
         draw: Any,
         arguments: tuple[Any, ...],
         image: NDArray[np.float32],
-        *others: NDArray[np.float32] | None,
+        *others: Any,
     ) -> None:
-        """Fill an image, and other outputs, on this renderer's threads, a few rows at a time."""
+        """Fill an image on this renderer's threads, a few rows at a time."""
         size = len(image)
 
         def task(row: int) -> None:

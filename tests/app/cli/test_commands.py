@@ -19,6 +19,7 @@ from model.generator.catalog import shipped_models
 from model.generator.generator import Generator
 from model.networks.card import load_card
 from model.networks.size import NetworkSize
+from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
@@ -148,6 +149,26 @@ def test_the_ray_caster_renders_what_vtk_renders(
     vtk, raycast = np.load(tmp_path / "vtk.npy"), np.load(tmp_path / "raycast.npy")
     assert vtk.mean() > 0.05
     np.testing.assert_allclose(raycast, vtk, atol=0.01)
+
+
+def test_samples_can_be_closer_but_not_in_shadows(
+    raw_file: Path, tf_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "close.npy"
+    arguments = (
+        f"render --renderer raycast --volume {raw_file} --tf {tf_file} --size 48 --view 30,20,0,1"
+    )
+    close = [*arguments.split(), "--out", str(out), "--sample-distance", "0.1"]
+    assert run(close) == 0
+    tf = TransferFunction.load(tf_file)
+    renderer = RaycastRenderer(read_volume(raw_file))
+    inputs = SceneInputs(View(30, 20, 0, 1), tf.opacity, tf.color)
+    np.testing.assert_array_equal(np.load(out), renderer.render(inputs, 48, 0.1))
+    assert abs(np.load(out) - renderer.render(inputs, 48)).max() > 1e-3
+    renderer.close()
+    for lighting, words in (("shadows", "part of the light"), ("path", "give --samples")):
+        assert run([*close, "--lighting", lighting]) == 2
+        assert words in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_picture_can_be_brighter(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:

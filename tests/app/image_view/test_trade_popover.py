@@ -59,7 +59,7 @@ def test_all_steps_are_measured_once_it_is_open(
     name, time, error, rest = popover.rows[USUAL]
     assert name.text() == "Balanced, up to 100 ms" and name.isChecked()
     assert time.text().endswith(" ms") and error.text()
-    assert rest.text() == ".5 voxel steps" and popover.rows[-1][3].text() == ".25 voxel steps"
+    assert rest.text() == ".1 voxel steps" and popover.rows[-1][3].text() == ".05 voxel steps"
     assert f"{whole.width} x {whole.height} pixels" in popover.status.text()
 
 

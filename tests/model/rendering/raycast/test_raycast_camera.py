@@ -149,10 +149,10 @@ def test_a_ray_that_is_hardly_tilted_against_a_face_is_finite(tilt: float) -> No
 
 def test_a_volume_of_2_x_2_x_2_voxels() -> None:
     volume = Volume(np.array([0, 255, 60, 90, 128, 10, 200, 30], np.uint8).reshape(2, 2, 2))
-    renderer = RaycastRenderer(volume, sample_distance=0.1)
+    renderer = RaycastRenderer(volume, sample_distance=0.13)
     for view in (View(), View(35.0, 25.0, 7.0, 0.3), View(0.0, 90.0, 0.0, 0.05)):
         image = renderer.render(SceneInputs(view, MODES, RAINBOW), 17)
-        expected = render(volume, view, MODES.sample(RANGE), RAINBOW.sample(RANGE), 17, 0.1)
+        expected = render(volume, view, MODES.sample(RANGE), RAINBOW.sample(RANGE), 17, 0.13)
         np.testing.assert_allclose(image, expected, atol=5e-3)
         assert image[..., 3].max() > 0.02
 

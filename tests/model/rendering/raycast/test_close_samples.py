@@ -1,0 +1,118 @@
+"""Samples so close that the volume is read at every fourth one only."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from model.benchmarks.reference_raycaster import render
+from model.rendering.raycast.batch import CLOSE
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.setting import Setting, smooth_distance
+from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
+
+RANGE = (0.0, 1.0)
+RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (0.4, 0.9, 0.8, 0.1), (1.0, 1.0, 0.3, 0.2)))
+SHEETS = OpacityTF(RANGE, tuple(GaussianMode(at, 0.008, 0.9) for at in (0.25, 0.5, 0.75)))
+VIEWS = (View(35.0, 25.0, 7.0, 0.9), View(200.0, -60.0, -8.0, 0.4), View(77.0, -15.0, 0.0, 0.02))
+"""From outside, from near by, and from inside the volume, where rays are short."""
+
+
+def waves(shape: tuple[int, int, int] = (21, 26, 18)) -> NDArray[np.float32]:
+    z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
+    values = np.exp(-(x**2 + (y - 0.3) ** 2 + z**2) / 0.4) + 0.1 * np.sin(4 * x + 3 * y - 2 * z)
+    return np.asarray((values - values.min()) / np.ptp(values), dtype=np.float32)
+
+
+def rmse(a: NDArray[np.floating], b: NDArray[np.floating]) -> float:
+    return float(np.sqrt(np.mean((a[..., :3] - b[..., :3]) ** 2)))
+
+
+@pytest.mark.parametrize("distance", [CLOSE, 0.1, 0.05])
+@pytest.mark.parametrize("shape", [(21, 26, 18), (2, 26, 18)])
+def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_sample(
+    distance: float, shape: tuple[int, int, int]
+) -> None:
+    volume = Volume(waves(shape), (1.2, 0.8, 1.0))
+    opacity, color = SHEETS.sample(RANGE), RAINBOW.sample(RANGE)
+    for view in VIEWS:
+        truth = render(volume, view, opacity, color, 24, distance)
+        found = RaycastRenderer(volume, threads=1).render(
+            SceneInputs(view, SHEETS, RAINBOW), 24, distance
+        )
+        far = render(volume, view, opacity, color, 24, 4 * distance)
+        assert rmse(found, truth) < 0.35 * rmse(far, truth)
+        assert abs(found - truth).mean() < 0.008
+
+
+def test_where_the_volume_is_even_reading_less_changes_nothing() -> None:
+    # Along the axes of a plane wave the field is linear between any samples.
+    ramp = np.broadcast_to(np.linspace(0, 1, 24, dtype=np.float32), (9, 11, 24))
+    volume = Volume(np.ascontiguousarray(ramp))
+    view = View(90.0, 0.0, 0.0, 1.0)
+    inputs = SceneInputs(view, SHEETS, RAINBOW)
+    found = RaycastRenderer(volume, threads=1).render(inputs, 24, 0.1)
+    opacity, color = SHEETS.sample(RANGE), RAINBOW.sample(RANGE)
+    np.testing.assert_allclose(found, render(volume, view, opacity, color, 24, 0.1), atol=4e-3)
+    assert found[..., 3].max() > 0.5
+
+
+def test_opacity_image_depth_and_skipping_agree_with_the_image() -> None:
+    volume = Volume(waves())
+    renderer = RaycastRenderer(volume, threads=1, sample_distance=0.1)
+    inputs = SceneInputs(VIEWS[0], SHEETS, RAINBOW)
+    image, frame = renderer.render(inputs, 24), renderer.frame(inputs, 24)
+    np.testing.assert_array_equal(frame.rgba, image)
+    np.testing.assert_allclose(renderer.opacity_image(inputs, 24), image[..., 3], atol=1e-5)
+    usual = RaycastRenderer(volume, threads=1).frame(inputs, 24)
+    seen = np.isfinite(frame.depth) & np.isfinite(usual.depth)
+    assert abs(frame.depth[seen] - usual.depth[seen]).max() < 0.6
+    renderer.skip_empty = renderer.terminate_early = False
+    np.testing.assert_allclose(renderer.render(inputs, 24), image, atol=1 / 510)
+
+
+def test_missing_voxels_are_as_transparent() -> None:
+    missing = np.zeros(waves().shape, dtype=np.bool_)
+    missing[8:12, 10:16, 5:12] = True
+    volume = Volume(waves(), missing=missing)
+    inputs = SceneInputs(VIEWS[0], OpacityTF(RANGE, points=((0.0, 0.03),)), RAINBOW)
+    renderer = RaycastRenderer(volume, threads=1)
+    shown = volume.drawing_missing(True)
+    gap = renderer.render(inputs, 24, 0.1)
+    np.testing.assert_allclose(gap, renderer.render(inputs, 24, 0.13), atol=0.02)
+    assert abs(gap - RaycastRenderer(shown, threads=1).render(inputs, 24, 0.1)).max() > 0.05
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
+def test_rings_go_under_all_lights(lighting: Lighting) -> None:
+    volume = Volume(waves((42, 52, 36)))
+    renderer = RaycastRenderer(volume, lighting, threads=1)
+    inputs = SceneInputs(VIEWS[0], SHEETS, RAINBOW)
+    exact = Setting.exact(lighting)
+    truth = RaycastRenderer(volume, lighting, threads=1, preintegrated=exact.preintegrated).render(
+        inputs, 48, exact.sample_distance
+    )
+    usual = rmse(renderer.render(inputs, 48), truth)
+    assert rmse(renderer.render(inputs, 48, smooth_distance(0.5, lighting)), truth) < 0.3 * usual
+
+
+def test_shadows_keep_their_step() -> None:
+    assert smooth_distance(0.5, "shadows") == smooth_distance(0.5, "path") == 0.5
+
+
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
+def test_images_of_close_samples_do_not_jump(lighting: Lighting) -> None:
+    renderer = RaycastRenderer(Volume(waves()), lighting, threads=1)
+    width = 1 / (TF_SAMPLES - 1)
+    images = []
+    for part in np.linspace(0, 1, 41):
+        mode = GaussianMode(0.4 + part * width, 0.02, 0.6)
+        inputs = SceneInputs(VIEWS[0], OpacityTF(RANGE, (mode,)), RAINBOW)
+        images.append(renderer.render(inputs, 24, 0.1)[..., :3])
+    second = np.diff(np.array(images, dtype=np.float64), 2, axis=0)
+    assert 0 < abs(second).max() < 0.5 / 255
