@@ -198,7 +198,7 @@ def render(
             metavar="VOXELS",
             min=0.01,
             max=10.0,
-            help="Between samples along a ray. The ray caster's at .1 show no rings on thin layers, "
+            help="Between samples along a ray. At .1 the ray caster shows no rings on thin layers, "
             "as in the window. (default: .5, or the model's)",
         ),
     ] = None,

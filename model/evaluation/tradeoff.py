@@ -17,7 +17,7 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.volume import Volume
 
-DISTANCES = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
+DISTANCES = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 """Sample distances of settings, in voxels."""
 
 PIXELS = (1.0, 1 / 2, 1 / 4, 1 / 16)
@@ -40,6 +40,8 @@ class Measured:
         To draw a picture.
     rmse, flip : float
         Distance from the exact picture, see :mod:`model.metrics`.
+    worst : float
+        RMSE of the worst scene.
     largest : float
         Error of the worst pixel's worst channel over all scenes, 0 to 1.
     """
@@ -48,6 +50,7 @@ class Measured:
     seconds: float
     rmse: float
     flip: float
+    worst: float
     largest: float
 
 
@@ -181,4 +184,4 @@ def _measure(
         errors.append(metrics.rmse(image, truth))
         flips.append(metrics.flip(image, truth))
         largest = max(largest, float(np.abs(image - truth).max()))
-    return Measured(setting, fmean(seconds), fmean(errors), fmean(flips), largest)
+    return Measured(setting, fmean(seconds), fmean(errors), fmean(flips), max(errors), largest)

@@ -103,6 +103,7 @@ def _print(tradeoff: Tradeoff) -> None:
             setting_text(point.setting, tradeoff.lighting),
             f"{1e3 * point.seconds:.1f}",
             f"{point.rmse:.4f}",
+            f"{point.worst:.4f}",
             f"{point.flip:.4f}",
             f"{point.largest:.2f}",
         )
@@ -111,7 +112,7 @@ def _print(tradeoff: Tradeoff) -> None:
     print_table(
         f"{tradeoff.volume} {sides}, {tradeoff.lighting} lighting, {tradeoff.count} "
         f"scenes of {tradeoff.size} x {tradeoff.size}",
-        ("", "setting", "ms", "RMSE", "FLIP", "largest"),
+        ("", "setting", "ms", "RMSE", "worst scene", "FLIP", "largest"),
         cells,
         left=2,
     )

@@ -18,7 +18,7 @@ NUMBERS = st.sampled_from([0.001, 0.002, 0.01, 0.3])
 @given(st.lists(st.tuples(NUMBERS, NUMBERS), max_size=8))
 def test_the_front_is_what_no_other_point_beats(numbers: list[tuple[float, float]]) -> None:
     points = [
-        Measured(Setting(samples=number), seconds, error, 0.0, 0.0)
+        Measured(Setting(samples=number), seconds, error, 0.0, error, 0.0)
         for number, (seconds, error) in enumerate(numbers)
     ]
     front = {(p.seconds, p.rmse) for p in pareto_front(points)}
