@@ -94,7 +94,24 @@ def render(
     ] = choices.Renderer.VTK,
     source: VolumeSource,
     model: options.ModelFolder = None,
-    view: options.ViewNumbers = values.HOME_VIEW,
+    session: Annotated[
+        Path | None,
+        typer.Option(
+            "--session",
+            metavar="NAME.tfscope",
+            help="What 'File > Save session' wrote: its volume, view, TF, light and crop box, "
+            "unless other options say so.",
+        ),
+    ] = None,
+    view: Annotated[
+        View | None,
+        typer.Option(
+            "--view",
+            metavar="AZ,EL,ROLL,DIST[,X,Y]",
+            parser=values.view,
+            help=options.VIEW_HELP + " (default: the session's, or 30,20,0,1)",
+        ),
+    ] = None,
     tf: options.TFFile = None,
     lighting: Annotated[
         choices.LightingOption | None,
@@ -210,36 +227,39 @@ def render(
     from app.cli.render import render_to_file
     from app.cli.render_order import RenderOrder
 
-    render_to_file(
-        RenderOrder(
-            renderer=str(renderer),
-            volume=source,
-            model=model,
-            view=view,
-            tf=tf,
-            lighting=lighting,
-            samples=samples,
-            error=error,
-            denoise=denoise,
-            light=light,
-            crop=crop,
-            size=values.pixels(size),
-            background=values.background(background),
-            legend=legend,
-            scale_bar=scale_bar,
-            seconds=seconds,
-            rate=rate,
-            brightness=brightness,
-            draws_missing=missing,
-            preintegrated=preintegrated,
-            sample_distance=sample_distance,
-            device=str(device),
-            backend=str(backend),
-            precision=str(precision),
-            out=out,
-            code=values.latent_code(code),
-        )
+    order = RenderOrder(
+        renderer=str(renderer),
+        volume=source,
+        model=model,
+        view=view or values.HOME_VIEW,
+        tf=tf,
+        lighting=lighting,
+        samples=samples,
+        error=error,
+        denoise=denoise,
+        light=light,
+        crop=crop,
+        size=values.pixels(size),
+        background=values.background(background),
+        legend=legend,
+        scale_bar=scale_bar,
+        seconds=seconds,
+        rate=rate,
+        brightness=brightness,
+        draws_missing=missing,
+        preintegrated=preintegrated,
+        sample_distance=sample_distance,
+        device=str(device),
+        backend=str(backend),
+        precision=str(precision),
+        out=out,
+        code=values.latent_code(code),
     )
+    if session is not None:
+        from app.cli.session_order import of_session
+
+        order = of_session(order, session, has_view=view is not None)
+    render_to_file(order)
 
 
 @takes_volume()

@@ -48,14 +48,14 @@ def render_to_file(order: RenderOrder) -> None:
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     if order.code is not None and order.renderer != "generator":
         raise RenderError("A latent code is a model's.", renderer="generator")
-    is_array, is_movie = (order.out.suffix.lower() in kind for kind in ((".npy",), SUFFIXES))
-    if is_array and (order.legend or order.scale_bar):
+    is_movie = order.out.suffix.lower() in SUFFIXES
+    if order.is_array and (order.legend or order.scale_bar):
         raise RenderError(f"{order.out}: an array has no legend or scale bar; choose .png.")
     if is_movie and order.background is None:
         raise RenderError("A movie has no transparent background; choose a colour.")
     drawer = (_generator_drawer if order.renderer == "generator" else _volume_drawer)(order)
     try:
-        if is_array:
+        if order.is_array:
             write_array(order.out, drawer.draw(order.view))
         elif is_movie:
             write_turntable(order, drawer)
@@ -85,7 +85,7 @@ def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferF
 
 
 def choose_tf(
-    path: Path | None, volume: Volume, keeps_range: bool
+    path: Path | None, volume: Volume, keeps_range: bool, known: TransferFunction | None = None
 ) -> tuple[TransferFunction, Volume]:
     """Return the TF of a file, or a volume's first one, and the volume over the TF's range.
 
@@ -94,7 +94,14 @@ def choose_tf(
     keeps_range : bool
         Whether the volume's range or scale was chosen, so that the TF is fitted to it; otherwise
         the file's range is taken where it fits the volume, and its scale.
+    known : TransferFunction, optional
+        In place of a file's.
     """
+    if known is not None:
+        if keeps_range:
+            return fit_to_range(known, volume.scalar_range), volume
+        fitted = fit_to_volume(known, volume)
+        return fitted, volume.over(fitted.scalar_range, fitted.scale)
     if path is None:
         if keeps_range:
             return default_transfer_function(volume), volume
@@ -140,7 +147,9 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     chosen = order.volume.is_placed
     volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
-    tf, volume = choose_tf(order.tf, volume, chosen or scene is not None)
+    if order.fingerprint and volume.fingerprint != order.fingerprint:
+        warn(f"{volume.name}: the session was saved with other voxels than these.")
+    tf, volume = choose_tf(order.tf, volume, chosen or scene is not None, order.known_tf)
     if order.draws_missing:
         volume = volume.drawing_missing(True)
     from model.rendering.fallback import FallbackRenderer
@@ -294,7 +303,9 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
     volume = None
     if not order.tf or order.legend or order.scale_bar or order.out.suffix.lower() in SUFFIXES:
         volume = volume_of(scene, order.volume)
-    if order.tf or volume is None:
+    if order.known_tf is not None:
+        tf = fit_to_range(order.known_tf, scene.scalar_range)
+    elif order.tf or volume is None:
         tf = load_fitted(cast(Path, order.tf), scene.scalar_range, scene.scale)
     else:
         tf = default_transfer_function(volume)

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +17,10 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
+from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
-
-if TYPE_CHECKING:
-    pass
 
 Background = tuple[int, int, int]
 """Red, green and blue, each 0..255."""
@@ -31,7 +28,17 @@ Background = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class RenderOrder:
-    """Options of the ``render`` command; see :func:`app.cli.image_commands.render`."""
+    """Options of the ``render`` command; see :func:`app.cli.image_commands.render`.
+
+    Attributes
+    ----------
+    known_tf : TransferFunction or None
+        Over its own range and scale, in place of a file's; a session's.
+    fingerprint : str
+        Checksum of the voxels that are expected; empty for any.
+    up : str
+        Axis that a movie turns about, such as "+z"; empty for the volume's own.
+    """
 
     renderer: str
     volume: VolumeSource
@@ -59,6 +66,14 @@ class RenderOrder:
     scale_bar: bool = False
     seconds: float = 8.0
     rate: int = 25
+    known_tf: TransferFunction | None = None
+    fingerprint: str = ""
+    up: str = ""
+
+    @property
+    def is_array(self) -> bool:
+        """Whether numbers are written, and no picture."""
+        return self.out.suffix.lower() == ".npy"
 
     @property
     def paths_are_asked_for(self) -> bool:

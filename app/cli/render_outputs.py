@@ -65,7 +65,7 @@ def write_turntable(order: RenderOrder, drawer: Drawer) -> None:
     count = max(round(order.seconds * order.rate), 2)
     volume = _volume_of(drawer)
     middle = tuple((_shown(drawer).min(axis=0) + _shown(drawer).max(axis=0)) / 2)
-    up = volume.up or DEFAULT_UP
+    up = order.up or volume.up or DEFAULT_UP
     views = turntable(order.view, count, up, volume.proportions, middle)
     with counting("Drawing pictures", count) as (progress, task):
 

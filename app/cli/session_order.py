@@ -1,0 +1,86 @@
+"""``render --session``: what a saved session shows, in place of options that were left out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from app.cli import choices
+from app.cli.render_order import RenderOrder
+from app.state.session import Session
+from model.errors import RenderError
+from model.scene.crop import CropBox
+from model.scene.light import LightDirection
+from model.scene.view import View
+from model.volume_files.choice import Choice
+from model.volume_files.source import VolumeSource
+
+
+def of_session(order: RenderOrder, path: Path, has_view: bool) -> RenderOrder:
+    """Fill in an order from a session: volume, view, TF, light, crop box and legend.
+
+    What the order says itself is kept.
+
+    Parameters
+    ----------
+    has_view : bool
+        Whether the order's view was asked for.
+
+    Raises
+    ------
+    SessionError
+        When the session cannot be read.
+    RenderError
+        When its volume is nowhere, or a range is chosen beside it.
+    """
+    if order.volume.is_placed:
+        raise RenderError("A session has its own range and scale; leave --range and --scale out.")
+    session = Session.load(path)
+    look = session.look
+    lighting = order.lighting
+    if lighting is None and look.get("lighting", "auto") != "auto":
+        lighting = choices.LightingOption(look["lighting"])
+    is_lit = lighting not in (None, choices.LightingOption.NONE)
+    light, crop, view = look.get("light", ()), look.get("crop", ()), look.get("view", ())
+    is_model = order.renderer == "generator"
+    filled = replace(
+        order,
+        volume=_source(order.volume, session, path),
+        model=order.model or (session.model if is_model else None),
+        view=View(*view) if view and not has_view else order.view,
+        known_tf=None if order.tf else session.transfer_function,
+        fingerprint=session.fingerprint,
+        up=str(look.get("up_axis", "")),
+        lighting=None if is_model else lighting,
+        light=order.light or (LightDirection(*light) if light and is_lit else None),
+        crop=order.crop or (CropBox(crop[:3], crop[3:]) if crop else None),
+        brightness=order.brightness or look.get("brightness"),
+        draws_missing=order.draws_missing or bool(look.get("draws_missing")),
+    )
+    if filled.is_array:
+        return filled
+    shown = session.window
+    return replace(
+        filled,
+        legend=order.legend or bool(shown.get("legend")),
+        scale_bar=order.scale_bar or bool(shown.get("scale_bar")),
+    )
+
+
+def _source(given: VolumeSource, session: Session, path: Path) -> VolumeSource:
+    if given.path is None and not session.volume.exists():
+        raise RenderError(
+            f"{path} shows {session.volume}, which is not there any more; give its new place.",
+            volume="FILE",
+        )
+    choice = Choice.parse(str(session.look.get("choice", "")))
+    return replace(
+        given,
+        path=given.path or session.volume,
+        raw=given.raw or str(session.look.get("raw_layout", "")) or None,
+        component=given.component or choice.component,
+        series=given.series or choice.series,
+        array=given.array or choice.array,
+        time=given.time or choice.time,
+        channel=given.channel or choice.channel,
+    )

@@ -1,0 +1,91 @@
+"""``render --session`` draws what the window showed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli import run
+from app.state.session import Session
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.transfer_function import TransferFunction
+from model.scene.view import View
+from model.volume_files import read_volume
+
+
+@pytest.fixture
+def session(raw_file: Path, tf_file: Path, tmp_path: Path) -> Path:
+    """A session of a small volume, looked at from elsewhere, lit, and cropped."""
+    path = tmp_path / "seen.tfscope"
+    look = {
+        "view": (40.0, -10.0, 5.0, 0.8, 0.1, 0.0),
+        "lighting": "direct",
+        "light": (50.0, 20.0),
+        "crop": (0.0, 0.0, 0.2, 1.0, 1.0, 1.0),
+    }
+    Session(
+        raw_file,
+        read_volume(raw_file).fingerprint,
+        TransferFunction.load(tf_file),
+        look,
+        {"legend": True},
+    ).save(path)
+    return path
+
+
+def drawn(session: Path, out: Path, *others: str) -> np.ndarray:
+    arguments = f"render --renderer raycast --session {session} --size 48 --out {out}"
+    assert run([*arguments.split(), *others]) == 0
+    image: np.ndarray = np.load(out)
+    return image
+
+
+def test_all_of_a_session_is_drawn(session: Path, tmp_path: Path) -> None:
+    shown = Session.load(session)
+    volume = read_volume(shown.volume)
+    tf = shown.transfer_function
+    renderer = RaycastRenderer(
+        volume.over(tf.scalar_range, tf.scale), "direct", LightDirection(50.0, 20.0)
+    )
+    inputs = SceneInputs.of(
+        View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0),
+        tf,
+        light=LightDirection(50.0, 20.0),
+        crop=CropBox((0.0, 0.0, 0.2), (1.0, 1.0, 1.0)),
+    )
+    expected = renderer.render(inputs, 48)
+    renderer.close()
+    image = drawn(session, tmp_path / "image.npy")
+    assert image[..., 3].max() > 0.1
+    np.testing.assert_allclose(image, expected, atol=1e-6)
+
+
+def test_options_come_before_the_session(session: Path, tmp_path: Path) -> None:
+    kept = drawn(session, tmp_path / "kept.npy")
+    same = drawn(session, tmp_path / "same.npy", "--view", "40,-10,5,0.8,0.1,0")
+    home = drawn(session, tmp_path / "home.npy", "--view", "30,20,0,1")
+    unlit = drawn(session, tmp_path / "unlit.npy", "--lighting", "none")
+    np.testing.assert_array_equal(kept, same)
+    assert np.abs(kept - home).max() > 0.05
+    assert np.abs(kept - unlit).max() > 0.05
+
+
+def test_other_voxels_a_range_and_a_lost_volume_are_told(
+    session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["render", "--session", str(session), "--size", "32", "--renderer", "raycast"]
+    out = ["--out", str(tmp_path / "image.png")]
+    replace(Session.load(session), fingerprint="of another").save(session)
+    assert run([*arguments, *out]) == 0
+    assert "other voxels" in capsys.readouterr().err
+    assert run([*arguments, *out, "--range", "0,100"]) != 0
+    assert "its own range" in capsys.readouterr().err
+    replace(Session.load(session), volume=tmp_path / "gone.nrrd").save(session)
+    assert run([*arguments, *out]) != 0
+    assert "not there any more" in capsys.readouterr().err
