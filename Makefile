@@ -16,6 +16,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 .PHONY: audit run test test-all test-slow setup lint clean
 
 run: setup
+	@$(BIN)/python -m app.prepare_kernels
 	@$(BIN)/python main.py $(ARGS)
 
 test: setup .venv/test-ready
