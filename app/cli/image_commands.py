@@ -89,9 +89,13 @@ def render(
         ),
     ],
     renderer: Annotated[
-        choices.Renderer,
-        typer.Option("--renderer", help="The reference, the fast ray caster, or the model."),
-    ] = choices.Renderer.VTK,
+        choices.Renderer | None,
+        typer.Option(
+            "--renderer",
+            help="The reference, the fast ray caster, or the model. (default: vtk; raycast with "
+            "--budget-ms or --error)",
+        ),
+    ] = None,
     source: VolumeSource,
     model: options.ModelFolder = None,
     session: Annotated[
@@ -144,8 +148,20 @@ def render(
             "--error",
             min=1e-4,
             max=1.0,
-            help="Estimated error (RMSE) of the path-traced picture that is good enough: as many "
-            "samples as it takes, at most --samples.",
+            help="Error (RMSE to the exact picture of the same light) that is good enough: the "
+            "fastest setting that is predicted to keep to it; as many samples as it takes in "
+            "path-traced light, at most --samples.",
+        ),
+    ] = None,
+    budget_ms: Annotated[
+        float | None,
+        typer.Option(
+            "--budget-ms",
+            metavar="MS",
+            min=0.1,
+            max=1e7,
+            help="Time that the picture may take: the nearest to the exact one that is predicted "
+            "to keep to it.",
         ),
     ] = None,
     denoise: Annotated[
@@ -227,8 +243,9 @@ def render(
     from app.cli.render import render_to_file
     from app.cli.render_order import RenderOrder
 
+    traded = error is not None or budget_ms is not None
     order = RenderOrder(
-        renderer=str(renderer),
+        renderer=str(renderer or (choices.Renderer.RAYCAST if traded else choices.Renderer.VTK)),
         volume=source,
         model=model,
         view=view or values.HOME_VIEW,
@@ -236,6 +253,7 @@ def render(
         lighting=lighting,
         samples=samples,
         error=error,
+        budget=None if budget_ms is None else budget_ms / 1e3,
         denoise=denoise,
         light=light,
         crop=crop,

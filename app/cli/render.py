@@ -61,6 +61,8 @@ def render_to_file(order: RenderOrder) -> None:
             write_turntable(order, drawer)
         else:
             write_figure(order, drawer)
+        if order.is_traded:
+            console.print(f"{order.out}: by {drawer.drawn_by()}.")
     finally:
         drawer.close()
 
@@ -163,6 +165,11 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
         _refuse_of_paths(order)
     if lighting == "path" and not order.preintegrated:
         return _path_drawer(order, volume, tf, light, scene)
+    if order.is_traded:
+        from app.cli.render_trade import traded_drawer
+
+        size = scene.image_size if scene else DEFAULT_SIZE
+        return traded_drawer(order, volume, tf, lighting, light, size)
     renderer: Renderer
     if name == "vtk" and not order.preintegrated:
         renderer = FallbackRenderer(volume, lighting, light, step)
@@ -217,7 +224,6 @@ def _other_distance(distance: float, lighting: Lighting) -> float:
 def _refuse_of_paths(order: RenderOrder) -> None:
     for option, what in (
         (order.samples, "Samples are counted"),
-        (order.error, "An error is aimed at"),
         (order.denoise, "Pictures are denoised"),
     ):
         if option is not None:
@@ -248,20 +254,22 @@ def _path_drawer(
     size = scene.image_size if scene else DEFAULT_SIZE
     raster = order.size or Raster(size, size)
     error = order.error or 0.0
-    samples = order.samples or (MOST_SAMPLES if error else SAMPLES)
+    samples = order.samples or (MOST_SAMPLES if order.is_traded else SAMPLES)
     finished: list[tuple[Refined, float]] = []
 
     def draw(view: View) -> NDArray[np.float32]:
         begun = time.perf_counter()
         seen = replace(inputs, view=view)
-        last = drawn(tracer, seen, raster, samples, cleaning=cleaning, error=error)
+        last = drawn(
+            tracer, seen, raster, samples, cleaning=cleaning, error=error, seconds=order.budget
+        )
         finished[:] = [(last, time.perf_counter() - begun)]
         return last.rgba
 
     def drawn_by() -> str:
         by = "the path tracer"
         for last, seconds in finished:
-            by += f", {last.samples} samples a pixel{last.deed and f', {last.deed},'}"
+            by += f", {last.samples} sample{'s' * (last.samples > 1)} a pixel{last.deed and f', {last.deed},'}"
             by += f" in {seconds:.2g} s"
             if last.samples > 1:
                 by += f", estimated error {last.error:.2g}".replace(" 0.", " .")
@@ -278,8 +286,12 @@ def _path_drawer(
 def _generator_drawer(order: RenderOrder) -> Drawer:
     if order.paths_are_asked_for:
         raise RenderError(
-            "Samples, their error and denoising are the path tracer's; leave them out, or choose "
-            "its light."
+            "Samples and denoising are the path tracer's; leave them out, or choose its light."
+        )
+    if order.is_traded:
+        raise RenderError(
+            "A model has one time and one error; leave --budget-ms and --error out, or give "
+            "--renderer raycast."
         )
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")

@@ -32,6 +32,8 @@ class RenderOrder:
 
     Attributes
     ----------
+    budget : float or None
+        Seconds that an image may take.
     known_tf : TransferFunction or None
         Over its own range and scale, in place of a file's; a session's.
     fingerprint : str
@@ -48,6 +50,7 @@ class RenderOrder:
     lighting: choices.LightingOption | None
     samples: int | None
     error: float | None
+    budget: float | None
     denoise: bool | None
     light: LightDirection | None
     crop: CropBox | None
@@ -78,7 +81,12 @@ class RenderOrder:
     @property
     def paths_are_asked_for(self) -> bool:
         """Whether there is an option of path-traced light."""
-        return any(option is not None for option in (self.samples, self.error, self.denoise))
+        return self.samples is not None or self.denoise is not None
+
+    @property
+    def is_traded(self) -> bool:
+        """Whether an error or a time is asked for."""
+        return self.error is not None or self.budget is not None
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,8 +73,26 @@ class Setting:
         return cls(sample_distance=FINEST_LIT)
 
     def raster(self, shown: Raster) -> Raster:
-        """Return the pixels that are drawn where others are shown."""
-        return shown if self.pixels == 1 else shown.scaled(self.pixels**0.5)
+        """Return the pixels that are drawn where others are shown, or a part of them."""
+        if self.pixels == 1:
+            return shown
+        whole = shown.scaled(self.pixels**0.5)
+        left, columns = _covering(shown.left, shown.right, shown.width, whole.width)
+        top, rows = _covering(shown.top, shown.bottom, shown.height, whole.height)
+        return replace(whole, left=left, top=top, columns=columns, rows=rows)
+
+    def text(self, lighting: Lighting) -> str:
+        """Say what it is under a lighting, in few words."""
+        if lighting == "path":
+            words = [f"path tracer, {self.samples} samples"]
+        else:
+            name = "VTK" if self.renderer == "vtk" else "ray caster"
+            words = [f"{name}, {self.sample_distance:g} voxels"]
+        if self.preintegrated:
+            words.append("pre-integrated")
+        if self.pixels != 1:
+            words.append(f"1 of {1 / self.pixels:g} pixels")
+        return ", ".join(words)
 
 
 def smooth_distance(distance: float, lighting: Lighting) -> float:
@@ -122,7 +141,7 @@ class SettingRenderer:
         Parameters
         ----------
         shown : Raster
-            Pixels that are shown.
+            Pixels that are shown, or a part of them.
 
         Returns
         -------
@@ -136,7 +155,7 @@ class SettingRenderer:
         start = time.perf_counter()
         drawn = renderer.render(inputs, raster, setting.sample_distance)
         seconds = time.perf_counter() - start
-        return enlarged(drawn, shown.shape), seconds
+        return enlarged(drawn, raster, shown), seconds
 
     def close(self) -> None:
         """Release the renderers; none can be used afterwards."""
@@ -170,16 +189,27 @@ class SettingRenderer:
         return known
 
 
-def enlarged(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Interpolate an image (h, w, channels) linearly to more rows and columns, as a screen does."""
-    for axis, count in enumerate(shape):
-        have = image.shape[axis]
-        if have == count:
+def enlarged(image: NDArray[np.float32], drawn: Raster, shown: Raster) -> NDArray[np.float32]:
+    """Interpolate an image's pixels (h, w, channels) linearly to those shown, as a screen does."""
+    places = (
+        (drawn.top, drawn.height, shown.top, shown.rows, shown.height),
+        (drawn.left, drawn.width, shown.left, shown.columns, shown.width),
+    )
+    for axis, (first, have, start, count, want) in enumerate(places):
+        if have == want:
             continue
-        at = np.clip((np.arange(count) + 0.5) * have / count - 0.5, 0, have - 1)
-        before = np.minimum(at.astype(np.intp), max(have - 2, 0))
+        last = image.shape[axis] - 1
+        at = np.clip((np.arange(start, start + count) + 0.5) * have / want - 0.5 - first, 0, last)
+        before = np.minimum(at.astype(np.intp), max(last - 1, 0))
         part = (at - before).astype(np.float32)
         part = part.reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
-        after = np.minimum(before + 1, have - 1)
+        after = np.minimum(before + 1, last)
         image = np.take(image, before, axis) * (1 - part) + np.take(image, after, axis) * part
     return image
+
+
+def _covering(first: int, end: int, shown: int, drawn: int) -> tuple[int, int]:
+    """Return the first and the number of the drawn pixels that some shown ones lie between."""
+    low = max(math.floor((first + 0.5) * drawn / shown - 0.5), 0)
+    high = min(math.floor((end - 0.5) * drawn / shown - 0.5) + 2, drawn)
+    return low, high - low

@@ -136,6 +136,32 @@ def tradeoff(
 
 
 @bench.command()
+def prediction(
+    volume: options.VolumeFiles = None,
+    lighting: Annotated[
+        list[choices.LightingOption] | None,
+        typer.Option("--lighting", help="May be repeated. (default: none)"),
+    ] = None,
+    count: Annotated[
+        int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
+    ] = 2,
+    size: Annotated[
+        int, typer.Option("--size", min=64, max=4096, help="Width and height in pixels.")
+    ] = 256,
+    seed: options.Seed = 0,
+    vtk: Annotated[
+        bool, typer.Option("--vtk/--no-vtk", help="VTK, too, where it draws that light.")
+    ] = False,
+    json: options.JsonFile = None,
+) -> None:
+    """Times and errors of settings as `render` predicts them, beside those measured."""
+    from app.cli.bench.prediction import bench_prediction
+
+    lightings = [choices.lighting(each) for each in lighting or [choices.LightingOption.NONE]]
+    bench_prediction(volume, lightings, count, size, seed, vtk, json)
+
+
+@bench.command()
 def path(
     volume: options.VolumeFiles = None,
     size: Annotated[

@@ -81,26 +81,12 @@ def bench_tradeoff(
         )
 
 
-def setting_text(setting: Setting, lighting: Lighting) -> str:
-    """Say what a setting is, in few words."""
-    if lighting == "path":
-        words = [f"path tracer, {setting.samples} samples"]
-    else:
-        name = "VTK" if setting.renderer == "vtk" else "ray caster"
-        words = [f"{name}, {setting.sample_distance:g} voxels"]
-    if setting.preintegrated:
-        words.append("pre-integrated")
-    if setting.pixels != 1:
-        words.append(f"1 of {1 / setting.pixels:g} pixels")
-    return ", ".join(words)
-
-
 def _print(tradeoff: Tradeoff) -> None:
     sides = "x".join(map(str, tradeoff.dimensions))
     cells = [
         (
             "*" if point.setting in tradeoff.front else "",
-            setting_text(point.setting, tradeoff.lighting),
+            point.setting.text(tradeoff.lighting),
             f"{1e3 * point.seconds:.1f}",
             f"{point.rmse:.4f}",
             f"{point.worst:.4f}",
@@ -118,7 +104,7 @@ def _print(tradeoff: Tradeoff) -> None:
     )
     console.print(
         f"*: no other setting is both faster and nearer. Exact: "
-        f"{setting_text(tradeoff.exact, tradeoff.lighting)}, {1e3 * tradeoff.exact_seconds:.1f} ms"
+        f"{tradeoff.exact.text(tradeoff.lighting)}, {1e3 * tradeoff.exact_seconds:.1f} ms"
     )
 
 

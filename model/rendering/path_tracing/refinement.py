@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -100,12 +101,19 @@ def drawn(
     *,
     cleaning: Cleaning | None,
     error: float = 0.0,
+    seconds: float | None = None,
 ) -> Refined:
     """Draw a whole picture; see :func:`refined`.
 
-    Unless an error is aimed at, none but the last is cleaned.
+    Unless an error is aimed at, or a time is kept, none but the last is cleaned.
+
+    Parameters
+    ----------
+    seconds : float, optional
+        That it may take: as many samples as there is time for, one at least.
     """
-    if error > 0:
+    if error > 0 or seconds is not None:
+        begun = time.perf_counter()
         coming = refined(
             tracer,
             inputs,
@@ -115,8 +123,14 @@ def drawn(
             cleaning=cleaning,
             error=error,
         )
-        *_, last = coming
-        return last
+        found = next(coming)
+        # The next one has twice the samples.
+        while seconds is None or 2 * (time.perf_counter() - begun) <= seconds:
+            following = next(coming, None)
+            if following is None:
+                break
+            found = following
+        return found
     *_, estimate = tracer.refine(inputs, size, samples, sample_distance=sample_distance)
     return shown(estimate, cleaning(inputs, Raster.of(size)) if cleaning else None)
 

@@ -20,8 +20,24 @@ def test_pixels_between_are_interpolated_as_torch_does(shape: tuple[int, int]) -
     planes = torch.from_numpy(image).permute(2, 0, 1)[None]
     theirs = torch.nn.functional.interpolate(planes, shape, mode="bilinear")
     np.testing.assert_allclose(
-        enlarged(image, shape), theirs[0].permute(1, 2, 0).numpy(), atol=1e-6
+        enlarged(image, Raster(9, 5), Raster(shape[1], shape[0])),
+        theirs[0].permute(1, 2, 0).numpy(),
+        atol=1e-6,
     )
+
+
+@pytest.mark.parametrize("pixels", [1.0, 1 / 2, 1 / 4, 1 / 16])
+def test_parts_of_a_picture_are_those_of_the_whole(
+    volume: Volume, scene: Scene, pixels: float
+) -> None:
+    inputs, shown = draw_sample(scene, 0, "holdout", 1), Raster(75, 64)
+    renderer, setting = SettingRenderer(volume), Setting(pixels=pixels)
+    whole, _seconds = renderer.draw(setting, inputs, shown)
+    for part in shown.tiles(17, 9):
+        drawn, _seconds = renderer.draw(setting, inputs, part)
+        expected = whole[part.top : part.bottom, part.left : part.right]
+        np.testing.assert_allclose(drawn, expected, atol=1e-5)
+    renderer.close()
 
 
 def test_a_setting_without_savings_is_the_renderers_own_picture(
@@ -33,7 +49,8 @@ def test_a_setting_without_savings_is_the_renderers_own_picture(
     drawn, seconds = settings.draw(Setting(), inputs, shown)
     coarse, _seconds = settings.draw(Setting(pixels=0.25), inputs, shown)
     np.testing.assert_array_equal(drawn, own.render(inputs, shown))
-    np.testing.assert_array_equal(coarse, enlarged(own.render(inputs, Raster(20, 16)), (24, 40)))
+    few = Raster(20, 16)
+    np.testing.assert_array_equal(coarse, enlarged(own.render(inputs, few), few, shown))
     assert seconds > 0
     settings.close()
     own.close()

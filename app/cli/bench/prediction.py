@@ -1,0 +1,129 @@
+"""``bench prediction``: times and errors of settings as predicted, beside those measured."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from app.cli.bench.machine import print_machine
+from app.cli.console import console, counting, print_table
+from app.cli.outputs import write_json
+from model import metrics
+from model.evaluation.prediction import Predictor
+from model.evaluation.tradeoff import settings_of
+from model.rendering.raster import Raster
+from model.rendering.setting import Setting, SettingRenderer
+from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting, Scene
+from model.volume_files import read_volume
+from model.volume_files.shipped import shipped_volumes
+
+LEAST_ERROR = 1e-4
+"""Error below which a factor says nothing: a fortieth of an 8-bit step."""
+
+REPEATS = 2
+"""Drawings of what is timed; the fastest counts, as in predictions."""
+
+
+@dataclass(frozen=True)
+class _Compared:
+    """One picture: seconds and RMSE, predicted and measured."""
+
+    volume: str
+    lighting: Lighting
+    scene: int
+    setting: Setting
+    predicted: tuple[float, float]
+    measured: tuple[float, float]
+
+
+def bench_prediction(
+    paths: list[Path] | None,
+    lightings: list[Lighting],
+    count: int,
+    size: int,
+    seed: int,
+    vtk: bool,
+    json_path: Path | None,
+) -> None:
+    """Compare each setting of random scenes; print a table, write JSON if requested."""
+    machine = print_machine()
+    found: list[_Compared] = []
+    cells = []
+    for path in paths or shipped_volumes():
+        for lighting in lightings:
+            found += _of_volume(path, lighting, count, size, seed, vtk)
+            name = found[-1].volume
+            rows = [each for each in found if (each.volume, each.lighting) == (name, lighting)]
+            cells.append((name, lighting, *_factors(rows)))
+    cells.append(("all", "", *_factors(found)))
+    print_table(
+        f"factors between what was predicted and what was measured, {size} x {size}: median, and "
+        "the largest of nine in ten",
+        ("volume", "light", "pictures", "error", "nine in ten", "time", "nine in ten"),
+        cells,
+        left=2,
+    )
+    if json_path is not None:
+        plain = [asdict(each) for each in found]
+        write_json(json_path, {"machine": machine, "size": size, "pictures": plain})
+
+
+def _of_volume(
+    path: Path, lighting: Lighting, count: int, size: int, seed: int, vtk: bool
+) -> list[_Compared]:
+    volume = read_volume(path)
+    scene, shown = Scene.of(volume, size, lighting), Raster(size, size)
+    settings = settings_of(lighting, vtk)
+    renderer = SettingRenderer(volume, lighting, scene.light)
+    found = []
+    try:
+        for number in range(count):
+            drawn = draw_sample(scene, seed, "holdout", number)
+            inputs = SceneInputs.of(drawn.view, drawn.transfer_function, light=drawn.light)
+            predictor = Predictor(renderer, lighting, inputs, shown)
+            truth, _seconds = renderer.draw(Setting.exact(lighting), inputs, shown)
+            with counting(f"{volume.name}, {lighting}", len(settings)) as (progress, task):
+                for setting in settings:
+                    expected = predictor.predict(setting)
+                    images = [renderer.draw(setting, inputs, shown) for _ in range(REPEATS)]
+                    error = metrics.rmse(images[0][0][..., :3], truth[..., :3])
+                    seconds = min(each for _rgba, each in images)
+                    found.append(
+                        _Compared(
+                            volume.name,
+                            lighting,
+                            number,
+                            setting,
+                            (expected.seconds, expected.rmse),
+                            (seconds, error),
+                        )
+                    )
+                    progress.advance(task)
+    finally:
+        renderer.close()
+    worst = max(found, key=lambda each: _factor(*_errors(each)))
+    predicted, measured = _errors(worst)
+    console.print(
+        f"{volume.name}, {lighting}: farthest off at {worst.setting.text(lighting)}, "
+        f"error {predicted:.4f} predicted and {measured:.4f} measured"
+    )
+    return found
+
+
+def _errors(compared: _Compared) -> tuple[float, float]:
+    return max(compared.predicted[1], LEAST_ERROR), max(compared.measured[1], LEAST_ERROR)
+
+
+def _factor(one: float, other: float) -> float:
+    return max(one / other, other / one)
+
+
+def _factors(rows: list[_Compared]) -> tuple[str, ...]:
+    errors = [_factor(*_errors(row)) for row in rows]
+    times = [_factor(row.predicted[0], row.measured[0]) for row in rows]
+    quantiles = [np.quantile(each, share) for each in (errors, times) for share in (0.5, 0.9)]
+    return (str(len(rows)), *(f"{each:.2f}" for each in quantiles))
