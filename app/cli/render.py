@@ -269,7 +269,8 @@ def _path_drawer(
     def drawn_by() -> str:
         by = "the path tracer"
         for last, seconds in finished:
-            by += f", {last.samples} sample{'s' * (last.samples > 1)} a pixel{last.deed and f', {last.deed},'}"
+            samples = f"{last.samples} sample{'s' * (last.samples > 1)} a pixel"
+            by += f", {samples}{last.deed and f', {last.deed},'}"
             by += f" in {seconds:.2g} s"
             if last.samples > 1:
                 by += f", estimated error {last.error:.2g}".replace(" 0.", " .")
