@@ -153,17 +153,7 @@ def render(
             "path-traced light, at most --samples.",
         ),
     ] = None,
-    budget_ms: Annotated[
-        float | None,
-        typer.Option(
-            "--budget-ms",
-            metavar="MS",
-            min=0.1,
-            max=1e7,
-            help="Time that the picture may take: the nearest to the exact one that is predicted "
-            "to keep to it.",
-        ),
-    ] = None,
+    budget_ms: options.BudgetMs = None,
     denoise: Annotated[
         bool | None,
         typer.Option(
@@ -253,7 +243,7 @@ def render(
         lighting=lighting,
         samples=samples,
         error=error,
-        budget=None if budget_ms is None else budget_ms / 1e3,
+        budget=values.seconds(budget_ms),
         denoise=denoise,
         light=light,
         crop=crop,
@@ -351,10 +341,22 @@ def sensitivity(
             "values, and opacity by its own, as in the paper.",
         ),
     ] = choices.FieldScaleOption.OWN,
+    error: Annotated[
+        float | None,
+        typer.Option(
+            "--error",
+            min=1e-6,
+            max=1.0,
+            help="Of the ray caster's derivative, 1 - cosine to that of half as many columns: it "
+            "is of ever more pixels, up to --size, until that is no more.",
+        ),
+    ] = None,
+    budget_ms: options.BudgetMs = None,
     device: options.DeviceName = choices.Device.AUTO,
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
-    from app.cli.sensitivity import EngineName, SensitivityOrder, save_sensitivity
+    from app.cli.sensitivity import save_sensitivity
+    from app.cli.sensitivity_order import EngineName, SensitivityOrder
 
     save_sensitivity(
         SensitivityOrder(
@@ -374,5 +376,7 @@ def sensitivity(
             device=str(device),
             out=out,
             by_all_values=field_scale is choices.FieldScaleOption.GLOBAL,
+            budget=values.seconds(budget_ms),
+            error=error,
         )
     )

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from app.cli.render_order import Drawer, RenderOrder
 from model.errors import RenderError
-from model.evaluation.prediction import Prediction, Predictor, chosen
-from model.evaluation.tradeoff import settings_of
+from model.evaluation.prediction import Prediction, chosen_setting
+from model.evaluation.tradeoff import all_settings
 from model.rendering.raster import Raster
-from model.rendering.setting import Setting, SettingRenderer
+from model.rendering.setting import SettingRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
@@ -87,9 +87,12 @@ def _choose(
     inputs: SceneInputs,
     raster: Raster,
 ) -> Prediction:
-    settings = [each for each in settings_of(lighting) if each.renderer == order.renderer]
-    exact = Setting.exact(lighting)
-    if exact.renderer == order.renderer:
-        settings.append(exact)
-    predictor = Predictor(renderer, lighting, inputs, raster)
-    return chosen(map(predictor.predict, settings), order.budget, order.error)
+    return chosen_setting(
+        renderer,
+        lighting,
+        [inputs],
+        raster,
+        all_settings(lighting, order.renderer),
+        order.budget,
+        order.error,
+    )

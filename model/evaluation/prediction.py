@@ -142,6 +142,34 @@ def _edges(image: NDArray[np.float32], cells: Sequence[Raster]) -> NDArray[np.fl
     return np.array(found)
 
 
+def chosen_setting(
+    renderer: SettingRenderer,
+    lighting: Lighting,
+    scenes: Sequence[SceneInputs],
+    shown: Raster,
+    settings: Iterable[Setting],
+    seconds: float | None,
+    error: float | None,
+) -> Prediction:
+    """Return the setting at which pictures of some scenes keep to a time and an error.
+
+    Parameters
+    ----------
+    renderer, lighting, shown
+        See :class:`Predictor`.
+    seconds, error
+        Of a picture in the mean; see :func:`chosen`.
+    """
+    predictors = [Predictor(renderer, lighting, inputs, shown) for inputs in scenes]
+    means = []
+    for setting in settings:
+        found = [predictor.predict(setting) for predictor in predictors]
+        mean = float(np.mean([each.seconds for each in found]))
+        square = float(np.mean([each.rmse**2 for each in found]))
+        means.append(Prediction(setting, mean, math.sqrt(square)))
+    return chosen(means, seconds, error)
+
+
 def chosen(
     predictions: Iterable[Prediction], seconds: float | None, error: float | None
 ) -> Prediction:
