@@ -11,6 +11,7 @@ from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
 from app.state.exactness import STEPS
 from app.state.fidelity import error_text
+from app.state.live_errors import LiveErrors
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.wheel_guard import WheelGuard
@@ -33,11 +34,16 @@ class ExactnessSlider(QWidget):
 
     Its figures are measured: they are those of the last image while something moved, compared
     with the one at rest. Each choice draws both. A click on them opens those of all steps.
+
+    Parameters
+    ----------
+    answers : LiveErrors
+        Of sensitivities and of the map's pictures, which take more or less time with the images.
     """
 
-    def __init__(self, work: ReferenceWork) -> None:
+    def __init__(self, work: ReferenceWork, answers: LiveErrors) -> None:
         super().__init__()
-        self._work = work
+        self._work, self._answers = work, answers
         self._line: FidelityLine | None = None
         self._ends = [QLabel("fast"), QLabel("exact")]
         self._is_folded = False
@@ -69,7 +75,7 @@ class ExactnessSlider(QWidget):
     @cached_property
     def popover(self) -> TradePopover:
         """Shows time and error of all steps; built when it is first opened."""
-        return TradePopover(self._work, self)
+        return TradePopover(self._work, self._answers, self)
 
     def follow(self, line: FidelityLine) -> None:
         """Have the figures of the images that a line judges."""

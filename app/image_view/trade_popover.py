@@ -21,6 +21,7 @@ from PySide6.QtWidgets import (
 from app import theme
 from app.state.exactness import STEPS
 from app.state.fidelity import LEAST_SAID, error_text
+from app.state.live_errors import Kind, LiveError, LiveErrors
 from app.state.pace import SCALES
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
@@ -40,6 +41,13 @@ MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured here, in this scene: {}."
 
 
+ANSWERS: dict[Kind, str] = {
+    "curve": "Sensitivity curve, while it moved:",
+    "field": "Field of a value, while it moved:",
+    "map": "A picture of the map of TFs, while it moved:",
+}
+
+
 class TradePopover(QFrame):
     """Shows time against error of images while something moves, and what each step makes of it.
 
@@ -47,9 +55,9 @@ class TradePopover(QFrame):
     allow. A click at a time takes the step that allows it, as its row does.
     """
 
-    def __init__(self, work: ReferenceWork, parent: QWidget) -> None:
+    def __init__(self, work: ReferenceWork, answers: LiveErrors, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
-        self._trade, self._work = work.trade, work
+        self._trade, self._work, self._answers = work.trade, work, answers
         self.setProperty("role", "mode card")
         self.setFixedWidth(WIDTH)
         self.setAccessibleName("Speed against accuracy")
@@ -57,11 +65,13 @@ class TradePopover(QFrame):
         self._dots: Any = pg.PlotDataItem(symbolSize=7)
         self._lines: list[Any] = [pg.InfiniteLine() for _step in STEPS]
         self.status = QLabel()
+        self.answers = QLabel()
         self._choice = QButtonGroup(self)
         self.rows: list[tuple[QRadioButton, QLabel, QLabel, QLabel]] = []
         self._lay_out()
         work.trade.changed.connect(self.refresh)
         work.choicesChanged.connect(self._show_choice)
+        answers.changed.connect(self._show_answers)
         self._choice.idClicked.connect(self._choose)
 
     def open_below(self, place: QPoint) -> None:
@@ -76,6 +86,7 @@ class TradePopover(QFrame):
         super().showEvent(event)
         self._paint()
         self._show_choice(self._work.choices)
+        self._show_answers()
         self._trade.watch(True)
 
     def hideEvent(self, event: QHideEvent) -> None:
@@ -113,6 +124,12 @@ class TradePopover(QFrame):
         else:
             text = WAITING
         self.status.setText(text)
+
+    def _show_answers(self) -> None:
+        """Say what the last answers while something moved took, and how near they were."""
+        found = self._answers.found
+        self.answers.setText("\n".join(_answer_text(kind, found[kind]) for kind in found))
+        self.answers.setVisible(bool(found))
 
     def _rest_text(self, number: int) -> str:
         """Say what an image at rest comes to: an error, or how far samples are apart."""
@@ -168,8 +185,14 @@ class TradePopover(QFrame):
             self.rows.append(row)
         grid.setColumnStretch(0, 1)
         column.addLayout(grid)
-        self.status.setProperty("role", "dim")
-        column.addWidget(self.status)
+        for label in (self.status, self.answers):
+            label.setProperty("role", "dim")
+            column.addWidget(label)
+        self.answers.setAccessibleName("Answers while something moves")
+        self.answers.setToolTip(
+            "How long they took, and how near they were to those at rest, of all pixels: a cosine "
+            "of 1 is the same curve or field"
+        )
 
     def _lay_out_plot(self) -> None:
         self.plot.setFixedHeight(PLOT_HEIGHT)
@@ -208,6 +231,13 @@ class TradePopover(QFrame):
 
 def _style(is_chosen: bool) -> Qt.PenStyle:
     return Qt.PenStyle.SolidLine if is_chosen else Qt.PenStyle.DashLine
+
+
+def _answer_text(kind: Kind, found: LiveError) -> str:
+    near = "" if found.error is None else f", error {error_text(found.error)}"
+    if found.cosine is not None:
+        near = f", cosine {found.cosine:.4f}".replace(" 0.", " .").replace("1.0000", "1")
+    return f"{ANSWERS[kind]} {1e3 * found.seconds:.0f} ms{near}"
 
 
 def _time_text(traded: Traded) -> str:

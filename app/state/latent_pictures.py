@@ -27,6 +27,7 @@ from app.engines.messages import (
 )
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentChoices, LatentState, Place
+from app.state.live_errors import LiveErrors
 from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
 from model.scene.inputs import SceneInputs
@@ -140,6 +141,8 @@ class LatentPictures(QObject):
         Client of a ray caster.
     learned : EngineClient
         Client of the generator.
+    errors : LiveErrors
+        Is told of pictures, live and at rest.
 
     Attributes
     ----------
@@ -172,6 +175,7 @@ class LatentPictures(QObject):
         session: LatentSession,
         exact: EngineClient,
         learned: EngineClient,
+        errors: LiveErrors,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
@@ -184,6 +188,7 @@ class LatentPictures(QObject):
         self._state = state
         self._latent = latent
         self._session = session
+        self._errors = errors
         self.clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._pace = Pace()
         self._patience = 1.0
@@ -454,7 +459,10 @@ class LatentPictures(QObject):
                 self._grid_key = None
             self.problem.emit(result.error or "The engine returned no pictures.")
             return
-        self._note_pace(source, request.quality.size, result.seconds / len(result.value))
+        seconds = result.seconds / len(result.value)
+        self._note_pace(source, request.quality.size, seconds)
+        if not isinstance(request, ThumbnailRequest):
+            self._errors.take("map", source, request, result.value, seconds)
         match request:
             case GridRequest():
                 asked_grid = _pop(self._asked_grids, request.sequence)

@@ -15,6 +15,7 @@ from app.state.latent_pictures import LatentPictures
 from app.state.latent_search import LatentSearch
 from app.state.latent_session import LatentSession, OpenSpace
 from app.state.latent_state import LatentState
+from app.state.live_errors import LiveErrors
 from app.state.viewer_state import ViewerState
 
 
@@ -25,6 +26,8 @@ class LatentWork(QObject):
     ----------
     exact, learned : EngineClient
         Clients of a ray caster and of the generator.
+    errors : LiveErrors
+        Is told of pictures, live and at rest.
     """
 
     def __init__(
@@ -33,6 +36,7 @@ class LatentWork(QObject):
         latent: LatentState,
         exact: EngineClient,
         learned: EngineClient,
+        errors: LiveErrors,
         open_space: OpenSpace,
         parent: QObject,
     ) -> None:
@@ -40,7 +44,7 @@ class LatentWork(QObject):
         self.state = latent
         self._model: Path | None = None
         self.session = LatentSession(state, latent, open_space, self)
-        self.pictures = LatentPictures(state, latent, self.session, exact, learned, self)
+        self.pictures = LatentPictures(state, latent, self.session, exact, learned, errors, self)
         exact.stateChanged.connect(partial(self._check_failure, exact))
         self.search = LatentSearch(state, self.session, self.pictures, self)
         self.errors = LatentErrors(state, latent, self.session, self.pictures.clients, self)

@@ -30,6 +30,7 @@ from app.engines.messages import (
 )
 from app.state.edit_trials import EditTrials
 from app.state.engine_chooser import EngineChooser, EngineName, question_of
+from app.state.live_errors import Kind, LiveErrors
 from app.state.pace import Pace
 from app.state.sensitivity_answers import (
     Agreement,
@@ -69,6 +70,8 @@ class SensitivityDispatcher(QObject):
         Client of a ray caster.
     learned : EngineClient
         Client of the generator.
+    errors : LiveErrors
+        Is told of answers, live and at rest.
 
     Attributes
     ----------
@@ -102,6 +105,7 @@ class SensitivityDispatcher(QObject):
         sensitivity: SensitivityState,
         exact: EngineClient,
         learned: EngineClient,
+        errors: LiveErrors,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
@@ -116,6 +120,7 @@ class SensitivityDispatcher(QObject):
         self.window: Range = (0.0, 1.0)
         self._state = state
         self._asked = sensitivity
+        self._errors = errors
         self._clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self.chooser = EngineChooser(sensitivity)
         self.trials = EditTrials(
@@ -161,6 +166,7 @@ class SensitivityDispatcher(QObject):
         self.chooser.begins_small = begins_small
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
+        self._errors.forget()
         self._forget()
 
     def show(self, picture: Raster) -> None:
@@ -405,11 +411,13 @@ class SensitivityDispatcher(QObject):
                 if request.measure != self._asked.choices.measure:
                     return
                 self.regions[source] = answer
+                self._compare("curve", answer)
                 self._tell(source, "")
                 self.regionAnswered.emit()
             case ValueSensitivityRequest():
                 if band is not None and band.effect:
                     self.fields[source] = answer
+                    self._compare("field", answer)
                     self.fieldAnswered.emit()
             case BlockFieldsRequest():
                 self.block_fields[source] = answer
@@ -428,6 +436,9 @@ class SensitivityDispatcher(QObject):
             case VisibilityRequest():
                 self.visibility = answer
                 self.visibilityAnswered.emit()
+
+    def _compare(self, kind: Kind, answer: Answer[Any]) -> None:
+        self._errors.take(kind, answer.source, answer.request, answer.value, answer.seconds)
 
     def _drop(self, request: Request, source: Source, error: str) -> None:
         match request:

@@ -16,6 +16,7 @@ from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
+from app.state.live_errors import LiveErrors
 from app.state.look_keeper import LookKeeper
 from app.state.marks_keeper import MarksKeeper
 from app.state.opened_volume import OpenedVolume
@@ -113,8 +114,13 @@ class Workspace(QObject):
         self._model = GeneratorWork(generator, builders, generator_settings, self)
         self._order = StartOrder(generator, reference, analyst, self._model, self)
         self._dispatcher = Dispatcher(state, generator, reference, analyst, self)
-        self.sensitivity = SensitivityDispatcher(state, sensitivity, analyst, generator, self)
-        self.latent = LatentWork(state, latent, analyst, generator, builders.latent_space, self)
+        self.live_errors = errors = LiveErrors(self)
+        self.sensitivity = SensitivityDispatcher(
+            state, sensitivity, analyst, generator, errors, self
+        )
+        self.latent = LatentWork(
+            state, latent, analyst, generator, errors, builders.latent_space, self
+        )
         self.decoded = DecodedTF(state, generator, self)
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._dispatcher, preferences, self

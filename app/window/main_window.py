@@ -149,7 +149,7 @@ class MainWindow(QMainWindow):
         self.reference_controls = ReferenceControls(
             self.state, self.workspace.reference, self.brightness, self
         )
-        self.exactness = ExactnessSlider(self.workspace.reference)
+        self.exactness = ExactnessSlider(self.workspace.reference, self.workspace.live_errors)
         self.top_bar = TopBar(
             self.reference_controls.ball, self.reference_controls.light, self.exactness
         )

@@ -10,7 +10,6 @@ import pytest
 from app.cli import run
 from model.sensitivity.cosine import cosine
 
-
 MODEL = Path(__file__).parents[3] / "resources/models/reacting_jet_paper"
 
 

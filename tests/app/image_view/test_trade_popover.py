@@ -117,3 +117,20 @@ def test_an_image_that_fails_ends_it(
     qtbot.waitUntil(lambda: trade.found == () and not trade.is_measuring)
     assert window.reference.client.error is None
     assert window.exactness.popover.status.text() == WAITING
+
+
+def test_it_says_how_near_answers_were_while_something_moved(
+    qtbot: QtBot, make_window: Maker
+) -> None:
+    window = rested(qtbot, make_window)
+    errors = window.workspace.live_errors
+    popover = opened(qtbot, window)
+    assert not popover.answers.isVisibleTo(popover)
+    for azimuth in (31.0, 32.0):
+        window.state.move_view(View(azimuth, 20.0))
+        qtbot.wait(50)
+    window.state.finish_view()
+    qtbot.waitUntil(lambda: "curve" in errors.found)
+    assert "Sensitivity curve, while it moved: " in popover.answers.text()
+    assert ", cosine " in popover.answers.text()
+    assert popover.answers.isVisibleTo(popover)

@@ -1,0 +1,107 @@
+"""How far answers while something moves were from those at rest: curves, fields, map's pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.messages import Request
+from model.sensitivity.cosine import cosine
+
+Kind = Literal["curve", "field", "map"]
+"""A region's sensitivities, a field of a value, or pictures of the map of TFs."""
+
+
+@dataclass(frozen=True)
+class LiveError:
+    """What the last answer while something moved took, and how near it was.
+
+    Attributes
+    ----------
+    seconds : float
+    cosine : float or None
+        Of sensitivities, to those at rest; 1 where they have one shape.
+    error : float or None
+        Of pictures, root mean square of the colours' differences from those at rest, 0 to 1.
+    """
+
+    seconds: float
+    cosine: float | None = None
+    error: float | None = None
+
+
+class LiveErrors(QObject):
+    """Compares answers at rest with the last ones while something moved, if both were asked alike.
+
+    Attributes
+    ----------
+    found : dict
+        The newest comparison of each kind.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject) -> None:
+        super().__init__(parent)
+        self.found: dict[Kind, LiveError] = {}
+        self._live: dict[Kind, tuple[object, NDArray[np.float32], float]] = {}
+
+    def forget(self) -> None:
+        """Begin anew: another volume or light is drawn."""
+        self._live.clear()
+        self.found.clear()
+        self.changed.emit()
+
+    def take(
+        self, kind: Kind, asker: str, request: Request, value: NDArray[np.float32], seconds: float
+    ) -> None:
+        """Take an answer.
+
+        Parameters
+        ----------
+        asker : str
+            Who answered: answers of one engine are not compared with another's.
+        value : ndarray of float32
+            A curve (n,), a field (H, W, 3), or pictures (n, H, W, 4).
+        """
+        question = asker, _question(request)
+        if request.quality.live:
+            self._live[kind] = question, value, seconds
+            return
+        last = self._live.pop(kind, None)
+        if last is None or last[0] != question:
+            return
+        coarse, taken = _as_large(last[1], value), last[2]
+        if kind == "map":
+            gap = (coarse - value)[..., :3]
+            found = LiveError(taken, error=float(np.sqrt(np.mean(gap**2))))
+        else:
+            found = LiveError(taken, cosine=cosine(coarse.ravel(), value.ravel()))
+        self.found[kind] = found
+        self.changed.emit()
+
+
+def _question(request: Request) -> tuple[object, ...]:
+    """What was asked, whatever its number and quality."""
+    rest = vars(request).copy()
+    del rest["sequence"], rest["quality"]
+    return type(request), *rest.values()
+
+
+def _as_large(coarse: NDArray[np.float32], fine: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Interpolate pictures or fields to as many pixels as others have."""
+    if coarse.shape == fine.shape:
+        return coarse
+    # Late: it is needed at rest only, and brings the renderers.
+    from model.rendering.raster import Raster
+    from model.rendering.setting import enlarged
+
+    height, width = fine.shape[-3:-1]
+    own = Raster(coarse.shape[-2], coarse.shape[-3])
+    if coarse.ndim == 3:
+        return enlarged(coarse, own, Raster(width, height))
+    return np.stack([enlarged(each, own, Raster(width, height)) for each in coarse])
