@@ -76,6 +76,7 @@ class TradePopover(QFrame):
 
     def open_below(self, place: QPoint) -> None:
         """Open with the upper right corner at a place of the screen."""
+        self._show_answers()
         self.adjustSize()
         self.move(place.x() - self.width(), place.y())
         self.show()
@@ -86,7 +87,6 @@ class TradePopover(QFrame):
         super().showEvent(event)
         self._paint()
         self._show_choice(self._work.choices)
-        self._show_answers()
         self._trade.watch(True)
 
     def hideEvent(self, event: QHideEvent) -> None:

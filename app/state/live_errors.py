@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.messages import Request
+from app.state.sensitivity_answers import Source
 from model.sensitivity.cosine import cosine
 
 Kind = Literal["curve", "field", "map"]
@@ -57,20 +58,28 @@ class LiveErrors(QObject):
         self.changed.emit()
 
     def take(
-        self, kind: Kind, asker: str, request: Request, value: NDArray[np.float32], seconds: float
+        self,
+        kind: Kind,
+        asker: Source,
+        request: Request,
+        value: NDArray[np.float32],
+        seconds: float,
     ) -> None:
         """Take an answer.
 
         Parameters
         ----------
-        asker : str
-            Who answered: answers of one engine are not compared with another's.
+        asker : {"exact", "stand-in", "learned"}
+            Who answered. All live answers are compared with those of a renderer at rest.
         value : ndarray of float32
             A curve (n,), a field (H, W, 3), or pictures (n, H, W, 4).
         """
-        question = asker, _question(request)
+        question = _question(request)
         if request.quality.live:
             self._live[kind] = question, value, seconds
+            return
+        if asker == "learned":
+            # It answers at rest as it does live.
             return
         last = self._live.pop(kind, None)
         if last is None or last[0] != question:

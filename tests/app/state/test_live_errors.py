@@ -64,15 +64,25 @@ def test_only_answers_to_one_question_are_compared(
 ) -> None:
     value = np.ones(2, np.float32)
     other = replace(curve, inputs=inputs_from(10.0))
-    for asker, request in (("learned", curve), ("exact", other)):
-        errors.take("curve", asker, request, value, 0.1)
-        errors.take("curve", "exact", at_rest(curve), value, 0.1)
-        assert not errors.found
+    errors.take("curve", "exact", other, value, 0.1)
+    errors.take("curve", "exact", at_rest(curve), value, 0.1)
+    assert not errors.found
     # An answer is compared once, with what comes next.
     errors.take("curve", "exact", curve, value, 0.1)
     errors.take("curve", "exact", at_rest(other), value, 0.1)
     errors.take("curve", "exact", at_rest(curve), value, 0.1)
     assert not errors.found
+
+
+def test_a_live_answer_of_the_generator_is_compared_with_the_renderers(
+    errors: LiveErrors, curve: RegionSensitivityRequest
+) -> None:
+    live, own, true = (np.array(each, np.float32) for each in ([3, 4], [3, 4], [5, 0]))
+    errors.take("curve", "learned", curve, live, 0.03)
+    errors.take("curve", "learned", at_rest(curve), own, 0.03)
+    assert not errors.found
+    errors.take("curve", "exact", at_rest(curve), true, 0.2)
+    assert errors.found["curve"].cosine == pytest.approx(0.6)
 
 
 def test_fewer_pixels_are_enlarged_first(
