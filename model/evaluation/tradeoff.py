@@ -115,6 +115,7 @@ def measure_tradeoff(
     size: int,
     settings: Iterable[Setting] | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    threads: int | None = None,
 ) -> Tradeoff:
     """Draw scenes at each setting, and measure time and distance from the exact picture.
 
@@ -127,10 +128,12 @@ def measure_tradeoff(
         By default :func:`settings_of` the lighting.
     on_progress : callable
         Called with the numbers of settings done and in total.
+    threads : int, optional
+        Of the ray caster and the path tracer, one per processor by default.
     """
     chosen = list(settings_of(lighting) if settings is None else settings)
     exact, shown = Setting.exact(lighting), Raster(size, size)
-    renderer = SettingRenderer(volume, lighting, light)
+    renderer = SettingRenderer(volume, lighting, light, threads)
     try:
         # The first picture includes the compilation of kernels.
         renderer.draw(Setting(), scenes[0], Raster(16, 16))

@@ -125,6 +125,15 @@ def tradeoff(
     vtk: Annotated[
         bool, typer.Option("--vtk/--no-vtk", help="VTK, too, where it draws that light.")
     ] = True,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            min=1,
+            max=1024,
+            help="Of the ray caster and the path tracer. (default: one per processor)",
+        ),
+    ] = None,
     json: options.JsonFile = None,
     plot: options.PlotFile = None,
 ) -> None:
@@ -132,7 +141,7 @@ def tradeoff(
     from app.cli.bench.tradeoff import bench_tradeoff
 
     lightings = [choices.lighting(each) for each in lighting or [choices.LightingOption.NONE]]
-    bench_tradeoff(volume, lightings, count, size, view, tf, seed, vtk, json, plot)
+    bench_tradeoff(volume, lightings, count, size, view, tf, seed, vtk, threads, json, plot)
 
 
 @bench.command()

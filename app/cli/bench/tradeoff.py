@@ -35,6 +35,7 @@ def bench_tradeoff(
     tf: Path | None,
     seed: int,
     vtk: bool,
+    threads: int | None,
     json_path: Path | None,
     plot: Path | None,
 ) -> None:
@@ -65,11 +66,13 @@ def bench_tradeoff(
                     size,
                     settings,
                     lambda done, total, p=progress, t=task: p.update(t, completed=done),  # type: ignore[misc]
+                    threads,
                 )
             found.append(tradeoff)
             _print(tradeoff)
     if json_path is not None:
-        write_json(json_path, {"machine": machine, "tradeoffs": [_plain(each) for each in found]})
+        tradeoffs = [_plain(each) for each in found]
+        write_json(json_path, {"machine": machine, "threads": threads, "tradeoffs": tradeoffs})
     if plot is not None:
         make_room_for(plot)
         save_plots(
