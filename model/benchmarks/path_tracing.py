@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,8 +17,12 @@ from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.refinement import drawn, shown
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
+from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
+from model.scene.scene import Lighting
 from model.scene.volume import Volume
+
+RAYCAST_LIGHTS: tuple[Lighting, ...] = ("none", "direct", "shadows", "soft")
 
 FACTOR = 1.5
 """Within which of the true error the error that is told should lie."""
@@ -55,6 +60,48 @@ class PathRow:
         if self.told is None:
             return False
         return self.shown / FACTOR <= self.told <= self.shown * FACTOR
+
+
+@dataclass(frozen=True)
+class OtherLightRow:
+    """A picture of a scene in a light that the ray caster draws, as if it were path-traced.
+
+    Attributes
+    ----------
+    seconds : float
+    error : float
+        RMSE of the colours against path-traced light; less what its noise adds.
+    brightened : float
+        The same, all colours times the factor for which it is least.
+    """
+
+    scene: int
+    lighting: Lighting
+    seconds: float
+    error: float
+    brightened: float
+
+
+def other_light_rows(
+    volume: Volume, scenes: Sequence[SceneInputs], size: int, truth: int
+) -> Iterator[OtherLightRow]:
+    """Draw each scene in the ray caster's lights; see :func:`path_rows`."""
+    other = PathTracer(volume, seed=1)
+    exact = [deque(other.refine(inputs, size, truth), maxlen=1)[0] for inputs in scenes]
+    other.close()
+    for lighting in RAYCAST_LIGHTS:
+        renderer = RaycastRenderer(volume, lighting)
+        renderer.render(scenes[0], size)
+        for number, inputs in enumerate(scenes):
+            begun = time.perf_counter()
+            rgba = renderer.render(inputs, size)
+            seconds = time.perf_counter() - begun
+            own, true = (each[..., :3].astype(np.float64) for each in (rgba, exact[number].rgba))
+            factor = (own * true).sum() / max((own**2).sum(), 1e-12)
+            bright = (factor * rgba).astype(np.float32)
+            errors = (_rmse(image, exact[number]) for image in (rgba, bright))
+            yield OtherLightRow(number, lighting, seconds, *errors)
+        renderer.close()
 
 
 def path_rows(

@@ -186,12 +186,16 @@ def path(
         int,
         typer.Option("--frames", min=0, max=100, help="Of a movement whose flicker is measured."),
     ] = 0,
+    other_lights: Annotated[
+        bool,
+        typer.Option("--other-lights", help="The ray caster's lights, too, against the same."),
+    ] = False,
     json: options.JsonFile = None,
 ) -> None:
     """Path-traced pictures over the number of samples: time, error, and the error that is told."""
     from app.cli.bench.path import bench_path
 
-    bench_path(volume, size, samples, truth, frames, json)
+    bench_path(volume, size, samples, truth, frames, other_lights, json)
 
 
 @bench.command()

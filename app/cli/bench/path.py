@@ -10,7 +10,7 @@ from app.cli.bench.machine import print_machine
 from app.cli.console import console, print_table
 from app.cli.outputs import write_json
 from model.benchmarks.flicker import flicker
-from model.benchmarks.path_tracing import PathRow, path_rows
+from model.benchmarks.path_tracing import OtherLightRow, PathRow, other_light_rows, path_rows
 from model.generator.path_light_generator import cleaning_of
 from model.rendering.path_tracing.cleaning import Cleaning, denoiser
 from model.rendering.path_tracing.renderer import PathTracer
@@ -36,6 +36,7 @@ def bench_path(
     samples: int,
     truth: int,
     frames: int,
+    other_lights: bool,
     json_path: Path | None,
 ) -> None:
     """Measure each volume under its first TF; print tables, write JSON if requested."""
@@ -47,10 +48,27 @@ def bench_path(
         rows = list(path_rows(volume, scenes, size, samples, truth))
         found[volume.name] = [asdict(row) for row in rows]
         _print(f"{volume.name}, {size} x {size}, {len(scenes)} views", rows)
+        if other_lights:
+            _print_lights(list(other_light_rows(volume, scenes, size, truth)))
         if frames:
             _print_flicker(volume, scenes[0], frames, size, truth)
     if json_path is not None:
         write_json(json_path, {"machine": machine, "volumes": found})
+
+
+def _print_lights(rows: list[OtherLightRow]) -> None:
+    cells = []
+    for lighting in dict.fromkeys(row.lighting for row in rows):
+        alike = [row for row in rows if row.lighting == lighting]
+        cells.append(
+            (
+                lighting,
+                f"{1e3 * fmean(row.seconds for row in alike):.0f}",
+                f"{fmean(row.error for row in alike):.4f}",
+                f"{fmean(row.brightened for row in alike):.4f}",
+            )
+        )
+    print_table("Other lights in its place", ("light", "ms", "RMSE", "brightened"), cells)
 
 
 def _print_flicker(volume: Volume, first: SceneInputs, frames: int, size: int, truth: int) -> None:
