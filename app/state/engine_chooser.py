@@ -126,7 +126,7 @@ class EngineChooser:
                 names = ["learned", "exact"]
         if not live:
             return names
-        return [name for name in names[:1] if self._keeps_up(name, question)]
+        return [name for name in names if self._keeps_up(name, question)][:1]
 
     def quality(self, name: EngineName, question: Question, live: bool = False) -> Quality:
         """Size of an engine's answer: the generator's square, or as wide as the reference."""

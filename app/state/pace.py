@@ -16,17 +16,27 @@ class Pace:
 
     def __init__(self) -> None:
         self._per_pixel: dict[object, float] = {}
+        self._first: set[object] = set()
 
     def note(self, kind: object, size: float, seconds: float) -> None:
         """Note how long an answer of a size took."""
         now = seconds / size**2
-        before = self._per_pixel.get(kind, now)
-        # One slow answer, beside something else, does not count in full.
-        self._per_pixel[kind] = (before + now) / 2
+        before = self._per_pixel.get(kind)
+        if before is None:
+            self._first.add(kind)
+            self._per_pixel[kind] = now
+        elif kind in self._first:
+            # With the first one, what answers it was loaded or compiled.
+            self._first.remove(kind)
+            self._per_pixel[kind] = min(before, now)
+        else:
+            # One slow answer, beside something else, does not count in full.
+            self._per_pixel[kind] = (before + now) / 2
 
     def forget(self) -> None:
         """Forget all times: another volume or light takes others."""
         self._per_pixel.clear()
+        self._first.clear()
 
     def expected(self, kind: object, size: float) -> float | None:
         """Return the expected seconds of an answer; None if unknown."""

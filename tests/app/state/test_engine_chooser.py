@@ -49,6 +49,28 @@ def test_where_the_ray_caster_is_slow_the_generator_comes_first(chooser: EngineC
     assert chooser.order("field", live=True) == ["exact"]
 
 
+def test_where_neither_keeps_up_the_exact_one_answers_with_fewer_pixels(
+    chooser: EngineChooser,
+) -> None:
+    for name, size in (("exact", 512), ("learned", 128)):
+        chooser.pace.note((name, "field"), size, 2.0)
+    assert chooser.order("field", live=False) == ["learned", "exact"]
+    assert chooser.order("field", live=True) == ["exact"]
+    assert chooser.quality("exact", "field", live=True).size < 128
+
+
+def test_the_first_answer_with_what_is_loaded_for_it_counts_no_more_than_once() -> None:
+    pace = Pace()
+    pace.note("field", 100, 15.0)
+    assert pace.expected("field", 100) == pytest.approx(15.0)
+    pace.note("field", 100, 0.05)
+    assert pace.expected("field", 100) == pytest.approx(0.05)
+    pace.note("field", 100, 0.15)
+    assert pace.expected("field", 100) == pytest.approx(0.1)
+    pace.forget()
+    assert pace.expected("field", 100) is None
+
+
 def test_the_generators_size_of_change_is_made_on_demand_only(chooser: EngineChooser) -> None:
     assert chooser.order("change", live=False) == ["exact"]
     choose(chooser, engine="learned")
