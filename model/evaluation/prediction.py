@@ -30,7 +30,7 @@ EVEN = 0.1
 COARSE = 3 / 8
 """Columns of the picture by which times are predicted, and places chosen, for each one shown."""
 
-GROWTH = 0.87
+GROWTH = 0.83
 """Power of the number of pixels with which the time of a picture of more pixels grows: neighbours
 share what they read. From 3/8 of a picture's columns to all of 256 to 1024 it is .82 to .98 for
 four of five of the ray caster's pictures."""
