@@ -49,6 +49,7 @@ def test_a_time_that_allows_all_pixels_has_all(
     assert "of an image of 32 x 32 pixels" in _said(capsys)
 
 
+@pytest.mark.slow
 def test_pictures_of_the_map_are_drawn_at_a_setting_that_is_said(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
