@@ -51,10 +51,16 @@ def traded_drawer(
     raster = order.size or Raster(size, size)
     taken: list[tuple[Prediction, float]] = []
 
+    def choose(seen: SceneInputs) -> Prediction:
+        settings = all_settings(lighting, order.renderer)
+        return chosen_setting(
+            renderer, lighting, [seen], raster, settings, order.budget, order.error
+        )
+
     def draw(view: View) -> NDArray[np.float32]:
         seen = replace(inputs, view=view)
         # The pictures of a movie are alike.
-        choice = taken[0][0] if taken else _choose(order, renderer, lighting, seen, raster)
+        choice = taken[0][0] if taken else choose(seen)
         rgba, seconds = renderer.draw(choice.setting, seen, raster)
         taken[:] = [(choice, seconds)]
         return rgba
@@ -77,22 +83,4 @@ def traded_drawer(
         drawn_by,
         raster,
         renderer.close,
-    )
-
-
-def _choose(
-    order: RenderOrder,
-    renderer: SettingRenderer,
-    lighting: Lighting,
-    inputs: SceneInputs,
-    raster: Raster,
-) -> Prediction:
-    return chosen_setting(
-        renderer,
-        lighting,
-        [inputs],
-        raster,
-        all_settings(lighting, order.renderer),
-        order.budget,
-        order.error,
     )

@@ -1,4 +1,4 @@
-"""How far answers while something moves were from those at rest: curves, fields, map's pictures."""
+"""Distances of answers while something moves from those at rest: curves, fields, pictures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Kind = Literal["curve", "field", "map"]
 
 @dataclass(frozen=True)
 class LiveError:
-    """What the last answer while something moved took, and how near it was.
+    """Time of the last answer while something moved, and its distance from that at rest.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class LiveErrors(QObject):
 
 
 def _question(request: Request) -> tuple[object, ...]:
-    """What was asked, whatever its number and quality."""
+    """Return a request's question, whatever its number and quality."""
     rest = vars(request).copy()
     del rest["sequence"], rest["quality"]
     return type(request), *rest.values()
@@ -106,11 +106,9 @@ def _as_large(coarse: NDArray[np.float32], fine: NDArray[np.float32]) -> NDArray
     if coarse.shape == fine.shape:
         return coarse
     # Late: it is needed at rest only, and brings the renderers.
-    from model.rendering.raster import Raster
-    from model.rendering.setting import enlarged
+    from model.rendering.setting import resized
 
-    height, width = fine.shape[-3:-1]
-    own = Raster(coarse.shape[-2], coarse.shape[-3])
+    shape = fine.shape[-3:-1]
     if coarse.ndim == 3:
-        return enlarged(coarse, own, Raster(width, height))
-    return np.stack([enlarged(each, own, Raster(width, height)) for each in coarse])
+        return resized(coarse, shape)
+    return np.stack([resized(each, shape) for each in coarse])

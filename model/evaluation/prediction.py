@@ -38,7 +38,7 @@ four of five of the ray caster's pictures."""
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a picture at a setting is expected to take, and how wrong it is expected to be.
+    """Expected time and error of a picture at a setting.
 
     Attributes
     ----------
@@ -79,6 +79,7 @@ class Predictor:
         seen, _seconds = renderer.draw(Setting(), inputs, self._coarse)
         self._tiles, self._weights = chosen_tiles(cells, _edges(seen[..., :3], cells))
         exact = Setting.exact(lighting)
+        self._times: dict[Setting, tuple[float, float]] = {}
         self._truth = [renderer.draw(exact, inputs, tile)[0] for tile in self._tiles]
 
     def predict(self, setting: Setting) -> Prediction:
@@ -92,16 +93,19 @@ class Predictor:
 
     def _seconds(self, setting: Setting) -> float:
         """Predict the time by a picture of the least number of pixels and a coarse one."""
+        # Settings that differ in their pixels only have the same.
         full = replace(setting, pixels=1.0)
-        least = replace(self._shown, left=0, top=0, columns=1, rows=1)
-        times = []
-        for raster in (least, self._coarse):
-            drawn = [self._renderer.draw(full, self._inputs, raster)[1] for _ in range(REPEATS)]
-            times.append(min(drawn))
+        if full not in self._times:
+            least = replace(self._shown, left=0, top=0, columns=1, rows=1)
+            self._times[full] = self._fastest(full, least), self._fastest(full, self._coarse)
+        call, coarse = self._times[full]
         whole = setting.raster(self._shown)
-        pixels = self._coarse.rows * self._coarse.columns
-        share = whole.rows * whole.columns / pixels
-        return times[0] + max(times[1] - times[0], 0.0) * share**GROWTH
+        share = whole.rows * whole.columns / (self._coarse.rows * self._coarse.columns)
+        return call + max(coarse - call, 0.0) * share**GROWTH
+
+    def _fastest(self, setting: Setting, raster: Raster) -> float:
+        drawn = (self._renderer.draw(setting, self._inputs, raster) for _ in range(REPEATS))
+        return min(seconds for _rgba, seconds in drawn)
 
 
 def chosen_tiles(

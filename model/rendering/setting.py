@@ -208,6 +208,12 @@ def enlarged(image: NDArray[np.float32], drawn: Raster, shown: Raster) -> NDArra
     return image
 
 
+def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Interpolate a whole image (h, w, channels) linearly to other rows and columns."""
+    (height, width), (rows, columns) = image.shape[:2], shape
+    return enlarged(image, Raster(width, height), Raster(columns, rows))
+
+
 def _covering(first: int, end: int, shown: int, drawn: int) -> tuple[int, int]:
     """Return the first and the number of the drawn pixels that some shown ones lie between."""
     low = max(math.floor((first + 0.5) * drawn / shown - 0.5), 0)

@@ -10,8 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.raster import Raster
-from model.rendering.setting import enlarged
+from model.rendering.setting import resized
 from model.sensitivity.cosine import cosine
 
 LEAST_SIZE = 32
@@ -94,5 +93,4 @@ def approximated(
 def _agreement(coarse: NDArray[np.floating], fine: NDArray[np.floating]) -> float:
     if coarse.ndim == 1:
         return cosine(coarse, fine)
-    own, wanted = (Raster(field.shape[1], field.shape[0]) for field in (coarse, fine))
-    return cosine(enlarged(coarse, own, wanted).ravel(), fine.ravel())
+    return cosine(resized(coarse, fine.shape[:2]).ravel(), fine.ravel())

@@ -14,6 +14,15 @@ from model.volume_files.source import VolumeSource
 
 bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
 
+Lightings = Annotated[
+    list[choices.LightingOption] | None,
+    typer.Option("--lighting", help="May be repeated. (default: none)"),
+]
+SceneCount = Annotated[int, typer.Option("--count", min=1, help="Random views and TFs per volume.")]
+WithVtk = Annotated[
+    bool, typer.Option("--vtk/--no-vtk", help="VTK, too, where it draws that light.")
+]
+
 
 @bench.command()
 def compact(
@@ -98,13 +107,8 @@ def renderers(
 @bench.command()
 def tradeoff(
     volume: options.VolumeFiles = None,
-    lighting: Annotated[
-        list[choices.LightingOption] | None,
-        typer.Option("--lighting", help="May be repeated. (default: none)"),
-    ] = None,
-    count: Annotated[
-        int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
-    ] = 4,
+    lighting: Lightings = None,
+    count: SceneCount = 4,
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
@@ -122,9 +126,7 @@ def tradeoff(
         typer.Option("--tf", metavar="TF.json", help="In place of random TFs.", callback=values.tf),
     ] = None,
     seed: options.Seed = 0,
-    vtk: Annotated[
-        bool, typer.Option("--vtk/--no-vtk", help="VTK, too, where it draws that light.")
-    ] = True,
+    vtk: WithVtk = True,
     threads: Annotated[
         int | None,
         typer.Option(
@@ -147,20 +149,13 @@ def tradeoff(
 @bench.command()
 def prediction(
     volume: options.VolumeFiles = None,
-    lighting: Annotated[
-        list[choices.LightingOption] | None,
-        typer.Option("--lighting", help="May be repeated. (default: none)"),
-    ] = None,
-    count: Annotated[
-        int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
-    ] = 2,
+    lighting: Lightings = None,
+    count: SceneCount = 2,
     size: Annotated[
         int, typer.Option("--size", min=64, max=4096, help="Width and height in pixels.")
     ] = 256,
     seed: options.Seed = 0,
-    vtk: Annotated[
-        bool, typer.Option("--vtk/--no-vtk", help="VTK, too, where it draws that light.")
-    ] = False,
+    vtk: WithVtk = False,
     json: options.JsonFile = None,
 ) -> None:
     """Times and errors of settings as `render` predicts them, beside those measured."""

@@ -16,8 +16,8 @@ from model.evaluation.tradeoff import settings_of
 from model.rendering.raster import Raster
 from model.rendering.setting import Setting, SettingRenderer
 from model.samples.sampling import draw_sample
-from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, Scene
+from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
@@ -54,11 +54,11 @@ def bench_prediction(
     found: list[_Compared] = []
     cells = []
     for path in paths or shipped_volumes():
+        volume = read_volume(path)
         for lighting in lightings:
-            found += _of_volume(path, lighting, count, size, seed, vtk)
-            name = found[-1].volume
-            rows = [each for each in found if (each.volume, each.lighting) == (name, lighting)]
-            cells.append((name, lighting, *_factors(rows)))
+            rows = _of_volume(volume, lighting, count, size, seed, vtk)
+            found += rows
+            cells.append((volume.name, lighting, *_factors(rows)))
     cells.append(("all", "", *_factors(found)))
     print_table(
         f"factors between what was predicted and what was measured, {size} x {size}: median, and "
@@ -73,17 +73,15 @@ def bench_prediction(
 
 
 def _of_volume(
-    path: Path, lighting: Lighting, count: int, size: int, seed: int, vtk: bool
+    volume: Volume, lighting: Lighting, count: int, size: int, seed: int, vtk: bool
 ) -> list[_Compared]:
-    volume = read_volume(path)
     scene, shown = Scene.of(volume, size, lighting), Raster(size, size)
     settings = settings_of(lighting, vtk)
     renderer = SettingRenderer(volume, lighting, scene.light)
     found = []
     try:
         for number in range(count):
-            drawn = draw_sample(scene, seed, "holdout", number)
-            inputs = SceneInputs.of(drawn.view, drawn.transfer_function, light=drawn.light)
+            inputs = draw_sample(scene, seed, "holdout", number)
             predictor = Predictor(renderer, lighting, inputs, shown)
             truth, _seconds = renderer.draw(Setting.exact(lighting), inputs, shown)
             with counting(f"{volume.name}, {lighting}", len(settings)) as (progress, task):
