@@ -12,8 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from model.files import cache_folder, write_atomically
 from model.json_files import read_json
 
@@ -57,6 +55,9 @@ def _key(name: str, about: Mapping[str, Any]) -> str:
 
 def _machine() -> dict[str, Any]:
     """Return the properties that speed depends on; machines equal in them share results."""
+    # Late: the processor's name alone needs none of it.
+    import torch
+
     return {
         "processor": processor_name(),
         "instructions": torch.backends.cpu.get_cpu_capability(),

@@ -47,6 +47,8 @@ class EngineClient(QObject):
     heldBack = Signal()
     """Emitted when an engine is started that waits for :meth:`begin`."""
     engineReady = Signal(object)
+    requested = Signal(object)
+    """Emitted with each request that is accepted, before the engine has it."""
     imageRequested = Signal(object)
     """Emitted with each request for an image that is accepted."""
     resultReady = Signal(object)
@@ -132,6 +134,7 @@ class EngineClient(QObject):
         """Submit a request to the engine; ignored when paused or without an engine."""
         if self._worker is None or not self._takes_requests:
             return
+        self.requested.emit(request)
         if isinstance(request, ImageRequest):
             self._wanted = request.sequence
             self.imageRequested.emit(request)

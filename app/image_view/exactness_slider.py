@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
-from app.state.exactness import STEPS
-from app.state.fidelity import error_text
+from app.state.exactness import STEPS, Exactness
+from app.state.fidelity import error_text, figures_text
 from app.state.live_errors import LiveErrors
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
@@ -19,7 +19,7 @@ from app.wheel_guard import WheelGuard
 WIDTH = 84
 """Of the slider, in pixels."""
 
-WIDEST, UNKNOWN = "999 ms, error .0000", "…"
+WIDEST, UNKNOWN = "~999 ms, error .0000", "…"
 """As long as figures get, so that nothing moves as they change, and what stands in their place."""
 
 MARGIN = 10
@@ -69,6 +69,7 @@ class ExactnessSlider(QWidget):
         self.slider.valueChanged.connect(lambda step: work.choose(exactness=step))
         self.slider.sliderMoved.connect(self._say)
         work.choicesChanged.connect(self._show)
+        work.trade.changed.connect(self._show_figures)
         self._show(work.choices)
         self.set_folded(False)
 
@@ -114,13 +115,23 @@ class ExactnessSlider(QWidget):
             f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "
             f"take {1e3 * step.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
             f"drawn; {rest}.<br>The figures are measured: how long the last moving image took, "
-            "and how far it was from the one at rest (RMSE). A choice has both drawn; a click on "
-            "them measures all steps.</qt>"
+            "and how far it was from the one at rest (RMSE); ~ is the mean of other scenes of the "
+            "volume, until one has moved. A choice has both drawn; a click on them measures all "
+            "steps.</qt>"
         )
         for widget in (self.slider, self.figures, *self._ends):
             widget.setToolTip(tip)
 
     def _show_figures(self) -> None:
         text = "" if self._line is None else self._line.moving
+        text = text or self._traded_text(STEPS[self._work.choices.exactness])
         self.figures.setText(UNKNOWN if self._is_folded else text or UNKNOWN)
         self.figures.setAccessibleName(f"Moving images: {text}" if text else "Speed and accuracy")
+
+    def _traded_text(self, step: Exactness) -> str:
+        """Say what a moving image takes, before one has moved, if that is known."""
+        trade = self._work.trade
+        found, about = trade.at(step), ""
+        if found is None:
+            found, about = trade.expected(step), "~"
+        return "" if found is None else about + figures_text(found.seconds, found.error)

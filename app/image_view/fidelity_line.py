@@ -12,7 +12,7 @@ from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.engine_pane import PLACE, EnginePane
 from app.image_view.orientation_cube import OrientationCube
-from app.state.fidelity import Fidelity, error_text
+from app.state.fidelity import Fidelity, figures_text
 from app.state.image_errors import ImageErrors
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
@@ -79,13 +79,7 @@ class FidelityLine(QLabel):
     @property
     def moving(self) -> str:
         """Time and error of the last image while something moved, as measured; may be empty."""
-        if self._errors.moving is None:
-            return ""
-        seconds, error = self._errors.moving
-        time = f"{1e3 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
-        if error is None:
-            return time
-        return f"{time}, error {error_text(error)}" if error else f"{time}, exact"
+        return "" if self._errors.moving is None else figures_text(*self._errors.moving)
 
     def _take(self, result: Result) -> None:
         self._errors.note(result, self._whole(), self._state.live)

@@ -25,7 +25,7 @@ from app.state.live_errors import Kind, LiveError, LiveErrors
 from app.state.pace import SCALES
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
-from app.state.trade_work import Traded
+from app.state.trade_keeper import Traded
 
 WIDTH, PLOT_HEIGHT = 440, 170
 
@@ -39,6 +39,7 @@ EXACT = "exact"
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured here, in this scene: {}."
+EXPECTED = "~ is the mean of {}, measured on this machine."
 
 
 ANSWERS: dict[Kind, str] = {
@@ -112,9 +113,11 @@ class TradePopover(QFrame):
             top = max(10 * errors.min(), 1.5 * errors.max())
             self.plot.setYRange(np.log10(errors.min() / 1.5), np.log10(top))
         for number, (_button, time, error, rest) in enumerate(self.rows):
-            traded = self._trade.at(STEPS[number])
-            time.setText("" if traded is None else _time_text(traded))
-            error.setText("" if traded is None else _error_text(traded))
+            traded, about = self._trade.at(STEPS[number]), ""
+            if traded is None:
+                traded, about = self._trade.expected(STEPS[number]), "~"
+            time.setText("" if traded is None else about + _time_text(traded))
+            error.setText("" if traded is None else about + _error_text(traded))
             rest.setText(self._rest_text(number))
         if self._trade.is_complete:
             pixels = self._work.whole_raster()
@@ -123,6 +126,10 @@ class TradePopover(QFrame):
             text = MEASURING.format(len(found) + 1, len(SCALES))
         else:
             text = WAITING
+        scenes = self._trade.scenes
+        if scenes and not self._trade.is_complete:
+            others = f"{scenes} other scenes" if scenes > 1 else "another scene"
+            text += "\n" + EXPECTED.format(f"{others} of this volume")
         self.status.setText(text)
 
     def _show_answers(self) -> None:

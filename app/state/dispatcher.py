@@ -138,8 +138,8 @@ class Dispatcher(QObject):
         """Pixels of the reference at rest; a larger one follows, once its time is known."""
         if self.is_fixed:
             return self.raster
-        first = FIRST_SCALE if self.begins_coarse else min(1.0, FIRST_SIZE / _size(self.raster))
-        scale = self._pace.scale(AT_REST, _size(self.raster), REST_SECONDS, first)
+        first = FIRST_SCALE if self.begins_coarse else min(1.0, FIRST_SIZE / self.raster.side)
+        scale = self._pace.scale(AT_REST, self.raster.side, REST_SECONDS, first)
         return self.raster.scaled(scale)
 
     def forget_times(self) -> None:
@@ -166,7 +166,7 @@ class Dispatcher(QObject):
             self._submit(self._generator, ImageRequest, final)
         if is_alone:
             return
-        expected = self._pace.expected(AT_REST, _size(raster))
+        expected = self._pace.expected(AT_REST, raster.side)
         is_slow = expected is None or expected > SOON_SECONDS
         # Where the ray caster draws in VTK's place, it would draw the same twice.
         stands_in = self._stands_in() and not self._reference.by_raycast
@@ -206,13 +206,13 @@ class Dispatcher(QObject):
     def _stand_in_raster(self) -> Raster:
         """Pixels of the ray caster's image at rest."""
         # At a start, something soon.
-        first = min(1.0, FIRST_SIZE / _size(self.raster)) if self._reference.is_held else 1.0
+        first = min(1.0, FIRST_SIZE / self.raster.side) if self._reference.is_held else 1.0
         kind = (StandInRequest, False)
-        scale = self._pace.scale(kind, _size(self.raster), STAND_IN_SECONDS, first)
+        scale = self._pace.scale(kind, self.raster.side, STAND_IN_SECONDS, first)
         return self.raster.scaled(scale)
 
     def _takes_not_too_long(self, raster: Raster) -> bool:
-        expected = self._pace.expected(AT_REST, _size(raster))
+        expected = self._pace.expected(AT_REST, raster.side)
         return self.is_fixed or expected is None or expected <= LONGEST_SECONDS
 
     def _ask_reference(self, quality: Quality) -> None:
@@ -261,7 +261,7 @@ class Dispatcher(QObject):
     def _live(self, kind: type[Request]) -> Quality:
         seconds = self.exactness.live_seconds
         first = FIRST_SCALE if self.begins_coarse else 0.35
-        scale = self._pace.scale((kind, True), _size(self.raster), seconds, first)
+        scale = self._pace.scale((kind, True), self.raster.side, seconds, first)
         raster = self.raster.scaled(scale)
         by_vtk = kind is ImageRequest and not self._reference.by_raycast
         coarseness = LIVE_COARSENESS if by_vtk and not self.begins_coarse else 1.0
@@ -271,13 +271,13 @@ class Dispatcher(QObject):
     def _live_of_vtk(self) -> Quality:
         """VTK's live image, where it is the faster: all samples, and as many pixels as keep up."""
         scale = self._pace.scale(
-            AT_REST, _size(self.raster), self.exactness.live_seconds, FIRST_SCALE
+            AT_REST, self.raster.side, self.exactness.live_seconds, FIRST_SCALE
         )
         raster = self.raster.scaled(scale)
         return Quality(raster.shorter, live=True, raster=raster)
 
     def _choose_live_drawer(self) -> None:
-        before, size = self._live_drawer.reason, _size(self.raster)
+        before, size = self._live_drawer.reason, self.raster.side
         if self.may_stand_in and self.most_samples == 1 and not self._reference.by_raycast:
             self._live_drawer.choose(
                 self._pace.expected(AT_REST, size),
@@ -299,7 +299,7 @@ class Dispatcher(QObject):
             # A live image with all samples tells how long one at rest takes.
             whole = kind is ImageRequest and self._live_drawer.is_vtk
             live = request.quality.live and not whole
-            self._pace.note((kind, live), _size(raster), result.seconds)
+            self._pace.note((kind, live), raster.side, result.seconds)
             self._choose_live_drawer()
         newest = request.sequence == self._sequence and not self._state.live
         if kind is StandInRequest and newest and request.quality.live:
@@ -321,7 +321,7 @@ class Dispatcher(QObject):
         """Note how long a live image took that the generator drew in the reference's place."""
         request = result.request
         if type(request) is ImageRequest and request.quality.live and self.generator_follows:
-            self._pace.note((ImageRequest, True), _size(request.quality.pixels), result.seconds)
+            self._pace.note((ImageRequest, True), request.quality.pixels.side, result.seconds)
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""
@@ -330,7 +330,7 @@ class Dispatcher(QObject):
             raster = self.raster
             if not self._takes_not_too_long(raster):
                 seconds = LONGEST_SECONDS / 2
-                scale = self._pace.scale(AT_REST, _size(raster), seconds, FIRST_SCALE)
+                scale = self._pace.scale(AT_REST, raster.side, seconds, FIRST_SCALE)
                 raster = raster.scaled(scale)
             if raster.width <= drawn.pixels.width:
                 if drawn.samples >= self.most_samples:
@@ -341,8 +341,3 @@ class Dispatcher(QObject):
     def _of(self, raster: Raster) -> Quality:
         """Quality of an image at rest, of its first sample."""
         return Quality(raster.shorter, raster=raster, error=self.exactness.error)
-
-
-def _size(raster: Raster) -> float:
-    """Size of the square with as many pixels."""
-    return float((raster.width * raster.height) ** 0.5)

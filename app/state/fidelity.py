@@ -39,6 +39,14 @@ def error_text(error: float) -> str:
     return f"{max(error, LEAST_SAID):.2g}".replace("0.", ".", 1)
 
 
+def figures_text(seconds: float, error: float | None) -> str:
+    """Write time and error of an image, such as "28 ms, error .004"."""
+    time = f"{1e3 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+    if error is None:
+        return time
+    return f"{time}, error {error_text(error)}" if error else f"{time}, exact"
+
+
 @dataclass(frozen=True)
 class Fidelity:
     """What is said of an image that is not exact; nothing of one that is.

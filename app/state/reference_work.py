@@ -17,6 +17,7 @@ from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.remembered import LightingChoice
 from app.state.slow_lights import SlowLights
+from app.state.trade_keeper import TradeKeeper
 from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from model.rendering.path_tracing import denoising
@@ -109,7 +110,8 @@ class ReferenceWork(QObject):
         dispatcher.liveDrawerChanged.connect(self.liveDrawerChanged)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
-        self.trade = TradeWork(state, reference, analyst, dispatcher, self)
+        self._trades = TradeKeeper(preferences)
+        self.trade = TradeWork(state, reference, analyst, dispatcher, self._trades, self)
         self._keeps_light = True
         self._asked_lighting: LightingChoice | None = None
         state.lightChangeFinished.connect(self._keep_light)
@@ -242,6 +244,7 @@ class ReferenceWork(QObject):
     def stop(self) -> None:
         """Follow the pane no more."""
         self._pane_rest.stop()
+        self.trade.stop()
 
     def _take_light(self, before: Volume | None) -> None:
         """Take the light in which the volume was seen last; that of the next time step stays."""
@@ -257,6 +260,8 @@ class ReferenceWork(QObject):
 
     def _take_settings(self) -> None:
         self.settings = self.choices.settings(self._scene, self._slow_lights.found)
+        if self._volume is not None:
+            self._trades.follow(self._volume.fingerprint, self.settings.lighting)
         self._size_images()
         self._offer_light()
         self.settingsChanged.emit(self.settings)

@@ -23,7 +23,7 @@ from app.state.value_checks import (
 )
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
-from model.scene.scene import Lighting
+from model.scene.scene import Lighting, RendererName
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
@@ -35,6 +35,13 @@ MOST_RECENT = 10
 
 MOST_VOLUMES = 300
 """Number of volumes that are remembered; the one opened longest ago gives way."""
+
+MOST_TRADES = 12
+"""Number of a volume's measurements, one for each machine, light and renderer; the oldest gives
+way."""
+
+MOST_IMAGES = 20
+"""Number of images of a measurement."""
 
 MOST_MARKS, MOST_POINTS = 1000, 100_000
 """Number of regions and of named TFs of a volume, and of a region's corners."""
@@ -88,6 +95,32 @@ class KnownPlace:
 
 
 @dataclass(frozen=True)
+class KnownTrade:
+    """What images while something moves cost, as the mean over some scenes of a volume.
+
+    Attributes
+    ----------
+    machine : str
+        Processor and threads.
+    lighting : str
+    renderer : {"vtk", "raycast"}
+        Who drew; in path-traced light the path tracer stands in the ray caster's place.
+    size : float
+        Square root of the number of pixels at rest.
+    scenes : int
+    images : tuple of (scale, seconds, error)
+        See :class:`~app.state.trade_keeper.Traded`.
+    """
+
+    machine: str
+    lighting: Lighting
+    renderer: RendererName
+    size: float
+    scenes: int
+    images: tuple[tuple[float, float, float], ...]
+
+
+@dataclass(frozen=True)
 class KnownVolume:
     """What is remembered of a volume.
 
@@ -126,6 +159,8 @@ class KnownVolume:
         Of the TF's plot.
     visible : tuple of float
         Lowest and highest scalar value in sight in the TF's plot; empty for the usual ones.
+    trades : tuple of KnownTrade
+        The newest last.
     others : dict
         What this version does not know, to be kept.
     """
@@ -149,6 +184,7 @@ class KnownVolume:
     value_scale: Scale = "linear"
     opacity_scale: Scale = "linear"
     visible: tuple[float, ...] = ()
+    trades: tuple[KnownTrade, ...] = ()
     others: dict[str, Any] = field(default_factory=dict)
 
 
@@ -283,6 +319,7 @@ def _known_volumes(value: Any) -> dict[str, KnownVolume]:
 
 
 _flag = one_of(False, True)
+_lighting = one_of("none", "direct", "soft", "shadows", "path")
 _recent = list_of(text, MOST_RECENT)
 
 
@@ -346,6 +383,26 @@ def _place(value: Any) -> KnownPlace:
     return KnownPlace(name, value["tf"], place, picture)
 
 
+def _trade(value: Any) -> KnownTrade:
+    """Take a measurement, or raise ValueError."""
+    if isinstance(value, KnownTrade):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    image = list_of(number(0.0, 1e6), 3)
+    images = list_of(image, MOST_IMAGES)(value.get("images"))
+    if not images or any(len(each) != 3 for each in images):
+        raise ValueError("it must have images of three numbers")
+    return KnownTrade(
+        text(value.get("machine")),
+        _lighting(value.get("lighting")),
+        one_of("vtk", "raycast")(value.get("renderer")),
+        number(1.0, 1e6)(value.get("size")),
+        whole_number(1, 10**9)(value.get("scenes")),
+        tuple((scale, seconds, error) for scale, seconds, error in images),
+    )
+
+
 def _visible(value: Any) -> tuple[float, ...]:
     """Check that a value is empty or a range."""
     ends = list_of(number(-1e300, 1e300), 2)(value)
@@ -361,7 +418,7 @@ VOLUME_CHECKS: Checks = {
     "choice": text,
     "models": _recent,
     "view": _view,
-    "lighting": one_of("auto", "none", "direct", "soft", "shadows", "path"),
+    "lighting": either(one_of("auto"), _lighting),
     "light": _light,
     "brightness": either(one_of(None), number(0.25, 4.0)),
     "crop": _crop,
@@ -374,6 +431,7 @@ VOLUME_CHECKS: Checks = {
     "value_scale": one_of("linear", "logarithmic"),
     "opacity_scale": one_of("linear", "logarithmic"),
     "visible": _visible,
+    "trades": valid_of(_trade, MOST_TRADES),
 }
 
 CHECKS: Checks = {

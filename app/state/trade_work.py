@@ -2,46 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Result, TradeRequest
+from app.engines.messages import ImageRequest, Request, Result, TradeRequest
 from app.engines.states import EngineState
 from app.state.dispatcher import Dispatcher
 from app.state.exactness import Exactness
 from app.state.image_errors import distance
 from app.state.pace import SCALES
+from app.state.trade_keeper import Traded, TradeKeeper
 from app.state.viewer_state import ViewerState
+from model.scene.scene import RendererName
 
 REPEATED_BELOW = 0.15
 """Seconds of an image below which it is drawn a second time; the faster time counts."""
 
 
-@dataclass(frozen=True)
-class Traded:
-    """An image of fewer pixels than at rest: its time, and its distance from the one at rest.
+REST_MS, SOON_MS = 3000, 50
+"""Time without requests after which it is measured: for later, and for somebody who looks."""
 
-    Attributes
-    ----------
-    scale : float
-        Part of the width that is drawn.
-    seconds : float
-    error : float
-        Root mean square of the colours' differences, 0 to 1.
-    """
-
-    scale: float
-    seconds: float
-    error: float
+ENOUGH = 8
+"""Scenes of a volume from which nothing is measured for later: they predict the others."""
 
 
 class TradeWork(QObject):
     """Has the present scene drawn as while something moves, at each number of pixels.
 
-    Only while somebody looks, and while nothing moves and the image at rest is there, against
-    which the others are measured. A change ends it, and what was measured is forgotten.
+    Only while nothing moves and nothing else is asked for, and the image at rest is there, against
+    which the others are measured. A change ends it, and of what was measured there remains the
+    mean over all scenes of the volume.
 
     Parameters
     ----------
@@ -50,6 +42,8 @@ class TradeWork(QObject):
         One of them draws while something moves.
     dispatcher : Dispatcher
         Knows which, and at which quality.
+    keeper : TradeKeeper
+        Keeps what was measured.
 
     Attributes
     ----------
@@ -65,20 +59,24 @@ class TradeWork(QObject):
         reference: EngineClient,
         stand_in: EngineClient,
         dispatcher: Dispatcher,
+        keeper: TradeKeeper,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self.found: tuple[Traded, ...] = ()
         self._state, self._reference, self._stand_in = state, reference, stand_in
-        self._dispatcher = dispatcher
-        self._is_watched = False
+        self._dispatcher, self._keeper = dispatcher, keeper
+        self._is_watched = self._is_paused = False
         self._truth: Result | None = None
         self._asked: TradeRequest | None = None
         self._first: Result | None = None
         self._sequence = 0
+        self._rest = QTimer(self, singleShot=True)
+        self._rest.timeout.connect(self._go_on)
         state.inputsChanged.connect(self._forget)
         reference.stateChanged.connect(self._follow)
         for client in (reference, stand_in):
+            client.requested.connect(self._give_way)
             client.resultReady.connect(self._take)
 
     @property
@@ -96,29 +94,63 @@ class TradeWork(QObject):
         return sorted(SCALES)[len(self.found)]
 
     def watch(self, is_watched: bool) -> None:
-        """Measure from now on, or no more."""
+        """Say whether somebody looks, who has it measured at once."""
         self._is_watched = is_watched
         if is_watched:
             self._go_on()
         else:
             self._call_off()
 
+    def pause(self, is_paused: bool) -> None:
+        """Measure nothing for later, as the processors are needed for something that lasts."""
+        self._is_paused = is_paused
+
+    def stop(self) -> None:
+        """Measure no more."""
+        self._rest.stop()
+        self._is_watched, self._is_paused = False, True
+
     def at(self, step: Exactness) -> Traded | None:
         """Return the image that a step leads to: the finest that it has time for, or the fastest.
 
         None as long as not all is measured.
         """
-        if not self.is_complete:
-            return None
-        fast = [each for each in self.found if each.seconds <= step.live_seconds]
-        return max(fast, key=lambda each: each.scale) if fast else self.found[0]
+        return _within(self.found, step) if self.is_complete else None
+
+    def expected(self, step: Exactness) -> Traded | None:
+        """Predict the image that a step leads to by those of other scenes; None without any."""
+        known = self._keeper.expected(self._renderer, self._dispatcher.raster.side)
+        return _within(known, step) if known else None
+
+    @property
+    def scenes(self) -> int:
+        """Number of the volume's scenes that were measured on this machine."""
+        return self._keeper.scenes(self._renderer, self._dispatcher.raster.side)
+
+    @property
+    def _renderer(self) -> RendererName:
+        """Who draws while something moves."""
+        client, _quality = self._dispatcher.live_at(1.0)
+        is_vtk = client is self._reference and not client.by_raycast
+        return "vtk" if is_vtk and self._dispatcher.most_samples == 1 else "raycast"
 
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.SETTLED:
-            self._go_on()
+            self._wait()
         elif state is EngineState.LOADING:
             self._truth = None
             self._forget()
+
+    def _wait(self) -> None:
+        """Go on once nothing else has been asked for during some time."""
+        if self._is_watched or not self._is_paused:
+            self._rest.start(SOON_MS if self._is_watched else REST_MS)
+
+    def _give_way(self, request: Request) -> None:
+        """Let another request of the same engines come first."""
+        if not isinstance(request, TradeRequest):
+            self._call_off()
+            self._wait()
 
     def _forget(self) -> None:
         self._call_off()
@@ -135,7 +167,8 @@ class TradeWork(QObject):
 
     def _go_on(self) -> None:
         """Ask for the next image, if it is wanted and can be measured."""
-        truth, is_due = self._truth, self._is_watched and not self.is_complete
+        is_wanted = self._is_watched or not (self._is_paused or self.scenes >= ENOUGH)
+        truth, is_due = self._truth, is_wanted and not self.is_complete
         if not is_due or self._asked is not None or truth is None or self._state.live:
             return
         is_at_rest = self._reference.state is EngineState.SETTLED
@@ -146,7 +179,8 @@ class TradeWork(QObject):
     def _ask(self) -> None:
         client, quality = self._dispatcher.live_at(self._next_scale)
         self._sequence += 1
-        self._asked = TradeRequest(self._sequence, self._state.inputs, quality)
+        # It is not live: it is given up for what is asked for meanwhile.
+        self._asked = TradeRequest(self._sequence, self._state.inputs, replace(quality, live=False))
         client.submit(self._asked)
         self.changed.emit()
 
@@ -157,6 +191,8 @@ class TradeWork(QObject):
                 self._truth = result
         elif request is self._asked:
             self._measure(result)
+            return
+        self._wait()
 
     def _measure(self, result: Result) -> None:
         self._asked = None
@@ -171,5 +207,13 @@ class TradeWork(QObject):
         seconds = result.seconds if first is None else min(result.seconds, first.seconds)
         found = Traded(self._next_scale, seconds, distance(result.value, self._truth.value))
         self.found = (*self.found, found)
+        if self.is_complete:
+            self._keeper.note(self._renderer, self._dispatcher.raster.side, self.found)
         self._go_on()
         self.changed.emit()
+
+
+def _within(images: tuple[Traded, ...], step: Exactness) -> Traded:
+    """Return the finest of some images that a step has time for, or the fastest."""
+    fast = [each for each in images if each.seconds <= step.live_seconds]
+    return max(fast, key=lambda each: each.scale) if fast else images[0]

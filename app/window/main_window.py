@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import (
@@ -330,7 +331,15 @@ class MainWindow(QMainWindow):
         self.preferences.problem.connect(partial(self.notice.tell, tone="error"))
         self.training_card.trainRequested.connect(self._ask_training)
         self.training_card.trained.connect(self.opening.open_model)
+        run = self.training
+        ends: tuple[Any, ...] = (run.progressed, run.finished, run.failed, run.cancelled)
+        for change in ends:
+            change.connect(self._follow_training)
         self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
+
+    def _follow_training(self) -> None:
+        """Leave the processors to a training: nothing is measured beside it."""
+        self.workspace.reference.trade.pause(self.training.is_running)
 
     def _name_light(self) -> None:
         """Say in which light the reference is drawn, and where the volume is a compressed one."""

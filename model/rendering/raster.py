@@ -56,6 +56,11 @@ class Raster:
         return self.width / self.shorter / 2, self.height / self.shorter / 2
 
     @property
+    def side(self) -> float:
+        """Side of a square with as many pixels as the whole picture."""
+        return float((self.width * self.height) ** 0.5)
+
+    @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the part."""
         return self.rows, self.columns

@@ -14,6 +14,7 @@ from shiboken6 import getAllValidWrappers
 from window_fakes import FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
+from app.state import trade_work
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
@@ -37,6 +38,12 @@ def garbage_stays_in_this_thread() -> Iterator[None]:
     gc.disable()
     yield
     gc.enable()
+
+
+@pytest.fixture(autouse=True)
+def nothing_measured_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ask engines for what a test asks for, however long its window rests."""
+    monkeypatch.setattr(trade_work, "REST_MS", 10**6)
 
 
 @pytest.fixture(autouse=True)
