@@ -141,7 +141,10 @@ class TradePopover(QFrame):
     def _rest_text(self, number: int) -> str:
         """Say what an image at rest comes to: an error, or how far samples are apart."""
         if self._work.settings_at(number).lighting == "path":
-            return f"refined to {error_text(STEPS[number].error)}"
+            found = self._trade.at_rest(STEPS[number])
+            if found is None:
+                return f"refined to {error_text(STEPS[number].error)}"
+            return f"~{_long_text(found[1])} to error {error_text(found[0])}"
         return f"{self._work.resting_distance(number):g} voxel steps".removeprefix("0")
 
     def _show_choice(self, choices: ReferenceChoices) -> None:
@@ -245,6 +248,10 @@ def _answer_text(kind: Kind, found: LiveError) -> str:
     if found.cosine is not None:
         near = f", cosine {found.cosine:.4f}".replace(" 0.", " .").replace("1.0000", "1")
     return f"{ANSWERS[kind]} {1e3 * found.seconds:.0f} ms{near}"
+
+
+def _long_text(seconds: float) -> str:
+    return f"{seconds:.2g} s" if seconds < 60 else f"{seconds / 60:.0f} min"
 
 
 def _time_text(traded: Traded) -> str:

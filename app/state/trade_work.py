@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -121,6 +122,21 @@ class TradeWork(QObject):
         """Predict the image that a step leads to by those of other scenes; None without any."""
         known = self._keeper.expected(self._renderer, self._dispatcher.raster.side)
         return _within(known, step) if known else None
+
+    def at_rest(self, step: Exactness) -> tuple[float, float] | None:
+        """Predict error and seconds of path-traced light at rest; None where it is not known.
+
+        By the image as far as it is drawn: noise falls with the root of the samples.
+        """
+        truth = self._truth
+        own = None if truth is None else truth.image_error
+        if truth is None or not own or math.isinf(own):
+            return None
+        samples = truth.request.quality.samples
+        # Half of them were drawn since the image before.
+        each = truth.seconds / max(samples - samples // 2, 1)
+        needed = min(samples * (own / step.error) ** 2, step.samples)
+        return own * math.sqrt(samples / needed), each * needed
 
     @property
     def scenes(self) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model import metrics
+from model.rendering.path_tracing.cleaning import Cleaning
 from model.rendering.raster import Raster
 from model.rendering.setting import Setting, SettingRenderer
 from model.scene.inputs import SceneInputs
@@ -81,16 +82,23 @@ class Tradeoff:
     front: frozenset[Setting]
 
 
-def settings_of(lighting: Lighting, vtk: bool = True) -> list[Setting]:
+def settings_of(lighting: Lighting, vtk: bool = True, denoises: bool = False) -> list[Setting]:
     """Return the settings that are measured under a lighting, all but the exact one.
 
     Parameters
     ----------
     vtk : bool
         Whether VTK's are among them, where it draws that light.
+    denoises : bool
+        Whether denoised pictures are among them, in path-traced light.
     """
     if lighting == "path":
-        return [Setting(samples=count, pixels=each) for count in SAMPLES for each in (1.0, 1 / 4)]
+        return [
+            Setting(samples=count, pixels=each, denoised=denoised)
+            for denoised in (False, True)[: 1 + denoises]
+            for count in SAMPLES
+            for each in (1.0, 1 / 4)
+        ]
     # In shadows the step is part of the light: fewer pixels are all that is saved.
     distances = (0.5,) if lighting == "shadows" else DISTANCES
     found = [Setting("raycast", d, each) for d in distances for each in PIXELS]
@@ -116,6 +124,7 @@ def measure_tradeoff(
     settings: Iterable[Setting] | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
     threads: int | None = None,
+    cleaning: Cleaning | None = None,
 ) -> Tradeoff:
     """Draw scenes at each setting, and measure time and distance from the exact picture.
 
@@ -128,12 +137,12 @@ def measure_tradeoff(
         By default :func:`settings_of` the lighting.
     on_progress : callable
         Called with the numbers of settings done and in total.
-    threads : int, optional
-        Of the ray caster and the path tracer, one per processor by default.
+    threads, cleaning
+        See :class:`model.rendering.setting.SettingRenderer`.
     """
     chosen = list(settings_of(lighting) if settings is None else settings)
     exact, shown = Setting.exact(lighting), Raster(size, size)
-    renderer = SettingRenderer(volume, lighting, light, threads)
+    renderer = SettingRenderer(volume, lighting, light, threads, cleaning)
     try:
         # The first picture includes the compilation of kernels.
         renderer.draw(Setting(), scenes[0], Raster(16, 16))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,10 @@ from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
 from model.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from model.rendering.path_tracing.cleaning import Cleaning
+    from model.rendering.path_tracing.renderer import PathTracer
 
 FINEST_DISTANCE, FINEST_LIT = 1 / 16, 1 / 64
 """Sample distance of the exact picture, in voxels; lit, where the volume is read at every fourth
@@ -47,6 +51,8 @@ class Setting:
         Of each pixel in path-traced light.
     preintegrated : bool
         Whether the ray caster integrates the TF over each step; only unlit.
+    denoised : bool
+        Whether a path-traced picture is cleaned while that brings it nearer.
     """
 
     renderer: RendererName = "raycast"
@@ -54,6 +60,7 @@ class Setting:
     pixels: float = 1.0
     samples: int = 1
     preintegrated: bool = False
+    denoised: bool = False
 
     @classmethod
     def exact(cls, lighting: Lighting = "none") -> Setting:
@@ -84,12 +91,14 @@ class Setting:
     def text(self, lighting: Lighting) -> str:
         """Say what it is under a lighting, in few words."""
         if lighting == "path":
-            words = [f"path tracer, {self.samples} samples"]
+            words = [f"path tracer, {self.samples} sample{'s' * (self.samples > 1)}"]
         else:
             name = "VTK" if self.renderer == "vtk" else "ray caster"
             words = [f"{name}, {self.sample_distance:g} voxels"]
         if self.preintegrated:
             words.append("pre-integrated")
+        if self.denoised:
+            words.append("denoised")
         if self.pixels != 1:
             words.append(f"1 of {1 / self.pixels:g} pixels")
         return ", ".join(words)
@@ -120,6 +129,8 @@ class SettingRenderer:
         See :func:`model.rendering.renderer.open_renderer`.
     threads : int, optional
         Of the ray caster and the path tracer, one per processor by default.
+    cleaning : callable, optional
+        Gives what denoises path-traced pictures; without it none can be denoised.
     """
 
     def __init__(
@@ -128,7 +139,9 @@ class SettingRenderer:
         lighting: Lighting = "none",
         light: LightDirection | None = None,
         threads: int | None = None,
+        cleaning: Cleaning | None = None,
     ) -> None:
+        self.cleaning = cleaning
         self._volume, self._lighting, self._light = volume, lighting, light
         self._threads = threads
         self._renderers: dict[tuple[Any, ...], Renderer] = {}
@@ -163,19 +176,26 @@ class SettingRenderer:
             renderer.close()
         self._renderers.clear()
 
+    def tracer(self, samples: int = 1, seed: int = 0) -> PathTracer:
+        """Return the path tracer; the caller closes it."""
+        from model.rendering.path_tracing.renderer import PathTracer
+
+        return PathTracer(
+            self._volume, self._light, samples=samples, seed=seed, threads=self._threads
+        )
+
     def _renderer(self, setting: Setting) -> Renderer:
         is_path = self._lighting == "path"
         samples = setting.samples if is_path else 0
-        key = setting.renderer, setting.preintegrated, samples
+        key = setting.renderer, setting.preintegrated, setting.denoised, samples
         known = self._renderers.get(key)
         if known is None:
             if is_path:
-                from model.rendering.path_tracing.renderer import PathTracer
+                from model.rendering.path_tracing.refinement import RefiningRenderer
 
                 seed = EXACT_SEED if setting == Setting.exact("path") else 0
-                known = PathTracer(
-                    self._volume, self._light, samples=samples, seed=seed, threads=self._threads
-                )
+                cleaning = self.cleaning if setting.denoised else None
+                known = RefiningRenderer(self.tracer(samples, seed), cleaning, samples)
             else:
                 known = open_renderer(
                     setting.renderer,

@@ -14,6 +14,7 @@ from app.cli.outputs import make_room_for, write_json
 from app.cli.render import choose_tf
 from app.figures.plots import Curve, Plot, save_plots
 from model.evaluation.tradeoff import Measured, Tradeoff, measure_tradeoff, settings_of
+from model.generator.path_light_generator import cleaning_of
 from model.rendering.setting import Setting
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
@@ -56,7 +57,8 @@ def bench_tradeoff(
                 seen = view or drawn.view
                 own = drawn.transfer_function if chosen is None else chosen
                 scenes.append(SceneInputs.of(seen, own, light=drawn.light))
-            settings = settings_of(lighting, vtk)
+            cleaning, release = cleaning_of(shown, scene.light, lighting == "path")
+            settings = settings_of(lighting, vtk, cleaning is not None)
             with counting(f"{volume.name}, {lighting}", len(settings)) as (progress, task):
                 tradeoff = measure_tradeoff(
                     shown,
@@ -67,7 +69,9 @@ def bench_tradeoff(
                     settings,
                     lambda done, total, p=progress, t=task: p.update(t, completed=done),  # type: ignore[misc]
                     threads,
+                    cleaning,
                 )
+            release()
             found.append(tradeoff)
             _print(tradeoff)
     if json_path is not None:

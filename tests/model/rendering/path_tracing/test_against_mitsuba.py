@@ -1,0 +1,39 @@
+"""Media of changing extinction and albedo, against pictures that Mitsuba 3 has drawn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from mitsuba_scenes import SCENES, SIZE, MitsubaScene, stored
+
+from model.rendering.path_tracing.renderer import PathTracer
+
+SEEDS, SAMPLES = 24, 32
+
+CLOSE = 0.05
+"""Distance of samples along view rays in voxels: where Mitsuba's rays collide is continuous."""
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=[scene.name for scene in SCENES])
+def test_pixels_are_within_three_standard_errors_of_mitsubas(scene: MitsubaScene) -> None:
+    theirs, their_error = stored(scene.name)
+    pictures = []
+    for seed in range(SEEDS):
+        tracer = PathTracer(scene.volume, scene.light, CLOSE, seed=seed, lamp=scene.lamp)
+        *_, last = tracer.refine(scene.inputs, SIZE, SAMPLES)
+        tracer.close()
+        assert np.array_equal(last.radiance[..., 0], last.radiance[..., 1])
+        pictures.append(last.radiance[..., 0].astype(np.float64))
+    ours = np.mean(pictures, axis=0)
+    our_error = np.std(pictures, axis=0, ddof=1) / math.sqrt(SEEDS)
+    error = np.hypot(our_error, their_error)
+    drawn = error > 0
+    assert drawn.mean() > 0.25
+    off = np.abs(ours - theirs)[drawn] / error[drawn]
+    assert np.mean(off <= 3) >= 0.99
+    # Chance alone does not shift a whole picture.
+    shift = (ours - theirs)[drawn].sum() / math.sqrt((error[drawn] ** 2).sum())
+    assert abs(shift) < 4
+    assert np.abs(ours - theirs)[~drawn].max(initial=0) < 1e-4
