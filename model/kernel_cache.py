@@ -17,6 +17,20 @@ SOURCES = (
 )
 """Folders and modules with compiled functions, the functions they call, and constants of both."""
 
+PREPARED = (
+    ("uint8", "path"),
+    ("uint8", "shadows"),
+    ("float32", "shadows"),
+    ("uint8", "soft"),
+    ("uint8", "direct"),
+    ("float32", "direct"),
+    ("int16", "direct"),
+    ("uint8", "none"),
+    ("float32", "none"),
+)
+"""Types of voxels and lights of which kernels may be compiled ahead, those that take longest
+first."""
+
 
 def kernel_folder() -> Path:
     """Return the folder of this state of the sources; it need not exist.
@@ -35,3 +49,13 @@ def kernel_folder() -> Path:
 def has_kernels() -> bool:
     """Return whether some kernels were compiled before, so that they are loaded at once."""
     return next(kernel_folder().glob("**/*.nbc"), None) is not None
+
+
+def stamp() -> Path:
+    """Return the file that is there once the kernels of :data:`PREPARED` were compiled."""
+    return kernel_folder() / "prepared"
+
+
+def is_prepared(voxels: str, lighting: str) -> bool:
+    """Return whether the kernels of a type of voxels and a light were compiled ahead."""
+    return (voxels, lighting) in PREPARED and stamp().exists()

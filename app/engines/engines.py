@@ -32,7 +32,7 @@ from app.engines.messages import (
 )
 from app.engines.renderer_engine import RendererEngine
 from model.errors import NotOfferedError
-from model.kernel_cache import has_kernels
+from model.kernel_cache import has_kernels, is_prepared
 from model.rendering.setting import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -132,7 +132,8 @@ class Builders:
     map's pictures, whatever renders the reference. A latent space is that of a scalar range
     and a window of it, or that of a model's folder. The ray caster is compiled on its first start,
     for some 10 s. Volumes are read of a path, and of a raw file's layout (``raw``) and what to
-    read of several volumes (``choice``) where there are such.
+    read of several volumes (``choice``) where there are such. The kernels of a type of voxels and
+    a light may be prepared, so that it is drawn at once.
     """
 
     read_volume: Callable[..., Volume]
@@ -141,6 +142,7 @@ class Builders:
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
     is_compiled: Callable[[], bool] = always
+    is_prepared: Callable[[str, Lighting], bool] = lambda _voxels, _lighting: True
 
 
 class GeneratorEngine:
@@ -326,5 +328,11 @@ def _latent_space(
 
 
 REAL_BUILDERS = Builders(
-    _read_volume, _reference_engine, _generator_engine, _analyst_engine, _latent_space, has_kernels
+    _read_volume,
+    _reference_engine,
+    _generator_engine,
+    _analyst_engine,
+    _latent_space,
+    has_kernels,
+    is_prepared,
 )

@@ -6,21 +6,25 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction, QActionGroup
+from PySide6.QtGui import QAction, QActionGroup, QIcon
 from PySide6.QtWidgets import QMenu, QWidgetAction
 
 from app.caption_button import CaptionButton
-from app.controls import add_action
+from app.controls import add_action, picture_icon
 from app.engines.engines import ReferenceSettings
 from app.image_view.brightness_slider import BrightnessSlider
 from app.image_view.light_ball import LightBall
+from app.image_view.picture import compose
 from app.state.brightness import Brightness
+from app.state.light_pictures import LIGHTS, PIXELS
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.slow_lights import SLOW_SHADOWS_S
 from app.state.viewer_state import ViewerState
+from model.rendering.brightness import usual_brightness
 from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange
+from model.scene.scene import Lighting
 
 LIGHTINGS = {
     "auto": "Automatic: shadows or direct, or as the model beside",
@@ -83,12 +87,16 @@ class ReferenceControls(QObject):
         work.choicesChanged.connect(self._show_choices)
         work.settingsChanged.connect(self._show_settings)
         work.lightRangeChanged.connect(self._offer_ball)
+        work.lights.asked.connect(self._await_pictures)
+        work.lights.drawn.connect(self._show_picture)
         self._show_choices(work.choices)
         self._show_settings(work.settings)
 
     def fill_light(self, menu: QMenu) -> None:
-        """Add the kinds of light, and the brightness, to a menu."""
+        """Add the kinds of light, each with a picture of what is seen, and the brightness."""
         self._add_choices(menu, "lighting", LIGHTINGS)
+        menu.setStyleSheet(f"QMenu {{ icon-size: {PIXELS}px; }}")
+        menu.aboutToShow.connect(self._work.draw_lights)
         menu.addSeparator()
         self._add_switch(
             menu,
@@ -139,6 +147,22 @@ class ReferenceControls(QObject):
 
     def _choose(self, name: str, choice: Any) -> None:
         self._work.choose(**{name: choice})
+
+    def _await_pictures(self, lightings: tuple[Lighting, ...]) -> None:
+        """Keep room for the pictures that follow, and take away those of another view."""
+        for lighting in LIGHTS:
+            icon = picture_icon(None, PIXELS) if lighting in lightings else QIcon()
+            self._set_icon(lighting, icon)
+
+    def _show_picture(self, lighting: Lighting) -> None:
+        """Show a picture as bright as its light usually is."""
+        rgba = self._work.lights.pictures[lighting]
+        image = compose(rgba, (0, 0, 0), usual_brightness(lighting))
+        self._set_icon(lighting, picture_icon(image, PIXELS))
+
+    def _set_icon(self, lighting: Lighting, icon: QIcon) -> None:
+        for action in self._actions["lighting"][lighting]:
+            action.setIcon(icon)
 
     def _show_choices(self, choices: ReferenceChoices) -> None:
         for name, actions in self._actions.items():

@@ -13,6 +13,7 @@ from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.exactness import STEPS
+from app.state.light_pictures import LightPictures
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.remembered import LightingChoice
@@ -61,6 +62,8 @@ class ReferenceWork(QObject):
         Whether the home view is still fitted to the pane while it is looked from.
     trade : TradeWork
         Measures time and error of images while something moves.
+    lights : LightPictures
+        Draws small pictures in each light.
     """
 
     choicesChanged = Signal(object)
@@ -112,6 +115,7 @@ class ReferenceWork(QObject):
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self._trades = TradeKeeper(preferences)
         self.trade = TradeWork(state, reference, analyst, dispatcher, self._trades, self)
+        self.lights = LightPictures(state, builders, self)
         self._keeps_light = True
         self._asked_lighting: LightingChoice | None = None
         state.lightChangeFinished.connect(self._keep_light)
@@ -245,6 +249,16 @@ class ReferenceWork(QObject):
         """Follow the pane no more."""
         self._pane_rest.stop()
         self.trade.stop()
+        self.lights.stop()
+
+    def join(self) -> None:
+        """Wait until its own threads have ended."""
+        self.lights.join()
+
+    def draw_lights(self) -> None:
+        """Have small pictures drawn of what is seen, in each light."""
+        if self._volume is not None:
+            self.lights.ask(self._volume, self.settings)
 
     def _take_light(self, before: Volume | None) -> None:
         """Take the light in which the volume was seen last; that of the next time step stays."""

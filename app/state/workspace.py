@@ -334,7 +334,8 @@ class Workspace(QObject):
     def join(self) -> None:
         """Wait until all threads have ended and everything is written."""
         self._keeper.finish()
-        for part in (*self._clients, self._analyst, self.latent, self._opening, self._ranging):
+        own = self.reference, self.latent, self._opening, self._ranging
+        for part in (*self._clients, self._analyst, *own):
             part.join()
 
     def _volume_read(self, opened: OpenedVolume) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app import prepare_kernels
+from app.engines import preparation
 
 ROOT = Path(__file__).parents[2]
 CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
@@ -18,11 +18,11 @@ PREPARE = """
 import sys
 from app import prepare_kernels
 if __name__ == "__main__":
-    prepare_kernels.COMMON = (("uint8", "direct"),)
+    prepare_kernels.PREPARED = (("uint8", "direct"),)
     sys.exit(prepare_kernels.main())
 """
 USE = """
-from app.prepare_kernels import prepare
+from app.engines.preparation import prepare
 prepare("uint8", "direct")
 """
 
@@ -46,7 +46,7 @@ def test_what_is_prepared_is_not_compiled_again(tmp_path: Path) -> None:
 
 
 def test_its_volume_is_seen() -> None:
-    volume = prepare_kernels._ball("uint8")
+    volume = preparation._ball("uint8")
     assert volume.voxels.dtype == np.uint8
     assert volume.scalar_range[0] == 0
     assert volume.scalar_range[1] > 90

@@ -202,10 +202,17 @@ class FakeBuilders:
     map_folder: Path = Path(tempfile.gettempdir(), "tfscope-test-maps")
     spaces: list[Path | None] = field(default_factory=list)
     space_error: Exception | None = None
+    prepared: set[str] | None = None
+    failing: str = ""
 
     def make(self) -> Builders:
         return Builders(
-            self.read_volume, self.reference, self.generator, self.analyst, self.latent_space
+            self.read_volume,
+            self.reference,
+            self.generator,
+            self.analyst,
+            self.latent_space,
+            is_prepared=lambda _voxels, light: self.prepared is None or light in self.prepared,
         )
 
     def latent_space(
@@ -225,6 +232,8 @@ class FakeBuilders:
         self.settings.append(settings)
         self.drawn.append(volume)
         self.references.append(FakeEngine())
+        if settings.lighting == self.failing:
+            raise ValueError("no light")
         return self.references[-1]
 
     def analyst(self, volume: Volume, settings: ReferenceSettings) -> Engine:

@@ -15,7 +15,11 @@ SEEDS, SAMPLES = 24, 32
 CLOSE = 0.05
 """Distance of samples along view rays in voxels: where Mitsuba's rays collide is continuous."""
 
+UNSEEN = 1e-3
+"""A quarter of an 8-bit step: pixels of less opacity are not traced."""
 
+
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES, ids=[scene.name for scene in SCENES])
 def test_pixels_are_within_three_standard_errors_of_mitsubas(scene: MitsubaScene) -> None:
     theirs, their_error = stored(scene.name)
@@ -31,9 +35,7 @@ def test_pixels_are_within_three_standard_errors_of_mitsubas(scene: MitsubaScene
     error = np.hypot(our_error, their_error)
     drawn = error > 0
     assert drawn.mean() > 0.25
-    off = np.abs(ours - theirs)[drawn] / error[drawn]
-    assert np.mean(off <= 3) >= 0.99
-    # Chance alone does not shift a whole picture.
-    shift = (ours - theirs)[drawn].sum() / math.sqrt((error[drawn] ** 2).sum())
-    assert abs(shift) < 4
-    assert np.abs(ours - theirs)[~drawn].max(initial=0) < 1e-4
+    off = np.abs(ours - theirs)[drawn]
+    assert np.mean(off <= 3 * error[drawn] + UNSEEN) >= 0.99
+    assert abs((ours - theirs).sum() / theirs.sum()) < 0.005
+    assert np.abs(ours - theirs)[~drawn].max(initial=0) < UNSEEN

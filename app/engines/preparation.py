@@ -1,0 +1,76 @@
+"""What a window asks of a renderer, asked of a small volume, so that kernels are compiled."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from app.engines.engine import Engine
+from app.engines.engines import REAL_BUILDERS, ReferenceSettings
+from app.engines.messages import (
+    BatchRequest,
+    ImageRequest,
+    Quality,
+    RegionSensitivityRequest,
+    ValueSensitivityRequest,
+    ValueVisibilityRequest,
+    VisibilityRequest,
+)
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.region import Region
+from model.scene.scene import Lighting
+from model.scene.view import View
+from model.scene.volume import Volume
+
+EDGE, PIXELS = 24, 16
+
+
+def prepare(voxels: str, lighting: str) -> None:
+    """Draw a small ball, and answer what the window asks of an image, as the window does.
+
+    Parameters
+    ----------
+    voxels : str
+        Type of the voxels.
+    lighting : {"none", "direct", "soft", "shadows", "path"}
+    """
+    volume = _ball(voxels)
+    settings = ReferenceSettings(cast("Lighting", lighting), renderer="raycast")
+    for build in (REAL_BUILDERS.reference, REAL_BUILDERS.analyst):
+        engine = build(volume, settings)
+        try:
+            _draw(engine, volume)
+            if build is REAL_BUILDERS.analyst:
+                _answer(engine, volume)
+        finally:
+            engine.close()
+
+
+def _draw(engine: Engine, volume: Volume) -> None:
+    for live in (True, False):
+        engine.image(ImageRequest(0, _inputs(volume), Quality(PIXELS, live=live)))
+
+
+def _answer(engine: Engine, volume: Volume) -> None:
+    asked = 0, _inputs(volume), Quality(PIXELS)
+    whole = Region(0, 0, PIXELS, PIXELS)
+    width, values = 6.0, volume.scalar_range
+    engine.visibility(VisibilityRequest(*asked, (whole,)))
+    engine.value_visibility(ValueVisibilityRequest(*asked, values, width))
+    engine.value_sensitivity(ValueSensitivityRequest(*asked, values, width))
+    engine.region_sensitivity(RegionSensitivityRequest(*asked, whole, width))
+    # Of a map, and of the axes that may be up.
+    engine.images(BatchRequest(*asked))
+
+
+def _inputs(volume: Volume) -> SceneInputs:
+    tf = default_transfer_function(volume)
+    return SceneInputs(View(30.0, 20.0), tf.opacity, tf.color)
+
+
+def _ball(voxels: str) -> Volume:
+    place = np.linspace(-1.0, 1.0, EDGE)
+    radii = np.sqrt(place[:, None, None] ** 2 + place[:, None] ** 2 + place**2)
+    return Volume((100.0 * np.clip(1.2 - radii, 0.0, 1.0)).astype(voxels))
