@@ -179,6 +179,7 @@ QMenuBar::item:selected {{ background: {c.field}; }}
 QMenu {{ background: {c.field}; border: 1px solid {c.line}; padding: 4px; }}
 QMenu::item {{ padding: 5px 28px 5px 20px; border-radius: 4px; }}
 QMenu::item:selected {{ background: {c.change}; color: {c.window}; }}
+QMenu::icon:checked {{ border: 2px solid {c.change}; border-radius: 3px; }}
 QMenu::item:disabled {{ color: {c.disabled}; background: transparent; }}
 QMenu::separator {{ height: 1px; background: {c.line}; margin: 4px 8px; }}
 QStatusBar {{ color: {c.dim}; font-size: {SMALL_PIXELS}px; }}

@@ -120,8 +120,13 @@ class TradeWork(QObject):
 
     def expected(self, step: Exactness) -> Traded | None:
         """Predict the image that a step leads to by those of other scenes; None without any."""
-        known = self._keeper.expected(self._renderer, self._dispatcher.raster.side)
+        known = self.means
         return _within(known, step) if known else None
+
+    @property
+    def means(self) -> tuple[Traded, ...]:
+        """Means of the volume's other scenes, the fewest pixels first; empty without any."""
+        return self._keeper.expected(self._renderer, self._dispatcher.raster.side)
 
     def at_rest(self, step: Exactness) -> tuple[float, float] | None:
         """Predict error and seconds of path-traced light at rest; None where it is not known.
