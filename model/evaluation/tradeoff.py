@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from model import metrics
 from model.rendering.path_tracing.cleaning import Cleaning
 from model.rendering.raster import Raster
-from model.rendering.setting import Setting, SettingRenderer
+from model.rendering.setting import Others, Setting, SettingRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
@@ -125,6 +125,7 @@ def measure_tradeoff(
     on_progress: Callable[[int, int], None] = lambda done, total: None,
     threads: int | None = None,
     cleaning: Cleaning | None = None,
+    others: Others | None = None,
 ) -> Tradeoff:
     """Draw scenes at each setting, and measure time and distance from the exact picture.
 
@@ -137,12 +138,13 @@ def measure_tradeoff(
         By default :func:`settings_of` the lighting.
     on_progress : callable
         Called with the numbers of settings done and in total.
-    threads, cleaning
+    threads, cleaning, others
         See :class:`model.rendering.setting.SettingRenderer`.
     """
     chosen = list(settings_of(lighting) if settings is None else settings)
+    chosen += [Setting(other=name) for name in others or {}]
     exact, shown = Setting.exact(lighting), Raster(size, size)
-    renderer = SettingRenderer(volume, lighting, light, threads, cleaning)
+    renderer = SettingRenderer(volume, lighting, light, threads, cleaning, others)
     try:
         # The first picture includes the compilation of kernels.
         renderer.draw(Setting(), scenes[0], Raster(16, 16))

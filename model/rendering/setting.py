@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -35,6 +36,10 @@ EXACT_SEED = 1
 """Of the exact picture's paths: other random numbers than those of what it is compared with."""
 
 
+Others = Mapping[str, Callable[[SceneInputs, Raster], NDArray[np.float32]]]
+"""Who draws beside VTK, the ray caster and the path tracer."""
+
+
 @dataclass(frozen=True)
 class Setting:
     """Everything about a picture's drawing that trades accuracy for time.
@@ -53,6 +58,9 @@ class Setting:
         Whether the ray caster integrates the TF over each step; only unlit.
     denoised : bool
         Whether a path-traced picture is cleaned while that brings it nearer.
+    other : str
+        Name of who else draws: a network, or the ray caster with a compressed volume. Nothing of
+        the above counts then. Empty for the renderer.
     """
 
     renderer: RendererName = "raycast"
@@ -61,6 +69,7 @@ class Setting:
     samples: int = 1
     preintegrated: bool = False
     denoised: bool = False
+    other: str = ""
 
     @classmethod
     def exact(cls, lighting: Lighting = "none") -> Setting:
@@ -90,7 +99,9 @@ class Setting:
 
     def text(self, lighting: Lighting) -> str:
         """Say what it is under a lighting, in few words."""
-        if lighting == "path":
+        if self.other:
+            words = [self.other]
+        elif lighting == "path":
             words = [f"path tracer, {self.samples} sample{'s' * (self.samples > 1)}"]
         else:
             name = "VTK" if self.renderer == "vtk" else "ray caster"
@@ -131,6 +142,9 @@ class SettingRenderer:
         Of the ray caster and the path tracer, one per processor by default.
     cleaning : callable, optional
         Gives what denoises path-traced pictures; without it none can be denoised.
+    others : mapping of str to callable, optional
+        Who else draws, by name: a function of inputs and raster, which may return an image of
+        another size.
     """
 
     def __init__(
@@ -140,8 +154,10 @@ class SettingRenderer:
         light: LightDirection | None = None,
         threads: int | None = None,
         cleaning: Cleaning | None = None,
+        others: Others | None = None,
     ) -> None:
         self.cleaning = cleaning
+        self._others = others or {}
         self._volume, self._lighting, self._light = volume, lighting, light
         self._threads = threads
         self._renderers: dict[tuple[Any, ...], Renderer] = {}
@@ -163,6 +179,11 @@ class SettingRenderer:
         seconds : float
             To draw it, without the interpolation of pixels, which a screen does.
         """
+        if setting.other:
+            start = time.perf_counter()
+            drawn = self._others[setting.other](inputs, shown)
+            seconds = time.perf_counter() - start
+            return resized(drawn, (shown.rows, shown.columns)), seconds
         renderer = self._renderer(setting)
         raster = setting.raster(shown)
         start = time.perf_counter()

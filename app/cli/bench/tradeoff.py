@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from app.cli.bench.machine import machine_text, print_machine
+from app.cli.bench.other_drawers import other_drawers
 from app.cli.console import console, counting, print_table
 from app.cli.outputs import make_room_for, write_json
 from app.cli.render import choose_tf
@@ -59,7 +60,13 @@ def bench_tradeoff(
                 scenes.append(SceneInputs.of(seen, own, light=drawn.light))
             cleaning, release = cleaning_of(shown, scene.light, lighting == "path")
             settings = settings_of(lighting, vtk, cleaning is not None)
-            with counting(f"{volume.name}, {lighting}", len(settings)) as (progress, task):
+            with (
+                other_drawers(shown, scene) as others,
+                counting(f"{volume.name}, {lighting}", len(settings) + len(others)) as (
+                    progress,
+                    task,
+                ),
+            ):
                 tradeoff = measure_tradeoff(
                     shown,
                     lighting,
@@ -70,6 +77,7 @@ def bench_tradeoff(
                     lambda done, total, p=progress, t=task: p.update(t, completed=done),  # type: ignore[misc]
                     threads,
                     cleaning,
+                    others,
                 )
             release()
             found.append(tradeoff)

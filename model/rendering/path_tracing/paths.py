@@ -141,14 +141,15 @@ def _collide(medium: Any, alphas: Any, ray: Any, target: Any, levels: Any, stagi
         fetch(medium.voxels, medium.shape, medium.scale, medium.missing, ray, k, levels, staging)
         for m in range(min(len(levels), ray.count - k)):
             level = levels[m]
-            sample = alphas[np.uint64(np.uint32(level))]
-            if sample <= ZERO:
+            clear = ONE - alphas[np.uint64(np.uint32(level))]
+            # Nothing, or too faint for this arithmetic: its logarithm would be 0.
+            if clear >= ONE:
                 continue
             length = ray.rest if k + m == ray.count - 1 else ONE
-            left = through * (ONE - sample if length == ONE else (ONE - sample) ** length)
+            left = through * (clear if length == ONE else clear**length)
             begin = np.float32(k + m) - ONE
             if left <= target:
-                share = math.log(target / through) / math.log(max(ONE - sample, CLEAREST))
+                share = math.log(target / through) / math.log(max(clear, CLEAREST))
                 return level, begin + np.float32(min(max(share, 0.0), length))
             through = left
             last_level, last_t = level, begin + length

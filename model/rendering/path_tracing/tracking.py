@@ -26,6 +26,9 @@ ADVANCE = np.float32(1e-3)
 DIM = np.float32(0.1)
 """Transmittance below which tracking ends at random, and goes on with more light otherwise."""
 
+FAINTEST = np.float32(1e-20)
+"""Extinction that counts as none. The reciprocal of a smaller one may be infinite, and its product
+with a depth of 0 no number."""
 
 CLEAREST = np.float32(0.01)
 """Least transparency of half a voxel, so that extinction is finite: one part in 10,000 a voxel."""
@@ -149,7 +152,7 @@ def track(medium: Any, place: Any, direction: Any, state: Any, transmits: bool) 
         face = min((fx - x) * ix, min((fy - y) * iy, (fz - z) * iz))
         face = min(max(face, ahead), end)
         majorant = medium.majorants[cell]
-        if majorant == ZERO:
+        if majorant <= FAINTEST:
             t = face
             continue
         scarcity = ONE / majorant

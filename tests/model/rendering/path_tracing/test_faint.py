@@ -1,0 +1,89 @@
+"""Extinctions and opacities that are nearly nothing: paths end somewhere all the same.
+
+Where a position were no number, memory outside the volume would be read.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from model.rendering.path_tracing.paths import _collide
+from model.rendering.path_tracing.random_numbers import following, hashed, number_of
+from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.path_tracing.tracking import track
+from model.rendering.raster import Raster
+from model.rendering.raycast.batch import stack_batch
+from model.rendering.raycast.camera import camera_array
+from model.rendering.raycast.rays import make_ray
+from model.rendering.raycast.tables import opacity_table
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
+
+LENGTH = 20
+
+
+def scene(faint: float) -> tuple[Volume, SceneInputs]:
+    """A block of two values: of one next to nothing is seen, the other is half opaque."""
+    voxels = np.zeros((LENGTH, LENGTH, LENGTH), np.uint8)
+    voxels[..., LENGTH // 2 :] = 255
+    opacity = OpacityTF((0.0, 255.0), points=((0.0, faint), (254.0, faint), (255.0, 0.5)))
+    color = ColorTF((0.0, 255.0), ((0.0, 0.8, 0.8, 0.8), (255.0, 0.8, 0.8, 0.8)))
+    return Volume(voxels), SceneInputs(View(-90.0, 0.0, 0.0, 0.5), opacity, color)
+
+
+@numba.njit
+def numbers(states):
+    """The random number that each state of a stream gives next."""
+    found = np.empty(len(states), np.float32)
+    for n in range(len(states)):
+        found[n] = number_of(hashed(following(states[n])))
+    return found
+
+
+@numba.njit
+def collide(medium, alphas, camera, step, size, target):
+    """Collide along the ray through the middle of an image."""
+    levels, staging, _ = stack_batch(medium.voxels)
+    ray, _ = make_ray(camera, step, size // 2, size // 2, size)
+    return _collide(medium, alphas, ray, target, levels, staging)
+
+
+@numba.njit
+def tracked(medium, place, direction, state, transmits):
+    """Call what is always inlined."""
+    return track(medium, place, direction, state, transmits)
+
+
+def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction() -> None:
+    volume, inputs = scene(1e-41)
+    tracer = PathTracer(volume, threads=1)
+    medium = tracer._medium(inputs)
+    tracer.close()
+    # Its reciprocal is infinite.
+    assert 0 < medium.majorants[medium.majorants > 0].min() < 1e-39
+    states = np.arange(1 << 26, dtype=np.uint32)
+    nothing = states[numbers(states) == 0]
+    assert len(nothing) > 0
+    place = tuple(map(np.float32, (2.0, 10.0, 10.0)))
+    away = tuple(map(np.float32, (-1.0, 0.0, 0.0)))
+    for transmits in (False, True):
+        level, t, through = tracked(medium, place, away, nothing[0], transmits)
+        assert (level, t, through) == (-1, 2.0, 1.0)
+
+
+def test_light_collides_with_nothing_that_is_too_faint_to_count() -> None:
+    volume, inputs = scene(1e-9)
+    tracer = PathTracer(volume, threads=1)
+    medium = tracer._medium(inputs)
+    tracer.close()
+    alphas = opacity_table(inputs.opacity_tf, volume.scalar_range, 0.5)
+    assert 0 < alphas[0] < 1e-8
+    camera = camera_array(inputs.view, volume, Raster(9, 9))
+    for target in (1.0, 0.9, 0.5, 0.0):
+        level, t = collide(medium, alphas, camera, 0.5, 9, np.float32(target))
+        assert np.isfinite(t)
+        # Behind the faint half, in steps of half a voxel.
+        assert level > 0 and t > LENGTH / 2 - 2
