@@ -168,3 +168,21 @@ def test_another_machine_has_its_own(tmp_path: Path, qtbot: QtBot) -> None:
         "another",
         machine_name(),
     ]
+
+
+def test_path_traced_light_says_when_it_will_be_as_near_as_a_step_asks(
+    qtbot: QtBot, make_window: Maker
+) -> None:
+    trade = rested(qtbot, make_window).workspace.reference.trade
+    truth = trade._truth
+    assert truth is not None
+    # The ray caster's image has no error to become smaller.
+    assert trade.at_rest(STEPS[USUAL]) is None
+    quality = replace(truth.request.quality, samples=8)
+    request = replace(truth.request, quality=quality)
+    # Eight samples: the last four of them took two seconds.
+    trade._truth = replace(truth, request=request, seconds=2.0, image_error=0.01)
+    step = replace(STEPS[USUAL], error=0.005, samples=64)
+    assert trade.at_rest(step) == pytest.approx((0.005, 16.0))
+    # No step has more samples than it may.
+    assert trade.at_rest(replace(step, error=0.001)) == pytest.approx((0.01 / 8**0.5, 32.0))
