@@ -6,10 +6,13 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from app.cli.console import console, counting, print_table
+from app.cli.outputs import write_json
 from model.devices import choose_device
+from model.evaluation.path_light_alternatives import path_light_alternatives
+from model.generator.catalog import PATH_LIGHT
 from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
 from model.networks.path_light_network import PathLightSize
-from model.samples.path_light_pairs import read_pairs, write_pairs
+from model.samples.path_light_pairs import FEW, read_pairs, write_pairs
 from model.training.path_light_training import (
     PathLightErrors,
     PathLightOptions,
@@ -75,6 +78,25 @@ def train_network(
     if errors:
         _print(errors)
     console.print(f"The network is {out}, {out.stat().st_size / 1e6:.1f} MB.")
+
+
+def evaluate_network(
+    held_out: Path, network: Path | None, trained: Path | None, device: str, json_path: Path | None
+) -> None:
+    """Measure a network and its alternatives; print a table, write JSON if requested."""
+    _card, loaded = load_path_light(network or PATH_LIGHT)
+    others = read_pairs(held_out)
+    learned = read_pairs(trained) if trained else {}
+    found = path_light_alternatives(loaded, others, learned, choose_device(device))
+    count = sum(len(each.error) for each in others.values())
+    print_table(
+        f"RMSE on {count} pairs of {len(others)} volumes, after so many samples of each pixel",
+        ("shown", *map(str, FEW)),
+        [(each.name, *(f"{error:.4f}" for error in each.errors)) for each in found],
+    )
+    if json_path is not None:
+        rows = {each.name: each.errors for each in found}
+        write_json(json_path, {"samples": FEW, "pairs": count, "rmse": rows})
 
 
 def _told(errors: list[PathLightErrors]) -> str:

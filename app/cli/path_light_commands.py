@@ -1,4 +1,4 @@
-"""The commands ``light pairs`` and ``light train``: the network behind the denoiser."""
+"""The commands ``light``: pairs, training and evaluation of the network behind the denoiser."""
 
 from __future__ import annotations
 
@@ -69,3 +69,27 @@ def train(
     from app.cli.path_light import train_network
 
     train_network(folder, out, held_out, minutes, width, start_from, device, seed)
+
+
+@light.command()
+def evaluate(
+    held_out: Annotated[Path, typer.Argument(metavar="PAIRS", help="Pairs that were not learned.")],
+    network: Annotated[
+        Path | None,
+        typer.Option("--network", metavar="NETWORK.safetensors", help="(default: the shipped one)"),
+    ] = None,
+    trained: Annotated[
+        Path | None,
+        typer.Option(
+            "--trained",
+            metavar="PAIRS",
+            help="Pairs that were learned, among which the nearest picture is looked for.",
+        ),
+    ] = None,
+    device: options.DeviceName = choices.Device.AUTO,
+    json: options.JsonFile = None,
+) -> None:
+    """Compare finished pictures with what could be shown in their place."""
+    from app.cli.path_light import evaluate_network
+
+    evaluate_network(held_out, network, trained, device, json)
