@@ -26,6 +26,8 @@ from app.state.session import (
 NOT_OF_A_SESSION = {
     # The file itself, and what is known of it beside the session.
     *("path", "models", "others", "volumes"),
+    # Of this machine.
+    "trades",
     # Habits and places of a person, whatever is looked at.
     *("trackball", "colors_follow_modes", "theme", "single_keys", "shadows_first", "last_folder"),
     *("window_geometry", "splitters"),
