@@ -115,7 +115,7 @@ class ExactnessSlider(QWidget):
             f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "
             f"take {1e3 * step.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
             f"drawn; {rest}.<br>The figures are measured: how long the last moving image took, "
-            "and how far it was from the one at rest (RMSE); ~ is the mean of other scenes of the "
+            "and how far it was from the one at rest (RMSE); ~ is predicted by other scenes of the "
             "volume, until one has moved. A choice has both drawn; a click on them measures all "
             "steps.</qt>"
         )

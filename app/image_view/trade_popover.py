@@ -42,7 +42,7 @@ EXACT = "exact"
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured here, in this scene: {}."
-EXPECTED = "~ is the mean of {}, measured on this machine."
+EXPECTED = "~ is predicted by {}, measured on this machine."
 
 
 ANSWERS: dict[Kind, str] = {

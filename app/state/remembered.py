@@ -108,8 +108,10 @@ class KnownTrade:
     size : float
         Square root of the number of pixels at rest.
     scenes : int
+    seconds, error : float
+        Of the image at rest, see :class:`~app.state.trade_keeper.AtRest`.
     images : tuple of (scale, seconds, error)
-        See :class:`~app.state.trade_keeper.Traded`.
+        See :class:`~app.state.trade_keeper.Traded`; times and errors as factors of those at rest.
     """
 
     machine: str
@@ -117,6 +119,8 @@ class KnownTrade:
     renderer: RendererName
     size: float
     scenes: int
+    seconds: float
+    error: float
     images: tuple[tuple[float, float, float], ...]
 
 
@@ -399,6 +403,8 @@ def _trade(value: Any) -> KnownTrade:
         one_of("vtk", "raycast")(value.get("renderer")),
         number(1.0, 1e6)(value.get("size")),
         whole_number(1, 10**9)(value.get("scenes")),
+        number(0.0, 1e6)(value.get("seconds")),
+        number(0.0, 1.0)(value.get("error")),
         tuple((scale, seconds, error) for scale, seconds, error in images),
     )
 

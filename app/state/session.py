@@ -33,8 +33,9 @@ from model.volume_files.shipped import shipped_volumes
 SUFFIX = ".tfscope"
 VERSION = 1
 
-OF_VOLUME = tuple(name for name in VOLUME_CHECKS if name not in ("path", "models"))
-"""Memories of a volume that belong to a session, by names in :class:`KnownVolume`."""
+OF_VOLUME = tuple(name for name in VOLUME_CHECKS if name not in ("path", "models", "trades"))
+"""Memories of a volume that belong to a session, by names in :class:`KnownVolume`; neither those of
+this machine nor where things lie on it."""
 
 OF_WINDOW = (
     "drawing",

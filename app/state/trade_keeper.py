@@ -1,4 +1,9 @@
-"""Keeping of what images while something moves cost, for each machine and volume."""
+"""Keeping of what images while something moves cost, for each machine and volume.
+
+What is kept are factors: of the time of the image at rest, and of the error that it has with a
+quarter of its pixels. These are known of a scene before any of its coarser images is drawn, and
+vary more from scene to scene than the factors do.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +17,9 @@ from model.scene.scene import Lighting, RendererName
 
 LAST = 8
 """Scenes over which times and errors are averaged; with more, those long ago count less."""
+
+LEAST_ERROR = 1e-4
+"""Error of an image at rest with fewer pixels from which factors of it mean something."""
 
 SAME_SIZE = 1.5
 """Factor of the width between images that are compared with each other."""
@@ -37,14 +45,30 @@ class Traded:
     seconds: float
     error: float
 
-    def mixed(self, other: Traded, part: float) -> Traded:
-        """Return the mean with another one, of which this is a part from 0 to 1."""
-        seconds = other.seconds + part * (self.seconds - other.seconds)
-        return Traded(self.scale, seconds, other.error + part * (self.error - other.error))
+
+@dataclass(frozen=True)
+class AtRest:
+    """An image at rest: its time, and its distance from itself with a quarter of its pixels.
+
+    Attributes
+    ----------
+    seconds : float
+        In path-traced light of one sample of each pixel.
+    error : float
+        See :class:`Traded`.
+    """
+
+    seconds: float
+    error: float
+
+    @property
+    def is_telling(self) -> bool:
+        """Whether there is enough in the image to divide by."""
+        return self.seconds > 0 and self.error > LEAST_ERROR
 
 
 class TradeKeeper:
-    """Keeps the mean time and error of images over the scenes of one volume on this machine.
+    """Keeps the mean factors over the scenes of one volume on this machine.
 
     Parameters
     ----------
@@ -66,8 +90,10 @@ class TradeKeeper:
         known = self._known(renderer, size)
         return 0 if known is None else known.scenes
 
-    def expected(self, renderer: RendererName, size: float) -> tuple[Traded, ...]:
-        """Predict the images of a scene that was not measured: by the mean of those that were.
+    def expected(
+        self, renderer: RendererName, size: float, rest: AtRest | None = None
+    ) -> tuple[Traded, ...]:
+        """Predict the images of a scene that was not measured.
 
         Parameters
         ----------
@@ -75,6 +101,8 @@ class TradeKeeper:
             Who draws while something moves.
         size : float
             Square root of the number of pixels at rest.
+        rest : AtRest or None
+            Of this scene; None for the mean of those that were measured.
 
         Returns
         -------
@@ -84,22 +112,42 @@ class TradeKeeper:
         known = self._known(renderer, size)
         if known is None:
             return ()
-        growth = (size / known.size) ** (2 * GROWTH)
-        return tuple(Traded(scale, growth * s, error) for scale, s, error in known.images)
+        if rest is None:
+            growth = (size / known.size) ** (2 * GROWTH)
+            rest = AtRest(growth * known.seconds, known.error)
+        return tuple(
+            Traded(scale, seconds * rest.seconds, error * rest.error)
+            for scale, seconds, error in known.images
+        )
 
-    def note(self, renderer: RendererName, size: float, found: tuple[Traded, ...]) -> None:
+    def note(
+        self, renderer: RendererName, size: float, rest: AtRest, found: tuple[Traded, ...]
+    ) -> None:
         """Keep the images of one more scene."""
-        if not self._fingerprint:
+        if not self._fingerprint or not rest.is_telling:
             return
-        old = self._known(renderer, size)
-        images, scenes = [(each.scale, each.seconds, each.error) for each in found], 1
-        if old is not None and [each[0] for each in old.images] == [each[0] for each in images]:
-            part = 1 / min(old.scenes + 1, LAST)
+        factors = [(t.scale, t.seconds / rest.seconds, t.error / rest.error) for t in found]
+        old, scenes = self._known(renderer, size), 1
+        if old is not None and [each[0] for each in old.images] == [each[0] for each in factors]:
             scenes = old.scenes + 1
-            before = self.expected(renderer, size)
-            mixed = [now.mixed(was, part) for now, was in zip(found, before, strict=True)]
-            images = [(each.scale, each.seconds, each.error) for each in mixed]
-        new = KnownTrade(machine_name(), self._lighting, renderer, size, scenes, tuple(images))
+            part = 1 / min(scenes, LAST)
+            factors = [
+                (scale, _mixed(was[1], seconds, part), _mixed(was[2], error, part))
+                for was, (scale, seconds, error) in zip(old.images, factors, strict=True)
+            ]
+            rest = AtRest(
+                _mixed(old.seconds, rest.seconds, part), _mixed(old.error, rest.error, part)
+            )
+        new = KnownTrade(
+            machine_name(),
+            self._lighting,
+            renderer,
+            size,
+            scenes,
+            rest.seconds,
+            rest.error,
+            tuple(factors),
+        )
         others = (each for each in self._all() if not self._is_of(each, renderer))
         trades = (*others, new)[-MOST_TRADES:]
         self._preferences.note_volume(self._fingerprint, trades=trades)
@@ -122,3 +170,7 @@ class TradeKeeper:
 def machine_name() -> str:
     """Return the processor and its threads, by which times differ."""
     return f"{processor_name()}, {os.cpu_count() or 1} threads"
+
+
+def _mixed(before: float, now: float, part: float) -> float:
+    return before + part * (now - before)

@@ -14,8 +14,9 @@ from app.state.dispatcher import Dispatcher
 from app.state.exactness import Exactness
 from app.state.image_errors import distance
 from app.state.pace import SCALES
-from app.state.trade_keeper import Traded, TradeKeeper
+from app.state.trade_keeper import AtRest, Traded, TradeKeeper
 from app.state.viewer_state import ViewerState
+from model.scene.inputs import SceneInputs
 from model.scene.scene import RendererName
 
 REPEATED_BELOW = 0.15
@@ -69,6 +70,7 @@ class TradeWork(QObject):
         self._dispatcher, self._keeper = dispatcher, keeper
         self._is_watched = self._is_paused = False
         self._truth: Result | None = None
+        self._of_rest: tuple[Result, AtRest] | None = None
         self._asked: TradeRequest | None = None
         self._first: Result | None = None
         self._sequence = 0
@@ -126,7 +128,8 @@ class TradeWork(QObject):
     @property
     def means(self) -> tuple[Traded, ...]:
         """Means of the volume's other scenes, the fewest pixels first; empty without any."""
-        return self._keeper.expected(self._renderer, self._dispatcher.raster.side)
+        side = self._dispatcher.raster.side
+        return self._keeper.expected(self._renderer, side, self._rest_of(self._state.inputs))
 
     def at_rest(self, step: Exactness) -> tuple[float, float] | None:
         """Predict error and seconds of path-traced light at rest; None where it is not known.
@@ -137,9 +140,7 @@ class TradeWork(QObject):
         own = None if truth is None else truth.image_error
         if truth is None or not own or math.isinf(own):
             return None
-        samples = truth.request.quality.samples
-        # Half of them were drawn since the image before.
-        each = truth.seconds / max(samples - samples // 2, 1)
+        samples, each = truth.request.quality.samples, _seconds_a_sample(truth)
         needed = min(samples * (own / step.error) ** 2, step.samples)
         return own * math.sqrt(samples / needed), each * needed
 
@@ -154,6 +155,19 @@ class TradeWork(QObject):
         client, _quality = self._dispatcher.live_at(1.0)
         is_vtk = client is self._reference and not client.by_raycast
         return "vtk" if is_vtk and self._dispatcher.most_samples == 1 else "raycast"
+
+    def _rest_of(self, inputs: SceneInputs) -> AtRest | None:
+        """Return time and error of the image at rest; None if it is not there."""
+        truth = self._truth
+        if truth is None or truth.value is None or truth.request.inputs != inputs:
+            return None
+        if self._of_rest is None or self._of_rest[0] is not truth:
+            # Late: it is needed at rest only, and brings the renderers.
+            from model.rendering.setting import quartered
+
+            error = distance(quartered(truth.value), truth.value)
+            self._of_rest = truth, AtRest(_seconds_a_sample(truth), error)
+        return self._of_rest[1]
 
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.SETTLED:
@@ -228,10 +242,17 @@ class TradeWork(QObject):
         seconds = result.seconds if first is None else min(result.seconds, first.seconds)
         found = Traded(self._next_scale, seconds, distance(result.value, self._truth.value))
         self.found = (*self.found, found)
-        if self.is_complete:
-            self._keeper.note(self._renderer, self._dispatcher.raster.side, self.found)
+        rest = self._rest_of(result.request.inputs)
+        if self.is_complete and rest is not None:
+            self._keeper.note(self._renderer, self._dispatcher.raster.side, rest, self.found)
         self._go_on()
         self.changed.emit()
+
+
+def _seconds_a_sample(image: Result) -> float:
+    """Seconds of one sample of each pixel: half of all were drawn since the image before."""
+    samples = image.request.quality.samples
+    return image.seconds / max(samples - samples // 2, 1)
 
 
 def _within(images: tuple[Traded, ...], step: Exactness) -> Traded:

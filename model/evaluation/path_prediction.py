@@ -1,10 +1,12 @@
-"""Time and error of a path-traced picture at a setting, predicted from four of its samples."""
+"""Time and error of a path-traced picture at a setting, predicted from eight of its samples."""
 
 from __future__ import annotations
 
 import math
 import time
 from dataclasses import dataclass
+
+import numpy as np
 
 from model import metrics
 from model.evaluation.prediction import Prediction
@@ -15,8 +17,8 @@ from model.rendering.raster import Raster
 from model.rendering.setting import Setting, SettingRenderer, enlarged
 from model.scene.inputs import SceneInputs
 
-DRAWN = 4
-"""Samples of each pixel that are drawn."""
+DRAWN = MOST_SAMPLES
+"""Samples of each pixel that are drawn: as many as a network finishes."""
 
 SMOOTHED = 0.625**2
 """Variance of independent pixels after interpolation to twice as many along both sides."""
@@ -78,12 +80,15 @@ class _Cleaned:
     ----------
     seconds : float
         Once.
+    before : float
+        Seconds of what guides it, drawn once a picture.
     error : float
     doubling : float
         Factor of the error for twice the samples.
     """
 
     seconds: float
+    before: float
     error: float
     doubling: float
 
@@ -116,7 +121,7 @@ class _Begun:
             return traced
         # Two tell the error, from the second sample on; one more is shown.
         times = 2 * (setting.samples > 1) + (self._left(setting) <= self._noise(setting))
-        return traced + times * cleaned.seconds
+        return traced + cleaned.before + times * cleaned.seconds
 
     def error(self, setting: Setting) -> float:
         """Error of its pixels with so many samples."""
@@ -149,16 +154,23 @@ def _begin(renderer: SettingRenderer, inputs: SceneInputs, raster: Raster) -> _B
             estimate = last
     finally:
         tracer.close()
-    first, each = times[0], (times[-1] - times[0]) / (DRAWN - 1)
+    counts = [2**n for n in range(len(times))]
+    # The fastest counts: something else may have come between.
+    each = min(np.diff(times) / np.diff(counts))
     if renderer.cleaning is None:
-        return _Begun(raster, estimate, first, each)
-    few = _clean(estimate, renderer.cleaning(inputs, raster))
-    return _Begun(raster, estimate, first, each, few, _clean(estimate, Denoiser()))
+        return _Begun(raster, estimate, times[0], each)
+    # Not counted: the filter, of which one of each size is kept.
+    cleaned(estimate, Denoiser())
+    few, many = (_clean(estimate, c) for c in (renderer.cleaning(inputs, raster), Denoiser()))
+    return _Begun(raster, estimate, times[0], each, few, many)
 
 
 def _clean(estimate: Estimate, cleaner: Cleaner) -> _Cleaned:
-    # The first time, it also makes its filter and draws what guides it.
-    left = error_of(estimate, cleaner)
     begun = time.perf_counter()
+    left = error_of(estimate, cleaner)
+    told = time.perf_counter()
     cleaned(estimate, cleaner)
-    return _Cleaned(time.perf_counter() - begun, left, cleaner.doubling)
+    seconds = time.perf_counter() - told
+    # Two pictures were cleaned for the error.
+    before = max(told - begun - 2 * seconds, 0.0)
+    return _Cleaned(seconds, before, left, cleaner.doubling)

@@ -255,6 +255,14 @@ def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.fl
     return enlarged(image, Raster(width, height), Raster(columns, rows))
 
 
+def quartered(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return an image with the means of 2 x 2 pixels; an odd last row or column is left out."""
+    rows, columns = image.shape[0] // 2 * 2, image.shape[1] // 2 * 2
+    blocks = image[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2, -1)
+    mean: NDArray[np.float32] = blocks.mean(axis=(1, 3))
+    return mean
+
+
 def _covering(first: int, end: int, shown: int, drawn: int) -> tuple[int, int]:
     """Return the first and the number of the drawn pixels that some shown ones lie between."""
     low = max(math.floor((first + 0.5) * drawn / shown - 0.5), 0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +16,15 @@ from model.evaluation.prediction import Predictor
 from model.evaluation.tradeoff import settings_of
 from model.generator.path_light_generator import cleaning_of
 from model.rendering.raster import Raster
-from model.rendering.setting import Setting, SettingRenderer
+from model.rendering.setting import (
+    Setting,
+    SettingRenderer,
+    quartered,
+    resized,
+    smooth_distance,
+)
 from model.samples.sampling import draw_sample
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 from model.volume_files import read_volume
@@ -25,6 +32,12 @@ from model.volume_files.shipped import shipped_volumes
 
 LEAST_ERROR = 1e-4
 """Error below which a factor says nothing: a fortieth of an 8-bit step."""
+
+USUAL_DISTANCE = 0.5
+"""Sample distance of scenes, in voxels; the ray caster's images at rest have a fifth of it."""
+
+WINDOW_PIXELS = (1 / 2, 1 / 4, 1 / 16)
+"""Pixels of a window's images while something moves, as parts of those at rest."""
 
 LONG_S = 1.0
 """Time of a picture below which it is drawn twice; the faster one counts, as in predictions."""
@@ -42,6 +55,14 @@ class _Compared:
     measured: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class _Moving:
+    """One scene as a window measures it: seconds and errors, at rest and of each part of pixels."""
+
+    rest: tuple[float, float]
+    moving: tuple[tuple[float, float], ...]
+
+
 def bench_prediction(
     paths: list[Path] | None,
     lightings: list[Lighting],
@@ -54,18 +75,20 @@ def bench_prediction(
     """Compare each setting of random scenes; print a table, write JSON if requested."""
     machine = print_machine()
     found: list[_Compared] = []
-    by_others: list[_Compared] = []
+    by_others: tuple[list[float], list[float]] = [], []
     cells = []
     for path in paths or shipped_volumes():
         volume = read_volume(path)
         for lighting in lightings:
-            rows = _of_volume(volume, lighting, count, size, seed, vtk)
+            rows, moving = _of_volume(volume, lighting, count, size, seed, vtk)
             found += rows
-            by_others += _by_others(rows)
+            if len(moving) > 1:
+                for kept, more in zip(by_others, _by_others(moving), strict=True):
+                    kept += more
             cells.append((volume.name, lighting, *_factors(rows)))
     cells.append(("all", "", *_factors(found)))
-    if by_others:
-        cells.append(("all, by other scenes", "", *_factors(by_others)))
+    if by_others[0]:
+        cells.append(("all, as a window does", "", *_quantiles(*by_others)))
     print_table(
         f"factors between what was predicted and what was measured, {size} x {size}: median, and "
         "the largest of nine in ten",
@@ -80,12 +103,13 @@ def bench_prediction(
 
 def _of_volume(
     volume: Volume, lighting: Lighting, count: int, size: int, seed: int, vtk: bool
-) -> list[_Compared]:
+) -> tuple[list[_Compared], list[_Moving]]:
     scene, shown = Scene.of(volume, size, lighting), Raster(size, size)
     cleaning, release = cleaning_of(volume, scene.light, lighting == "path")
     settings = settings_of(lighting, vtk, cleaning is not None)
     renderer = SettingRenderer(volume, lighting, scene.light, cleaning=cleaning)
-    found = []
+    found: list[_Compared] = []
+    moving: list[_Moving] = []
     try:
         for number in range(count):
             inputs = draw_sample(scene, seed, "holdout", number)
@@ -94,6 +118,8 @@ def _of_volume(
                 if lighting == "path"
                 else Predictor(renderer, lighting, inputs, shown)
             )
+            if lighting != "path":
+                moving.append(_as_in_window(renderer, lighting, inputs, shown))
             truth, _seconds = renderer.draw(Setting.exact(lighting), inputs, shown)
             with counting(f"{volume.name}, {lighting}", len(settings)) as (progress, task):
                 for setting in settings:
@@ -123,18 +149,38 @@ def _of_volume(
         f"{volume.name}, {lighting}: farthest off at {worst.setting.text(lighting)}, "
         f"error {predicted:.4f} predicted and {measured:.4f} measured"
     )
-    return found
+    return found, moving
 
 
-def _by_others(rows: list[_Compared]) -> list[_Compared]:
-    """Predict each picture by the mean of the same setting's in the other scenes of its volume."""
+def _as_in_window(
+    renderer: SettingRenderer, lighting: Lighting, inputs: SceneInputs, shown: Raster
+) -> _Moving:
+    """Measure what a window does: images of fewer pixels against the one at rest."""
+    distance = smooth_distance(USUAL_DISTANCE, lighting)
     found = []
-    for row in rows:
-        others = [r.measured for r in rows if r.setting == row.setting and r.scene != row.scene]
-        if others:
-            seconds, rmse = np.mean(others, axis=0)
-            found.append(replace(row, predicted=(float(seconds), float(rmse))))
-    return found
+    for pixels in (1.0, *WINDOW_PIXELS):
+        setting = Setting(sample_distance=distance, pixels=pixels)
+        drawn = [renderer.draw(setting, inputs, shown) for _ in range(2)]
+        found.append((drawn[0][0][..., :3], min(seconds for _image, seconds in drawn)))
+    rest, rest_seconds = found[0]
+    return _Moving(
+        (rest_seconds, metrics.rmse(resized(quartered(rest), shown.shape), rest)),
+        tuple((seconds, metrics.rmse(image, rest)) for image, seconds in found[1:]),
+    )
+
+
+def _by_others(scenes: list[_Moving]) -> tuple[list[float], list[float]]:
+    """Predict each scene by the other ones; return factors of errors and of times."""
+    errors, times = [], []
+    for scene in scenes:
+        others = [np.array(other.moving) / other.rest for other in scenes if other is not scene]
+        expected = np.mean(others, axis=0) * scene.rest
+        for (seconds, error), (right_seconds, right_error) in zip(
+            expected, scene.moving, strict=True
+        ):
+            times.append(_factor(seconds, right_seconds))
+            errors.append(_factor(max(error, LEAST_ERROR), max(right_error, LEAST_ERROR)))
+    return errors, times
 
 
 def _errors(compared: _Compared) -> tuple[float, float]:
@@ -146,7 +192,12 @@ def _factor(one: float, other: float) -> float:
 
 
 def _factors(rows: list[_Compared]) -> tuple[str, ...]:
-    errors = [_factor(*_errors(row)) for row in rows]
-    times = [_factor(row.predicted[0], row.measured[0]) for row in rows]
+    return _quantiles(
+        [_factor(*_errors(row)) for row in rows],
+        [_factor(row.predicted[0], row.measured[0]) for row in rows],
+    )
+
+
+def _quantiles(errors: list[float], times: list[float]) -> tuple[str, ...]:
     quantiles = [np.quantile(each, share) for each in (errors, times) for share in (0.5, 0.9)]
-    return (str(len(rows)), *(f"{each:.2f}" for each in quantiles))
+    return (str(len(errors)), *(f"{each:.2f}" for each in quantiles))

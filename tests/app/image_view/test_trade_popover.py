@@ -103,7 +103,7 @@ def test_an_edit_ends_it_and_rest_begins_it_anew(qtbot: QtBot, make_window: Make
     window.state.move_view(View(40, 20))
     assert trade.found == () and not trade.is_measuring
     # Meanwhile it says what the scene before it has taught.
-    assert popover.status.text().startswith(f"{WAITING}\n~ is the mean of another scene")
+    assert popover.status.text().startswith(f"{WAITING}\n~ is predicted by another scene")
     assert popover.rows[0][1].text().startswith("~")
     window.state.finish_view()
     qtbot.waitUntil(lambda: trade.is_complete)

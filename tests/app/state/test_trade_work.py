@@ -17,7 +17,7 @@ from app.state.exactness import STEPS, USUAL
 from app.state.fidelity import figures_text
 from app.state.pace import SCALES
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.trade_keeper import Traded, TradeKeeper, machine_name
+from app.state.trade_keeper import AtRest, Traded, TradeKeeper, machine_name
 from app.state.trade_work import ENOUGH
 from app.window.main_window import MainWindow
 from model.scene.view import View
@@ -132,26 +132,34 @@ def test_nothing_is_measured_beside_a_training_nor_when_enough_is_known(
     assert work.trade.scenes == ENOUGH + 1
 
 
-def test_means_are_kept_over_runs_and_grow_with_the_image(tmp_path: Path, qtbot: QtBot) -> None:
+def test_factors_are_kept_over_runs_and_predict_other_scenes(tmp_path: Path, qtbot: QtBot) -> None:
     store = PreferencesStore(tmp_path / "preferences.json")
     preferences = Preferences(store)
     keeper = TradeKeeper(preferences)
     keeper.follow("volume", "soft")
-    for seconds, error in ((0.1, 0.02), (0.2, 0.04), (0.3, 0.06)):
-        keeper.note("raycast", 500.0, (Traded(0.5, seconds, error), Traded(1.0, 3 * seconds, 0.0)))
+    # A half takes .2, .3 and .4 of the time, and has two, three and four times the error.
+    for n, rest in ((2, AtRest(1.0, 0.01)), (3, AtRest(2.0, 0.02)), (4, AtRest(3.0, 0.03))):
+        half = Traded(0.5, 0.1 * n * rest.seconds, n * rest.error)
+        keeper.note("raycast", 500.0, rest, (half, Traded(1.0, rest.seconds, 0.0)))
     preferences.finish()
     again = TradeKeeper(Preferences(PreferencesStore(tmp_path / "preferences.json")))
     assert again.expected("raycast", 500.0) == ()
     again.follow("volume", "soft")
     assert again.scenes("raycast", 500.0) == 3
-    half, whole = again.expected("raycast", 500.0)
-    assert (half.scale, half.seconds, half.error) == pytest.approx((0.5, 0.2, 0.04))
-    assert (whole.seconds, whole.error) == pytest.approx((0.6, 0.0))
+    half, whole = again.expected("raycast", 500.0, AtRest(10.0, 0.005))
+    assert (half.scale, half.seconds, half.error) == pytest.approx((0.5, 3.0, 0.015))
+    assert (whole.seconds, whole.error) == pytest.approx((10.0, 0.0))
+    # Without an image at rest, it is the mean of those that were.
+    half, _whole = again.expected("raycast", 500.0)
+    assert (half.seconds, half.error) == pytest.approx((0.6, 0.06))
     larger = again.expected("raycast", 600.0)[0]
-    assert larger.seconds == pytest.approx(0.2 * 1.44**0.83) and larger.error == half.error
+    assert larger.seconds == pytest.approx(0.6 * 1.44**0.83) and larger.error == half.error
     # An image of twice the width is another one; so are another renderer's and another light's.
     assert again.expected("raycast", 1000.0) == again.expected("vtk", 500.0) == ()
     again.follow("volume", "none")
+    assert again.expected("raycast", 500.0) == ()
+    # Of a black image nothing is a factor.
+    again.note("raycast", 500.0, AtRest(1.0, 0.0), (Traded(1.0, 1.0, 0.0),))
     assert again.expected("raycast", 500.0) == ()
 
 
@@ -159,11 +167,11 @@ def test_another_machine_has_its_own(tmp_path: Path, qtbot: QtBot) -> None:
     preferences = Preferences()
     keeper = TradeKeeper(preferences)
     keeper.follow("volume", "none")
-    keeper.note("raycast", 500.0, (Traded(1.0, 0.1, 0.0),))
+    keeper.note("raycast", 500.0, AtRest(0.1, 0.01), (Traded(1.0, 0.1, 0.0),))
     (mine,) = preferences.volume("volume").trades
     preferences.note_volume("volume", trades=(replace(mine, machine="another"),))
     assert keeper.expected("raycast", 500.0) == ()
-    keeper.note("raycast", 500.0, (Traded(1.0, 0.2, 0.0),))
+    keeper.note("raycast", 500.0, AtRest(0.1, 0.01), (Traded(1.0, 0.2, 0.0),))
     assert [each.machine for each in preferences.volume("volume").trades] == [
         "another",
         machine_name(),

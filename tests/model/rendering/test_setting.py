@@ -8,7 +8,7 @@ import torch
 
 from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
-from model.rendering.setting import Setting, SettingRenderer, enlarged
+from model.rendering.setting import Setting, SettingRenderer, enlarged, quartered
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -54,3 +54,20 @@ def test_a_setting_without_savings_is_the_renderers_own_picture(
     assert seconds > 0
     settings.close()
     own.close()
+
+
+def test_a_quarter_of_the_pixels_has_the_means_of_four() -> None:
+    image = np.arange(5 * 7 * 2, dtype=np.float32).reshape(5, 7, 2)
+    few = quartered(image)
+    assert few.shape == (2, 3, 2)
+    assert few[1, 2, 1] == image[2:4, 4:6, 1].mean()
+
+
+def test_others_draw_by_their_name_and_in_their_size(volume: Volume, scene: Scene) -> None:
+    small = np.full((8, 8, 4), 0.25, np.float32)
+    renderer = SettingRenderer(volume, others={"a network": lambda inputs, raster: small})
+    inputs = draw_sample(scene, 0, "holdout", 1)
+    image, seconds = renderer.draw(Setting(other="a network"), inputs, Raster(20, 12))
+    assert image.shape == (12, 20, 4) and np.all(image == 0.25) and seconds >= 0
+    assert Setting(other="a network").text("none") == "a network"
+    renderer.close()
