@@ -19,6 +19,7 @@ from model.generator.catalog import shipped_models
 from model.generator.generator import Generator
 from model.networks.card import load_card
 from model.networks.size import NetworkSize
+from model.rendering.path_tracing import denoising
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
@@ -331,6 +332,7 @@ def test_costs_are_measured_over_sizes(raw_file: Path, tmp_path: Path) -> None:
     assert imread(tmp_path / "s.png").shape[1] == 800
 
 
+@pytest.mark.slow
 def test_jumps_are_measured_in_all_lights(raw_file: Path, tmp_path: Path) -> None:
     file = tmp_path / "jumps.json"
     command = f"bench jumps --volume {raw_file} --size 16 --steps 6 --json {file}"
@@ -338,6 +340,24 @@ def test_jumps_are_measured_in_all_lights(raw_file: Path, tmp_path: Path) -> Non
     (jumps,) = json.loads(file.read_text())["volumes"].values()
     assert list(jumps) == ["none", "direct", "shadows", "soft"]
     assert all(0 <= jump["largest"] < 255 for jump in jumps.values())
+
+
+@pytest.mark.slow
+def test_the_trade_is_measured_and_predicted(
+    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "trade.json"
+    options = f"--volume {raw_file} --no-vtk --json {file}"
+    assert run(f"bench tradeoff --size 24 --count 1 {options}".split()) == 0
+    (found,) = json.loads(file.read_text())["tradeoffs"]
+    others = [p["setting"]["other"] for p in found["points"] if p["setting"]["other"]]
+    assert [each.split(" of ")[0] for each in others] == ["compact volume"] * len(others) != []
+    lights = "--lighting direct --lighting path"
+    assert run(f"bench prediction --size 64 --count 2 {lights} {options}".split()) == 0
+    pictures = json.loads(file.read_text())["pictures"]
+    assert {each["lighting"] for each in pictures} == {"direct", "path"}
+    assert any(each["setting"]["denoised"] for each in pictures) == denoising.available()
+    assert "as a window does" in capsys.readouterr().out.replace("\n", " ")
 
 
 @pytest.mark.slow
