@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from shiboken6 import getAllValidWrappers
-from window_fakes import FakeBuilders
+from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
 from app.state import trade_work
@@ -107,7 +107,8 @@ def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
         window = MainWindow(builders.make(), store)
         window.workspace.reference.choose(size=size)
         qtbot.addWidget(window)
-        with qtbot.waitSignal(window.workspace.settled):
+        # Real engines start processes, on machines that may be busy.
+        with qtbot.waitSignal(window.workspace.settled, timeout=1000 * PATIENCE_S):
             window.workspace.open_model(model)
             window.workspace.open_volume(Path(volume))
         window.show()
