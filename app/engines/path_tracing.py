@@ -9,9 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.engine import Array, always
-from app.engines.messages import PictureRequest, Request, SupersededError, TradeRequest
+from app.engines.messages import (
+    BatchRequest,
+    PictureRequest,
+    Request,
+    SupersededError,
+    TradeRequest,
+)
 from app.engines.renderer_engine import TILE, RendererEngine
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
+
+FEW_CLEAN, FEW = 2, 16
+"""Samples of each pixel of small pictures, where they are cleaned and where they are not."""
 
 MARGIN = 64
 """Pixels around a tile of a picture to save."""
@@ -75,6 +84,19 @@ class PathTracingEngine(RendererEngine):
             self._said += f", {last.deed}"
         self.image_error = last.error
         return last.rgba
+
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+        """Trace small pictures one after the other, of few samples."""
+        pixels, renderer = request.quality.pixels, self._refining
+        distance = self._sample_distance * request.quality.coarseness
+        samples = FEW_CLEAN if renderer.cleans else FEW
+        images = []
+        for inputs in (request.inputs, *request.more):
+            drawn = renderer.drawn(inputs, pixels, samples, is_wanted, distance)
+            if drawn is None:
+                raise SupersededError
+            images.append(drawn.rgba)
+        return np.stack(images)
 
     def picture(
         self, request: PictureRequest, is_wanted: Callable[[], bool] = always

@@ -26,6 +26,9 @@ REPEATED_BELOW = 0.15
 REST_MS, SOON_MS = 3000, 50
 """Time without requests after which it is measured: for later, and for somebody who looks."""
 
+BEST_GAIN, LEAST_GAIN = 0.5, 0.95
+"""Limits of what an error is multiplied by for twice the samples."""
+
 ENOUGH = 8
 """Scenes of a volume from which nothing is measured for later: they predict the others."""
 
@@ -71,6 +74,7 @@ class TradeWork(QObject):
         self._is_watched = self._is_paused = False
         self._truth: Result | None = None
         self._of_rest: tuple[Result, AtRest] | None = None
+        self._refined: list[tuple[int, float, float]] = []
         self._asked: TradeRequest | None = None
         self._first: Result | None = None
         self._sequence = 0
@@ -132,17 +136,24 @@ class TradeWork(QObject):
         return self._keeper.expected(self._renderer, side, self._rest_of(self._state.inputs))
 
     def at_rest(self, step: Exactness) -> tuple[float, float] | None:
-        """Predict error and seconds of path-traced light at rest; None where it is not known.
+        """Return error and seconds of path-traced light at rest; None where they are not known.
 
-        By the image as far as it is drawn: noise falls with the root of the samples.
+        As far as the image is drawn, they are its own. From there on each doubling of its samples
+        is expected to take twice as long as the one before, and to bring as much.
         """
-        truth = self._truth
-        own = None if truth is None else truth.image_error
-        if truth is None or not own or math.isinf(own):
+        seconds, known = 0.0, [each for each in self._refined if math.isfinite(each[1])]
+        for samples, error, seconds in known:
+            if error <= step.error or samples >= step.samples:
+                return error, seconds
+        if len(known) < 2:
             return None
-        samples, each = truth.request.quality.samples, _seconds_a_sample(truth)
-        needed = min(samples * (own / step.error) ** 2, step.samples)
-        return own * math.sqrt(samples / needed), each * needed
+        (_, error_before, seconds_before), (samples, error, seconds) = known[-2:]
+        gain = min(max(error / error_before, BEST_GAIN), LEAST_GAIN)
+        doubling = seconds - seconds_before
+        while error > step.error and samples < step.samples:
+            samples, error, doubling = 2 * samples, gain * error, 2 * doubling
+            seconds += doubling
+        return error, seconds
 
     @property
     def scenes(self) -> int:
@@ -223,11 +234,27 @@ class TradeWork(QObject):
         request = result.request
         if isinstance(request, ImageRequest):
             if not request.quality.live:
+                self._note_refined(result)
                 self._truth = result
+                self.changed.emit()
         elif request is self._asked:
             self._measure(result)
             return
         self._wait()
+
+    def _note_refined(self, result: Result) -> None:
+        """Note samples, error and seconds of an image at rest that becomes better."""
+        quality, before = result.request.quality, self._truth
+        goes_on = before is not None and (
+            (before.request.inputs, before.request.quality.pixels)
+            == (result.request.inputs, quality.pixels)
+        )
+        if not goes_on or quality.samples == 1:
+            self._refined.clear()
+        if result.image_error is not None:
+            seconds = self._refined[-1][2] if self._refined else 0.0
+            found = quality.samples, result.image_error, seconds + result.seconds
+            self._refined.append(found)
 
     def _measure(self, result: Result) -> None:
         self._asked = None

@@ -81,5 +81,8 @@ class SmallPictures(QObject):
         if not isinstance(request, self._kind) or result.value is None:
             return
         if request.sequence == self._asked:
+            # Whoever else was asked meanwhile may take long.
+            for client in (self._analyst, self._reference):
+                client.abandon(self._kind)
             brightness = self._brightness.of("exact")
             self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])

@@ -155,6 +155,11 @@ class RefiningRenderer:
         self.samples = samples
         self._tracer, self._cleaning = tracer, cleaning
 
+    @property
+    def cleans(self) -> bool:
+        """Whether pictures of few samples are cleaned."""
+        return self._cleaning is not None
+
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:

@@ -25,6 +25,7 @@ from app.engines.messages import (
     RegionSensitivityRequest,
     SupersededError,
     TradeRequest,
+    UpAxisRequest,
     ValueSensitivityRequest,
 )
 from app.engines.path_tracing import PathTracingEngine
@@ -124,6 +125,23 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
     engine.image(TradeRequest(2, request.inputs, Quality(16)))
     engine.image(TradeRequest(3, request.inputs, Quality(16)))
     assert len(traced) == 16
+    engine.close()
+
+
+def test_small_path_traced_pictures_have_few_samples() -> None:
+    """Six of 200 x 200 pixels with 64 samples of each held the image up for half a minute."""
+    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    assert renderer.samples == 64 and not renderer.cleans
+    engine = PathTracingEngine(renderer, sample_distance=0.5)
+    inputs = make_request(1).inputs
+    other = replace(inputs, view=View(azimuth=80.0))
+    request = UpAxisRequest(1, inputs, Quality(24), more=(other,))
+    for image, seen in zip(engine.images(request), (inputs, other), strict=True):
+        tracer = PathTracer(make_volume(), threads=1, samples=16)
+        np.testing.assert_allclose(image, tracer.render(seen, 24), atol=1e-6)
+    asked = count()
+    with pytest.raises(SupersededError):
+        engine.images(request, lambda: next(asked) < 4)
     engine.close()
 
 

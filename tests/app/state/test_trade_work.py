@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -186,11 +187,25 @@ def test_path_traced_light_says_when_it_will_be_as_near_as_a_step_asks(
     assert truth is not None
     # The ray caster's image has no error to become smaller.
     assert trade.at_rest(STEPS[USUAL]) is None
-    quality = replace(truth.request.quality, samples=8)
-    request = replace(truth.request, quality=quality)
-    # Eight samples: the last four of them took two seconds.
-    trade._truth = replace(truth, request=request, seconds=2.0, image_error=0.01)
+
+    def refine(samples: int, error: float, seconds: float) -> None:
+        quality = replace(truth.request.quality, samples=samples)
+        request = replace(truth.request, quality=quality)
+        trade._take(replace(truth, request=request, seconds=seconds, image_error=error))
+
     step = replace(STEPS[USUAL], error=0.005, samples=64)
-    assert trade.at_rest(step) == pytest.approx((0.005, 16.0))
+    refine(1, math.inf, 1.0)
+    refine(2, 0.02, 1.0)
+    # One error says nothing of the next.
+    assert trade.at_rest(step) is None
+    refine(4, 0.016, 2.0)
+    # What is there is told as it was.
+    assert trade.at_rest(replace(step, error=0.016)) == (0.016, 4.0)
+    assert trade.at_rest(replace(step, error=0.03)) == (0.02, 2.0)
+    # Twice the samples take twice as long, and leave four fifths.
+    assert trade.at_rest(replace(step, error=0.011)) == pytest.approx((0.016 * 0.8**2, 16.0))
     # No step has more samples than it may.
-    assert trade.at_rest(replace(step, error=0.001)) == pytest.approx((0.01 / 8**0.5, 32.0))
+    assert trade.at_rest(replace(step, samples=16)) == pytest.approx((0.016 * 0.8**2, 16.0))
+    # Another picture begins anew.
+    refine(1, math.inf, 1.0)
+    assert trade.at_rest(step) is None
