@@ -63,6 +63,7 @@ class SmallPictures(QObject):
         self._patience.timeout.connect(self._ask_reference)
         for client in (analyst, reference):
             client.resultReady.connect(self._take)
+        analyst.resultReady.connect(self._call_off)
 
     def ask(self, wanted: Sequence[SceneInputs]) -> None:
         """Ask for the pictures of some inputs."""
@@ -81,8 +82,10 @@ class SmallPictures(QObject):
         if not isinstance(request, self._kind) or result.value is None:
             return
         if request.sequence == self._asked:
-            # Whoever else was asked meanwhile may take long.
-            for client in (self._analyst, self._reference):
-                client.abandon(self._kind)
             brightness = self._brightness.of("exact")
             self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])
+
+    def _call_off(self, result: Result) -> None:
+        """Spare the reference what the ray caster has drawn by now."""
+        if isinstance(result.request, self._kind) and result.request.sequence == self._asked:
+            self._reference.abandon(self._kind)
