@@ -16,7 +16,7 @@ from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.wheel_guard import WheelGuard
 
-WIDTH = 84
+WIDTH = 76
 """Of the slider, in pixels."""
 
 WIDEST, UNKNOWN = "~999 ms, error .0000", "…"
