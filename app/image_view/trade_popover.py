@@ -33,8 +33,8 @@ TIMES = [(value, f"{value:g}") for value in (1, 3, 10, 30, 100, 300, 1000, 3000,
 ERRORS = [(LEAST_SAID, "0"), *((value, error_text(value)) for value in (0.001, 0.01, 0.1, 1.0))]
 """Marks of the axes: milliseconds, and errors from those that are none."""
 
-MEANT = 0.5
-"""Opacity of the plot's dots while they are means of other scenes."""
+PREDICTED = 0.5
+"""Opacity of the plot's dots while other scenes predict them."""
 
 EXACT = "exact"
 """Said of errors that are less than noise."""
@@ -107,12 +107,12 @@ class TradePopover(QFrame):
     def refresh(self) -> None:
         """Show what is measured by now."""
         found = self._trade.found
-        shown = found or self._trade.means
+        shown = found or self._trade.predicted
         # Logarithms have no place for nothing.
         times = np.array([1e3 * max(each.seconds, 1e-5) for each in shown])
         errors = np.array([max(each.error, LEAST_SAID) for each in shown])
         self._dots.setData(times, errors)
-        self._dots.setOpacity(1.0 if found else MEANT)
+        self._dots.setOpacity(1.0 if found else PREDICTED)
         if shown:
             # An axis of less than a decade would have no mark.
             top = max(10 * errors.min(), 1.5 * errors.max())

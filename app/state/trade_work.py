@@ -22,7 +22,6 @@ from model.scene.scene import RendererName
 REPEATED_BELOW = 0.15
 """Seconds of an image below which it is drawn a second time; the faster time counts."""
 
-
 REST_MS, SOON_MS = 3000, 50
 """Time without requests after which it is measured: for later, and for somebody who looks."""
 
@@ -37,8 +36,8 @@ class TradeWork(QObject):
     """Has the present scene drawn as while something moves, at each number of pixels.
 
     Only while nothing moves and nothing else is asked for, and the image at rest is there, against
-    which the others are measured. A change ends it, and of what was measured there remains the
-    mean over all scenes of the volume.
+    which the others are measured. A change ends it; what was measured predicts the volume's other
+    scenes.
 
     Parameters
     ----------
@@ -126,12 +125,12 @@ class TradeWork(QObject):
 
     def expected(self, step: Exactness) -> Traded | None:
         """Predict the image that a step leads to by those of other scenes; None without any."""
-        known = self.means
+        known = self.predicted
         return _within(known, step) if known else None
 
     @property
-    def means(self) -> tuple[Traded, ...]:
-        """Means of the volume's other scenes, the fewest pixels first; empty without any."""
+    def predicted(self) -> tuple[Traded, ...]:
+        """All that other scenes of the volume predict, the fewest pixels first; may be empty."""
         side = self._dispatcher.raster.side
         return self._keeper.expected(self._renderer, side, self._rest_of(self._state.inputs))
 
