@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from app.engines.engine import Array, always
 from app.engines.messages import (
-    BatchRequest,
     PictureRequest,
     Request,
     SupersededError,
@@ -18,6 +17,8 @@ from app.engines.messages import (
 )
 from app.engines.renderer_engine import TILE, RendererEngine
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
 
 FEW_CLEAN, FEW = 2, 16
 """Samples of each pixel of small pictures, where they are cleaned and where they are not."""
@@ -85,18 +86,16 @@ class PathTracingEngine(RendererEngine):
         self.image_error = last.error
         return last.rgba
 
-    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
-        """Trace small pictures one after the other, of few samples."""
-        pixels, renderer = request.quality.pixels, self._refining
-        distance = self._sample_distance * request.quality.coarseness
+    def _small(
+        self, inputs: SceneInputs, pixels: Raster, distance: float, is_wanted: Callable[[], bool]
+    ) -> Array:
+        """Trace a small image of few samples."""
+        renderer = self._refining
         samples = FEW_CLEAN if renderer.cleans else FEW
-        images = []
-        for inputs in (request.inputs, *request.more):
-            drawn = renderer.drawn(inputs, pixels, samples, is_wanted, distance)
-            if drawn is None:
-                raise SupersededError
-            images.append(drawn.rgba)
-        return np.stack(images)
+        drawn = renderer.drawn(inputs, pixels, samples, is_wanted, distance)
+        if drawn is None:
+            raise SupersededError
+        return drawn.rgba
 
     def picture(
         self, request: PictureRequest, is_wanted: Callable[[], bool] = always

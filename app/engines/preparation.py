@@ -1,4 +1,4 @@
-"""What a window asks of a renderer, asked of a small volume, so that kernels are compiled."""
+"""The questions that a window asks of a renderer, asked once so that kernels are compiled."""
 
 from __future__ import annotations
 

@@ -31,8 +31,10 @@ from model.scene.scene import RendererName
 from model.scene.tf_perturbation import edit_over, edits_within
 
 if TYPE_CHECKING:
+    from model.rendering.raster import Raster
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.rendering.renderer import Renderer
+    from model.scene.inputs import SceneInputs
 
 FIRST_GUESS_S = 5e-6
 """Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
@@ -134,8 +136,14 @@ class RendererEngine:
         images = []
         for inputs in (request.inputs, *request.more):
             _go_on_if(is_wanted)
-            images.append(self._renderer.render(inputs, pixels, distance))
+            images.append(self._small(inputs, pixels, distance, is_wanted))
         return np.stack(images)
+
+    def _small(
+        self, inputs: SceneInputs, pixels: Raster, distance: float, _is_wanted: Callable[[], bool]
+    ) -> Array:
+        """Draw one of several small images."""
+        return self._renderer.render(inputs, pixels, distance)
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always

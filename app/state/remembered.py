@@ -96,7 +96,7 @@ class KnownPlace:
 
 @dataclass(frozen=True)
 class KnownTrade:
-    """What images while something moves cost, as the mean over some scenes of a volume.
+    """Cost of images while something moves, as the mean over some scenes of a volume.
 
     Attributes
     ----------

@@ -10,22 +10,18 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 
+from app.state.fidelity import LEAST_SAID
 from app.state.preferences import Preferences
 from app.state.remembered import MOST_TRADES, KnownTrade
 from model.measurements import processor_name
+from model.rendering.raster import TIME_GROWTH
 from model.scene.scene import Lighting, RendererName
 
 LAST = 8
 """Scenes over which times and errors are averaged; with more, those long ago count less."""
 
-LEAST_ERROR = 1e-4
-"""Error of an image at rest with fewer pixels from which factors of it mean something."""
-
 SAME_SIZE = 1.5
 """Factor of the width between images that are compared with each other."""
-
-GROWTH = 0.83
-"""Power of the number of pixels with which times grow, see :mod:`model.evaluation.prediction`."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +60,7 @@ class AtRest:
     @property
     def is_telling(self) -> bool:
         """Whether there is enough in the image to divide by."""
-        return self.seconds > 0 and self.error > LEAST_ERROR
+        return self.seconds > 0 and self.error > LEAST_SAID
 
 
 class TradeKeeper:
@@ -113,7 +109,7 @@ class TradeKeeper:
         if known is None:
             return ()
         if rest is None:
-            growth = (size / known.size) ** (2 * GROWTH)
+            growth = (size / known.size) ** (2 * TIME_GROWTH)
             rest = AtRest(growth * known.seconds, known.error)
         return tuple(
             Traded(scale, seconds * rest.seconds, error * rest.error)

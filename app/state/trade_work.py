@@ -161,7 +161,7 @@ class TradeWork(QObject):
 
     @property
     def _renderer(self) -> RendererName:
-        """Who draws while something moves."""
+        """Name of the renderer that draws while something moves."""
         client, _quality = self._dispatcher.live_at(1.0)
         is_vtk = client is self._reference and not client.by_raycast
         return "vtk" if is_vtk and self._dispatcher.most_samples == 1 else "raycast"

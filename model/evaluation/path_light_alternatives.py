@@ -1,4 +1,4 @@
-"""What could be shown in place of finished path-traced pictures, and how near each of it is."""
+"""Alternatives to finished path-traced pictures, and how near each of them is."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def path_light_alternatives(
 def _steady(
     name: str, held_out: dict[str, Pairs], draw: Callable[[Pairs], Pictures]
 ) -> Alternative:
-    """What does not depend on the number of samples."""
+    """Return an alternative that does not depend on the number of samples."""
     return Alternative(name, (_mean_error(held_out, draw),) * len(FEW))
 
 

@@ -74,7 +74,7 @@ class PathPredictor:
 
 @dataclass(frozen=True)
 class _Cleaned:
-    """What cleaning a picture of :data:`DRAWN` samples takes, and what it leaves.
+    """Time that cleaning a picture of :data:`DRAWN` samples takes, and error that it leaves.
 
     Attributes
     ----------

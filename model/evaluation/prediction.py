@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.raster import Raster
+from model.rendering.raster import TIME_GROWTH, Raster
 from model.rendering.setting import Setting, SettingRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting
@@ -29,11 +29,6 @@ EVEN = 0.1
 
 COARSE = 3 / 8
 """Columns of the picture by which times are predicted, and places chosen, for each one shown."""
-
-GROWTH = 0.83
-"""Power of the number of pixels with which the time of a picture of more pixels grows: neighbours
-share what they read. From 3/8 of a picture's columns to all of 256 to 1024 it is .82 to .98 for
-four of five of the ray caster's pictures."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +96,7 @@ class Predictor:
         call, coarse = self._times[full]
         whole = setting.raster(self._shown)
         share = whole.rows * whole.columns / (self._coarse.rows * self._coarse.columns)
-        return call + max(coarse - call, 0.0) * share**GROWTH
+        return call + max(coarse - call, 0.0) * share**TIME_GROWTH
 
     def _fastest(self, setting: Setting, raster: Raster) -> float:
         drawn = (self._renderer.draw(setting, self._inputs, raster) for _ in range(REPEATS))

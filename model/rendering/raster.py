@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 
 from model.scene.region import Reach
 
+TIME_GROWTH = 0.83
+"""Power of the number of pixels with which the time of a picture of more pixels grows: neighbours
+share what they read. From 3/8 of a picture's columns to all of 256 to 1024 it is .82 to .98 for
+four of five of the ray caster's pictures."""
+
 _Number = TypeVar("_Number", bound=np.generic)
 
 

@@ -37,7 +37,7 @@ EXACT_SEED = 1
 
 
 Others = Mapping[str, Callable[[SceneInputs, Raster], NDArray[np.float32]]]
-"""Who draws beside VTK, the ray caster and the path tracer."""
+"""Others that draw, beside VTK, the ray caster and the path tracer."""
 
 
 @dataclass(frozen=True)

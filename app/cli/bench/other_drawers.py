@@ -1,4 +1,4 @@
-"""Who else draws what ``bench tradeoff`` measures: the paper's networks, and compact volumes."""
+"""Others that ``bench tradeoff`` measures: the paper's networks, and compact volumes."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from model.evaluation.compact_error import restored
 from model.generator.catalog import model_for
 from model.generator.generator import Generator
+from model.networks.card import load_card
 from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer, open_renderer
 from model.rendering.setting import Others, smooth_distance
@@ -34,9 +35,12 @@ def other_drawers(volume: Volume, scene: Scene) -> Iterator[Others]:
     with ExitStack() as stack:
         folder = model_for(volume.fingerprint)
         if folder is not None:
-            network = _ByNetwork(Generator.load(folder, backend="auto", precision="auto"))
-            if network.fits(scene):
-                found["the paper's networks"] = network
+            own = load_card(folder).scene
+            wanted = scene.lighting, scene.scalar_range, scene.scale
+            if (own.lighting, own.scalar_range, own.scale) == wanted:
+                found["the paper's networks"] = _ByNetwork(
+                    Generator.load(folder, backend="auto", precision="auto")
+                )
         if scene.lighting != "path" and volume.scale == "linear":
             for share in BYTES_PER_VOXEL:
                 nbytes = int(share * volume.voxels.size)
@@ -50,15 +54,6 @@ def other_drawers(volume: Volume, scene: Scene) -> Iterator[Others]:
 class _ByNetwork:
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
-
-    def fits(self, scene: Scene) -> bool:
-        """Whether the networks were trained on such a scene."""
-        own = self._generator.scene
-        return (own.lighting, own.scalar_range, own.scale) == (
-            scene.lighting,
-            scene.scalar_range,
-            scene.scale,
-        )
 
     def __call__(self, inputs: SceneInputs, shown: Raster) -> NDArray[np.float32]:
         return self._generator.render(inputs)

@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
+from rested_window import rested
 from window_fakes import FakeBuilders
 
 from app.engines.messages import TradeRequest
@@ -18,14 +19,6 @@ from app.window.main_window import MainWindow
 from model.scene.view import View
 
 Maker = Callable[..., MainWindow]
-
-
-def rested(qtbot: QtBot, make_window: Maker) -> MainWindow:
-    window = make_window(model=None, size="pane")
-    work = window.workspace.reference
-    work.choose(lighting="direct", drawing="raycast")
-    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
-    return window
 
 
 def opened(qtbot: QtBot, window: MainWindow) -> TradePopover:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
+from rested_window import rested
 from window_fakes import FakeBuilders
 
 from app.engines.messages import RegionSensitivityRequest, TradeRequest
@@ -29,14 +30,6 @@ Maker = Callable[..., MainWindow]
 @pytest.fixture(autouse=True)
 def short_rest(monkeypatch: pytest.MonkeyPatch, nothing_measured_at_rest: None) -> None:
     monkeypatch.setattr(trade_work, "REST_MS", 30)
-
-
-def rested(qtbot: QtBot, make_window: Maker) -> MainWindow:
-    window = make_window(model=None, size="pane")
-    work = window.workspace.reference
-    work.choose(lighting="direct", drawing="raycast")
-    qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
-    return window
 
 
 def trades(builders: FakeBuilders) -> int:
