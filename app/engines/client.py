@@ -1,28 +1,96 @@
-"""The window's side of an engine: its worker, its state and its newest results."""
+"""The window's side of an engine: its worker, its state, and the channels on which it is asked."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
+from typing import TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.engine import Engine
-from app.engines.messages import (
-    EngineReady,
-    ImageRequest,
-    Request,
-    Result,
-    StandInRequest,
-    TradeRequest,
-)
+from app.engines.messages import EngineReady, Result
+from app.engines.requests import IMAGES, Engine, ImageRequest, Request
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from app.engines.worker import EngineWorker
+
+_numbers = count(1)
+
+_R = TypeVar("_R", bound=Request)
+
+
+class Channel(QObject):
+    """Asks an engine for one asker, who alone hears the answers.
+
+    A request replaces one of the same channel that the engine has not begun, and calls off one that
+    it has, unless that is live. Channels of one engine take turns.
+
+    Parameters
+    ----------
+    client : EngineClient
+        Whose engine is asked, now and after it was replaced.
+    name : str
+        What is asked for, in a few words; each channel of a client has its own.
+    """
+
+    asked = Signal(object)
+    """Emitted with each :class:`Request` that is accepted, as it was numbered."""
+    answered = Signal(object)
+    """Emitted with each :class:`Result`, in the order of the requests."""
+
+    def __init__(self, client: EngineClient, name: str, parent: QObject) -> None:
+        super().__init__(parent)
+        self.client, self.name = client, name
+        self._pending: Request | None = None
+        self._cancelled = 0
+        client.open(self)
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether the newest request has no answer yet, and is not called off."""
+        return self._pending is not None
+
+    def ask(self, request: _R) -> _R:
+        """Ask something, in place of what was asked before.
+
+        Returns
+        -------
+        Request
+            The same with its number and the channel's name; the result has it, too.
+        """
+        request = replace(request, sequence=next(_numbers), channel=self.name)
+        self.client.submit(request)
+        return request
+
+    def cancel(self) -> None:
+        """Call off what was asked: no answer to it is wanted."""
+        self._pending = None
+        self._cancelled = next(_numbers)
+        self.client.abandon(self.name)
+
+    def accept(self, request: Request) -> None:
+        """Note that the engine will answer a request."""
+        self._pending = request
+        self.asked.emit(request)
+
+    def drop(self) -> None:
+        """Note that nothing will be answered any more, as the engine ends."""
+        self._pending = None
+
+    def deliver(self, result: Result) -> None:
+        """Hand an answer over to the asker, unless it was called off."""
+        number = result.request.sequence
+        if self._pending is not None and number >= self._pending.sequence:
+            self._pending = None
+        if number >= self._cancelled:
+            self.answered.emit(result)
 
 
 class EngineClient(QObject):
     """Runs one engine at a time in a worker thread and tracks its state.
 
-    The state depends on image requests only; other kinds of requests do not change it.
+    Who asks it opens a :class:`Channel`, and hears the answers there. The state depends on the
+    channel of its own images only.
 
     Parameters
     ----------
@@ -41,6 +109,8 @@ class EngineClient(QObject):
         One sentence on why this engine draws, and no other; may be empty.
     by_raycast : bool
         Whether the ray caster draws.
+    images : Channel
+        That of the images which are shown as this engine's.
     """
 
     stateChanged = Signal(object)
@@ -48,11 +118,7 @@ class EngineClient(QObject):
     """Emitted when an engine is started that waits for :meth:`begin`."""
     engineReady = Signal(object)
     requested = Signal(object)
-    """Emitted with each request that is accepted, before the engine has it."""
-    imageRequested = Signal(object)
-    """Emitted with each request for an image that is accepted."""
-    resultReady = Signal(object)
-    """Emitted with each result; results of one kind arrive in order."""
+    """Emitted with each request that is accepted, on any channel, before the engine has it."""
     settled = Signal()
     """Emitted when the newest final image, or an error or a note instead, is available."""
 
@@ -70,7 +136,9 @@ class EngineClient(QObject):
         self._busy_text = ""
         self._is_built = False
         self._is_held = False
-        self._early: dict[type[Request], Request] = {}
+        self._early: dict[str, Request] = {}
+        self._channels: dict[str, Channel] = {}
+        self.images = Channel(self, IMAGES, self)
 
     @property
     def is_held(self) -> bool:
@@ -91,6 +159,11 @@ class EngineClient(QObject):
     def error(self) -> str | None:
         """The error as one sentence; None if there is none."""
         return self.text if self.state is EngineState.FAILED else None
+
+    def open(self, channel: Channel) -> None:
+        """Deliver the answers to a channel's requests there."""
+        assert channel.name not in self._channels, channel.name
+        self._channels[channel.name] = channel
 
     def start(self, factory: Callable[[], Engine], busy_text: str, held: bool = False) -> None:
         """Replace the engine by one built by `factory` in a new worker thread.
@@ -131,24 +204,24 @@ class EngineClient(QObject):
             self._worker.start()
 
     def submit(self, request: Request) -> None:
-        """Submit a request to the engine; ignored when paused or without an engine."""
+        """Submit a channel's request to the engine; ignored when paused or without an engine."""
         if self._worker is None or not self._takes_requests:
             return
         self.requested.emit(request)
-        if isinstance(request, ImageRequest):
+        if request.channel == IMAGES:
             self._wanted = request.sequence
-            self.imageRequested.emit(request)
+        self._channels[request.channel].accept(request)
         if self._is_built:
             self._pass_on(request)
         else:
             # Until the engine is built, nobody knows whether it fits what is asked for.
-            self._early[type(request)] = request
+            self._early[request.channel] = request
 
-    def abandon(self, kind: type[Request]) -> None:
-        """Call off the requests of a kind: a newer one will follow."""
-        self._early.pop(kind, None)
+    def abandon(self, channel: str) -> None:
+        """Call off the requests of a channel."""
+        self._early.pop(channel, None)
         if self._worker is not None:
-            self._worker.abandon(kind)
+            self._worker.abandon(channel)
 
     def wait(self, text: str) -> None:
         """Stop the engine and enter the waiting state with an explanation."""
@@ -189,6 +262,8 @@ class EngineClient(QObject):
                 self._retired.append(self._worker)
             self._is_held = False
             self._worker = None
+            for channel in self._channels.values():
+                channel.drop()
 
     def join(self) -> None:
         """Wait until the threads of all stopped engines have ended."""
@@ -209,7 +284,7 @@ class EngineClient(QObject):
 
     def _pass_on(self, request: Request) -> None:
         assert self._worker is not None
-        if isinstance(request, ImageRequest):
+        if request.channel == IMAGES:
             self._enter(EngineState.WORKING)
         self._worker.submit(request)
 
@@ -234,26 +309,27 @@ class EngineClient(QObject):
         self.fail(error)
 
     def _take_result(self, result: Result) -> None:
+        request = result.request
         # What is drawn to be measured is not shown.
-        if not isinstance(result.request, TradeRequest):
+        if not (isinstance(request, ImageRequest) and request.is_measured):
             self.description = result.description or self.description
             self.remark = result.remark or self.remark
             self.by_raycast = self.by_raycast or result.by_raycast
         if not self._takes_requests:
             return
-        if not isinstance(result.request, ImageRequest):
-            self.resultReady.emit(result)
+        if request.channel != IMAGES:
+            self._channels[request.channel].deliver(result)
             return
         if result.value is None:
             # An older image's error says nothing about the one that is on its way.
-            if result.request.sequence == self._wanted:
+            if request.sequence == self._wanted:
                 self.fail(result.error or "The engine returned no image.")
             return
         if self.state is not EngineState.WORKING:
             # From now on the image is shown instead of the text.
             self._enter(EngineState.WORKING)
-        self.resultReady.emit(result)
-        if not result.request.quality.live and result.request.sequence == self._wanted:
+        self.images.deliver(result)
+        if not request.quality.live and request.sequence == self._wanted:
             self._enter(EngineState.SETTLED)
 
     def _clear_retired(self) -> None:
@@ -266,4 +342,4 @@ class EngineClient(QObject):
 
 
 def _is_question(request: Request) -> bool:
-    return not isinstance(request, ImageRequest | StandInRequest)
+    return not isinstance(request, ImageRequest) or request.is_measured

@@ -15,22 +15,23 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.engine import Array, Engine, always
-from app.engines.messages import (
+from app.engines.quality import Quality
+from app.engines.renderer_engine import RendererEngine
+from app.engines.requests import (
+    Array,
     BatchRequest,
     BlockFieldsRequest,
     DecodedTFRequest,
+    Engine,
     FieldRangeRequest,
     ImageRequest,
     PictureRequest,
-    Quality,
     RegionSensitivityRequest,
-    Request,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
+    always,
 )
-from app.engines.renderer_engine import RendererEngine
 from model.errors import NotOfferedError
 from model.kernel_cache import has_kernels, is_prepared
 from model.rendering.setting import smooth_distance
@@ -170,7 +171,7 @@ class GeneratorEngine:
         """Scene that the generator was trained on."""
         return self._generator.scene
 
-    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
         """Generate one image."""
         return self._generator.render(request.inputs)
 
@@ -298,7 +299,7 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         engine = _reference_engine(volume, replace(settings, renderer="raycast"))
     # On the first start the ray caster is compiled here, while VTK draws: once this engine is
     # there, its images take as long as they always do.
-    engine.image(ImageRequest(0, _some_inputs(volume), Quality(LEAST_SIZE, live=True)))
+    engine.image(ImageRequest(_some_inputs(volume), Quality(LEAST_SIZE, live=True)))
     return engine
 
 

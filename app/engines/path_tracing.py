@@ -8,14 +8,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.engine import Array, always
-from app.engines.messages import (
-    PictureRequest,
-    Request,
-    SupersededError,
-    TradeRequest,
-)
+from app.engines.messages import SupersededError
 from app.engines.renderer_engine import TILE, RendererEngine
+from app.engines.requests import Array, ImageRequest, PictureRequest, always
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
@@ -58,7 +53,7 @@ class PathTracingEngine(RendererEngine):
         """Name of the renderer, and what it says of its last image."""
         return f"path tracer{self._said}"
 
-    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
         """Trace as many samples as the request asks for, until it is no longer wanted.
 
         A request for more samples of the last picture goes on where that ended.
@@ -67,7 +62,7 @@ class PathTracingEngine(RendererEngine):
         distance = self._sample_distance * quality.coarseness
         key = request.inputs, quality.pixels, distance
         # What is measured is drawn anew, even if it is there.
-        if self._drawn.key != key or isinstance(request, TradeRequest):
+        if self._drawn.key != key or request.is_measured:
             self._drawn = drawn = _Drawn(key)
             drawn.coming = self._refining.refined(
                 request.inputs,

@@ -6,12 +6,12 @@ from typing import cast
 
 import numpy as np
 
-from app.engines.engine import Engine
 from app.engines.engines import REAL_BUILDERS, ReferenceSettings
-from app.engines.messages import (
+from app.engines.quality import Quality
+from app.engines.requests import (
     BatchRequest,
+    Engine,
     ImageRequest,
-    Quality,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
@@ -50,11 +50,11 @@ def prepare(voxels: str, lighting: str) -> None:
 
 def _draw(engine: Engine, volume: Volume) -> None:
     for live in (True, False):
-        engine.image(ImageRequest(0, _inputs(volume), Quality(PIXELS, live=live)))
+        engine.image(ImageRequest(_inputs(volume), Quality(PIXELS, live=live)))
 
 
 def _answer(engine: Engine, volume: Volume) -> None:
-    asked = 0, _inputs(volume), Quality(PIXELS)
+    asked = _inputs(volume), Quality(PIXELS)
     whole = Region(0, 0, PIXELS, PIXELS)
     width, values = 6.0, volume.scalar_range
     engine.visibility(VisibilityRequest(*asked, (whole,)))

@@ -11,20 +11,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.engine import Array, always
-from app.engines.messages import (
+from app.engines.messages import SupersededError
+from app.engines.quality import Quality
+from app.engines.requests import (
+    Array,
     BatchRequest,
     BlockFieldsRequest,
     DecodedTFRequest,
     FieldRangeRequest,
+    ImageRequest,
     PictureRequest,
-    Quality,
     RegionSensitivityRequest,
-    Request,
-    SupersededError,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
+    always,
 )
 from model.errors import NotOfferedError
 from model.scene.scene import RendererName
@@ -98,7 +99,7 @@ class RendererEngine:
         """Whether the ray caster draws."""
         return getattr(self._renderer, "by_raycast", self._name == "raycast")
 
-    def image(self, request: Request, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
         """Render at the request's quality, a band of rows after the other if that takes long."""
         quality, raster = request.quality, request.quality.pixels
         distance = self._distance(quality)

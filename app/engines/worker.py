@@ -1,4 +1,4 @@
-"""Worker threads of engines, with a mailbox that holds the newest request of each kind."""
+"""Worker threads of engines, with a mailbox that holds the newest request of each channel."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
-from app.engines.engine import Engine, answer
 from app.engines.messages import (
     EngineFailed,
     EngineReady,
     Message,
-    Request,
     Result,
     SupersededError,
     error_sentence,
 )
+from app.engines.requests import Engine, Request
 from app.engines.spare_memory import give_back_memory, return_large_blocks
 
 THREAD_PREFIX = "tfscope-"
@@ -28,7 +27,7 @@ REST_S = 2.0
 
 
 class Mailbox:
-    """Thread-safe mailbox with one slot per kind of request, which a newer request replaces.
+    """Thread-safe mailbox with one slot per channel, whose request a newer one replaces.
 
     Parameters
     ----------
@@ -40,19 +39,19 @@ class Mailbox:
         self._changed = threading.Condition()
         self._rest = rest
         self._worked = False
-        self._slots: dict[type[Request], Request] = {}
-        self._abandoned: set[type[Request]] = set()
+        self._slots: dict[str, Request] = {}
+        self._abandoned: set[str] = set()
         self._closed = False
 
     def put(self, request: Request) -> None:
-        """Put a request, replacing any of its kind that has not been taken yet."""
+        """Put a request, replacing any of its channel that has not been taken yet."""
         with self._changed:
-            # A kind that is already waiting keeps its position.
-            self._slots[type(request)] = request
+            # A channel that is already waiting keeps its position.
+            self._slots[request.channel] = request
             self._changed.notify()
 
     def take(self) -> Request | None:
-        """Wait for a request and remove the one whose kind has waited longest.
+        """Wait for a request and remove that of the channel which has waited longest.
 
         Returns
         -------
@@ -67,9 +66,9 @@ class Mailbox:
             if self._closed:
                 return None
             self._worked = True
-            kind = next(iter(self._slots))
-            self._abandoned.discard(kind)
-            return self._slots.pop(kind)
+            channel = next(iter(self._slots))
+            self._abandoned.discard(channel)
+            return self._slots.pop(channel)
 
     def _comes_within(self, seconds: float) -> bool:
         with self._changed:
@@ -77,21 +76,21 @@ class Mailbox:
                 self._changed.wait_for(lambda: self._closed or self._slots, timeout=seconds)
             )
 
-    def abandon(self, kind: type[Request]) -> None:
-        """Drop the waiting request of a kind, and call off the one that was taken last."""
+    def abandon(self, channel: str) -> None:
+        """Drop the waiting request of a channel, and call off the one that was taken last."""
         with self._changed:
-            self._slots.pop(kind, None)
-            self._abandoned.add(kind)
+            self._slots.pop(channel, None)
+            self._abandoned.add(channel)
 
     def wants(self, request: Request) -> bool:
         """Return False if a request that was taken is called off, or overtaken by a newer one.
 
         Live ones are wanted to the end: otherwise a drag would show nothing until it rests.
         """
-        kind = type(request)
+        channel = request.channel
         if self._closed:
             return False
-        return request.quality.live or not (kind in self._abandoned or kind in self._slots)
+        return request.quality.live or not (channel in self._abandoned or channel in self._slots)
 
     def close(self) -> None:
         """Close the mailbox and wake waiting threads; no request can be taken any more."""
@@ -132,7 +131,7 @@ class EngineWorker(QObject):
         super().__init__(parent)
         self._factory = factory
         self._mailbox = Mailbox(give_back_memory)
-        self._delivered: dict[type[Request], int] = {}
+        self._delivered: dict[str, int] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
@@ -142,12 +141,12 @@ class EngineWorker(QObject):
         self._thread.start()
 
     def submit(self, request: Request) -> None:
-        """Submit a request, replacing a waiting one of its kind; returns at once."""
+        """Submit a request, replacing a waiting one of its channel; returns at once."""
         self._mailbox.put(request)
 
-    def abandon(self, kind: type[Request]) -> None:
-        """Call off the requests of a kind, unless they are live; returns at once."""
-        self._mailbox.abandon(kind)
+    def abandon(self, channel: str) -> None:
+        """Call off the requests of a channel, unless they are live; returns at once."""
+        self._mailbox.abandon(channel)
 
     def stop(self) -> None:
         """Ask the thread to end; returns at once, even if the engine is busy."""
@@ -202,8 +201,8 @@ class EngineWorker(QObject):
             self.engineReady.emit(message)
         elif isinstance(message, EngineFailed):
             self.engineFailed.emit(message.error)
-        elif message.request.sequence > self._delivered.get(type(message.request), -1):
-            self._delivered[type(message.request)] = message.request.sequence
+        elif message.request.sequence > self._delivered.get(message.request.channel, -1):
+            self._delivered[message.request.channel] = message.request.sequence
             self.resultReady.emit(message)
 
 
@@ -212,7 +211,7 @@ def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> 
     value, error = None, None
     start = time.perf_counter()
     try:
-        value = answer(engine, request, is_wanted)
+        value = request.answer(engine, is_wanted)
     except SupersededError:
         return None
     except BaseException as exception:

@@ -12,8 +12,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
-from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Result, StandInRequest
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.image_view.lateness import Lateness
@@ -53,8 +53,8 @@ class EnginePane(QWidget):
     brightness : Brightness
     engine : {"exact", "learned"}
         Whose light its images have.
-    stand_in : EngineClient, optional
-        Another engine, whose images are shown until the engine's own are there.
+    stand_in : Channel, optional
+        To another engine, whose images are shown until the engine's own are there.
 
     Attributes
     ----------
@@ -75,14 +75,14 @@ class EnginePane(QWidget):
         client: EngineClient,
         brightness: Brightness,
         engine: EngineName,
-        stand_in: EngineClient | None = None,
+        stand_in: Channel | None = None,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self.client = client
         self.brightness = brightness
         self.engine: EngineName = engine
-        self._newest = (-1, False)
+        self._newest = -1
         self._rgba: NDArray[np.float32] | None = None
         # The generator's images have one size, in a drag and at rest.
         self._refines = stand_in is not None
@@ -103,9 +103,9 @@ class EnginePane(QWidget):
         layout.addWidget(self.canvas)
         self.canvas.resized.connect(self._show_status)
         client.stateChanged.connect(self._show_state)
-        client.resultReady.connect(self._show_result)
+        client.images.answered.connect(self._show_result)
         if stand_in is not None:
-            stand_in.resultReady.connect(partial(self._show_stand_in, stand_in))
+            stand_in.answered.connect(partial(self._show_stand_in, stand_in.client))
         brightness.changed.connect(self._show_brightness)
         self._show_state(client.state)
 
@@ -176,7 +176,7 @@ class EnginePane(QWidget):
             # Another engine for the same volume: the last image stays until there is a new one.
             return
         if state in WITHOUT_IMAGE:
-            self._newest = (-1, False)
+            self._newest = -1
             self._rgba = None
             self._facts = self._who = ""
             self._is_finer_next = False
@@ -192,23 +192,20 @@ class EnginePane(QWidget):
         self._show_status()
 
     def _show_result(self, result: Result) -> None:
-        if isinstance(result.request, ImageRequest) and result.value is not None:
-            self._is_finer_next = self._refines or not result.request.quality.live
-            self._show(result, self.client.description)
+        self._is_finer_next = self._refines or not result.request.quality.live
+        self._show(result, self.client.description)
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
-        wanted = isinstance(result.request, StandInRequest) and result.value is not None
-        if wanted and self.client.state in STOOD_IN:
+        if result.value is not None and self.client.state in STOOD_IN:
             self._is_finer_next = not result.request.quality.live
             self._show(result, stand_in.description)
 
     def _show(self, result: Result, by: str) -> None:
-        """Show an image unless a newer one is there, or the engine's own of the same inputs."""
+        """Show an image unless one is there that was asked for later, as the engine's own is."""
         request = result.request
-        place = request.sequence, not isinstance(request, StandInRequest)
-        if place < self._newest:
+        if request.sequence < self._newest:
             return
-        self._newest = place
+        self._newest = request.sequence
         rgba = result.value
         assert rgba is not None
         self._rgba = rgba

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest
+from app.engines.requests import Request
 from app.engines.states import EngineState
 from model.scene.inputs import SceneInputs
 
@@ -31,7 +31,7 @@ class Lateness(QObject):
         self._shown: SceneInputs | None = None
         self._patience = QTimer(self, singleShot=True, interval=LATE_MS)
         self._patience.timeout.connect(lambda: self.changed.emit(True))
-        client.imageRequested.connect(self._wait)
+        client.images.asked.connect(self._wait)
         client.stateChanged.connect(self._follow)
 
     def note(self, inputs: SceneInputs) -> None:
@@ -43,7 +43,7 @@ class Lateness(QObject):
         else:
             self._patience.start()
 
-    def _wait(self, request: ImageRequest) -> None:
+    def _wait(self, request: Request) -> None:
         self._wanted = request.inputs
         if self._wanted != self._shown and not self._patience.isActive():
             self._patience.start()

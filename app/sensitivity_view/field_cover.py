@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QImage
 
-from app.engines.messages import BlockFieldsRequest, Request, ValueVisibilityRequest
+from app.engines.requests import BlockFieldsRequest, Request, ValueVisibilityRequest
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage

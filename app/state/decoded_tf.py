@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import DecodedTFRequest, Quality, Result
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import DecodedTFRequest
 from app.state.viewer_state import ViewerState
 from model.scene.transfer_function import OpacityTF, Range
 
@@ -42,11 +44,10 @@ class DecodedTF(QObject):
         self.shown = False
         self.fits = False
         self._state = state
-        self._learned = learned
-        self._sequence = 0
+        self._channel = Channel(learned, "decoded TF", self)
+        self._channel.answered.connect(self._take)
         self._asked: OpacityTF | None = None
         state.transferFunctionChanged.connect(lambda _tf: self._ask())
-        learned.resultReady.connect(self._take)
 
     def set_shown(self, shown: bool) -> None:
         """Show it from now on, or hide it."""
@@ -69,16 +70,14 @@ class DecodedTF(QObject):
         if not (self.shown and self.fits) or tf == self._asked:
             return
         self._asked = tf
-        self._sequence += 1
         # Live: while a mode is dragged, each answer is wanted.
         quality = Quality(1, live=True)
-        self._learned.submit(DecodedTFRequest(self._sequence, self._state.inputs, quality))
+        self._channel.ask(DecodedTFRequest(self._state.inputs, quality))
 
     def _take(self, result: Result) -> None:
-        request = result.request
-        if not isinstance(request, DecodedTFRequest) or not (self.shown and self.fits):
+        if not (self.shown and self.fits):
             return
-        tf = request.inputs.opacity_tf
+        tf = result.request.inputs.opacity_tf
         self.scalar_range = tf.scalar_range
         if result.value is not None:
             self.difference = float(np.sqrt(np.square(result.value - tf.sample()).mean()))

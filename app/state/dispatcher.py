@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import ImageRequest
 from app.state.exactness import STEPS, USUAL
 from app.state.live_drawer import LiveDrawer
 from app.state.pace import Pace
@@ -50,8 +53,11 @@ FIRST_SIZE = 384
 MORE_SAMPLES = 2
 """Factor of the samples of an image that follows one in path-traced light."""
 
-AT_REST = ImageRequest, False
-"""Kind of the reference's images that are not live, by which their times are kept."""
+AT_REST = "reference", False
+"""Who draws, and whether live: images of a kind, by which their times are kept."""
+
+Drawer = Literal["reference", "stand-in"]
+"""Who draws what is seen in the reference's place."""
 
 
 class Dispatcher(QObject):
@@ -65,8 +71,8 @@ class Dispatcher(QObject):
     ----------
     state : ViewerState
     generator, reference : EngineClient
-    stand_in : EngineClient
-        A ray caster of the same volume and light as the reference.
+    stand_in : Channel
+        To a ray caster of the same volume and light as the reference.
 
     Attributes
     ----------
@@ -107,7 +113,7 @@ class Dispatcher(QObject):
         state: ViewerState,
         generator: EngineClient,
         reference: EngineClient,
-        stand_in: EngineClient,
+        stand_in: Channel,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
@@ -125,13 +131,13 @@ class Dispatcher(QObject):
         self._generator, self._reference, self._stand_in = generator, reference, stand_in
         self._pace = Pace()
         self._live_drawer = LiveDrawer()
-        self._sequence = 0
+        self._asked: set[int] = set()
         self._sent: Quality | None = None
         state.inputsChanged.connect(self._send_live)
         state.inputsChangeFinished.connect(self.send)
-        generator.resultReady.connect(self._note_generator)
-        reference.resultReady.connect(self._note)
-        stand_in.resultReady.connect(self._note)
+        generator.images.answered.connect(self._note_generator)
+        reference.images.answered.connect(self._note)
+        stand_in.answered.connect(self._note)
 
     @property
     def final_raster(self) -> Raster:
@@ -158,12 +164,13 @@ class Dispatcher(QObject):
         generator_only : bool
             Whether the reference's images, of the same state, are there or on their way.
         """
-        self._sequence += not generator_only
+        if not generator_only:
+            self._asked.clear()
         raster = self.final_raster
         final = self._of(raster)
         is_alone = generator_only or self._reference in self.hidden
         if is_alone or not self.generator_follows:
-            self._submit(self._generator, ImageRequest, final)
+            self._ask_generator(final)
         if is_alone:
             return
         expected = self._pace.expected(AT_REST, raster.side)
@@ -172,12 +179,12 @@ class Dispatcher(QObject):
         stands_in = self._stands_in() and not self._reference.by_raycast
         if is_slow and (stands_in or (self.may_stand_in and self._reference.is_held)):
             sharp = self._stand_in_raster
-            self._submit(self._stand_in, StandInRequest, Quality(sharp.shorter, raster=sharp))
+            self._ask_stand_in(Quality(sharp.shorter, raster=sharp))
             if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
                 # A coarse image of VTK's would take the place of a sharper one.
                 final = self._of(self.raster)
         if self.begins_coarse and is_slow and not stands_in:
-            self._ask_reference(self._live(ImageRequest))
+            self._ask_reference(self._live("reference"))
         else:
             self._ask_reference(final)
 
@@ -189,26 +196,25 @@ class Dispatcher(QObject):
         self._choose_live_drawer()
         if self._reference in self.hidden:
             return
-        self._sequence += 1
-        client, kind, quality = self._moving_image()
-        if client is self._reference:
-            self._ask_reference(quality)
+        self._asked.clear()
+        channel, quality = self._moving_image()
+        if channel is self._stand_in:
+            self._ask_stand_in(quality)
         else:
-            self._submit(client, kind, quality)
+            self._ask_reference(quality)
 
     def live_at(self, scale: float) -> tuple[EngineClient, Quality]:
         """Return who draws while something moves, and at which quality with a part of the width."""
         raster = self.raster.scaled(scale)
-        client, _kind, quality = self._moving_image()
-        return client, replace(quality, size=raster.shorter, raster=raster)
+        channel, quality = self._moving_image()
+        return channel.client, replace(quality, size=raster.shorter, raster=raster)
 
     @property
     def _stand_in_raster(self) -> Raster:
         """Pixels of the ray caster's image at rest."""
         # At a start, something soon.
         first = min(1.0, FIRST_SIZE / self.raster.side) if self._reference.is_held else 1.0
-        kind = (StandInRequest, False)
-        scale = self._pace.scale(kind, self.raster.side, STAND_IN_SECONDS, first)
+        scale = self._pace.scale(("stand-in", False), self.raster.side, STAND_IN_SECONDS, first)
         return self.raster.scaled(scale)
 
     def _takes_not_too_long(self, raster: Raster) -> bool:
@@ -217,53 +223,62 @@ class Dispatcher(QObject):
 
     def _ask_reference(self, quality: Quality) -> None:
         self._sent = quality
-        self._submit(self._reference, ImageRequest, quality)
+        self._submit(self._reference.images, quality)
         if self.generator_follows and quality.samples == 1:
-            self._submit(self._generator, ImageRequest, quality)
+            self._ask_generator(quality)
+
+    def _ask_generator(self, quality: Quality) -> None:
+        self._submit(self._generator.images, quality)
+
+    def _ask_stand_in(self, quality: Quality) -> None:
+        self._submit(self._stand_in, quality, stands_in=True)
 
     def _send_live(self) -> None:
         # A change outside a drag is immediately followed by its final request.
         if not self._state.live:
             return
-        self._sequence += 1
+        self._asked.clear()
         self._sent = None
         size = min(self.final_raster.shorter, NO_MODEL_SIZE)
         quality = Quality(size, LIVE_COARSENESS, live=True)
         is_alone = self.generator_follows and self._generator not in self.hidden
         if is_alone:
-            quality = self._live(ImageRequest)
-            self._reference.abandon(ImageRequest)
-        self._submit(self._generator, ImageRequest, quality)
+            quality = self._live("reference")
+            self._reference.images.cancel()
+        self._ask_generator(quality)
         if is_alone or self._reference in self.hidden:
             return
-        client, kind, quality = self._moving_image()
-        if client is self._stand_in:
-            self._reference.abandon(ImageRequest)
-        elif self._stands_in():
-            self._stand_in.abandon(StandInRequest)
-        self._submit(client, kind, quality)
+        channel, quality = self._moving_image()
+        if channel is self._stand_in:
+            self._reference.images.cancel()
+            self._ask_stand_in(quality)
+            return
+        if self._stands_in():
+            self._stand_in.cancel()
+        self._submit(channel, quality)
 
-    def _submit(self, client: EngineClient, kind: type[Request], quality: Quality) -> None:
-        if client not in self.hidden and self._state.scale == self.scale:
-            client.submit(kind(self._sequence, self._state.inputs, quality))
+    def _submit(self, channel: Channel, quality: Quality, stands_in: bool = False) -> None:
+        if channel.client not in self.hidden and self._state.scale == self.scale:
+            request = ImageRequest(self._state.inputs, quality, stands_in=stands_in)
+            self._asked.add(channel.ask(request).sequence)
 
     def _stands_in(self) -> bool:
-        return self.may_stand_in and self._stand_in.is_ready and not self.draws_live
+        return self.may_stand_in and self._stand_in.client.is_ready and not self.draws_live
 
-    def _moving_image(self) -> tuple[EngineClient, type[Request], Quality]:
-        """Return who draws while something moves, for which kind of request, at which quality."""
+    def _moving_image(self) -> tuple[Channel, Quality]:
+        """Return who draws while something moves, and at which quality."""
         if not self._stands_in():
-            return self._reference, ImageRequest, self._live(ImageRequest)
+            return self._reference.images, self._live("reference")
         if self._live_drawer.is_vtk:
-            return self._reference, ImageRequest, self._live_of_vtk
-        return self._stand_in, StandInRequest, self._live(StandInRequest)
+            return self._reference.images, self._live_of_vtk
+        return self._stand_in, self._live("stand-in")
 
-    def _live(self, kind: type[Request]) -> Quality:
+    def _live(self, drawer: Drawer) -> Quality:
         seconds = self.exactness.live_seconds
         first = FIRST_SCALE if self.begins_coarse else 0.35
-        scale = self._pace.scale((kind, True), self.raster.side, seconds, first)
+        scale = self._pace.scale((drawer, True), self.raster.side, seconds, first)
         raster = self.raster.scaled(scale)
-        by_vtk = kind is ImageRequest and not self._reference.by_raycast
+        by_vtk = drawer == "reference" and not self._reference.by_raycast
         coarseness = LIVE_COARSENESS if by_vtk and not self.begins_coarse else 1.0
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
@@ -281,7 +296,7 @@ class Dispatcher(QObject):
         if self.may_stand_in and self.most_samples == 1 and not self._reference.by_raycast:
             self._live_drawer.choose(
                 self._pace.expected(AT_REST, size),
-                self._pace.expected((StandInRequest, True), size),
+                self._pace.expected(("stand-in", True), size),
                 self.exactness.live_seconds,
             )
         else:
@@ -292,36 +307,38 @@ class Dispatcher(QObject):
     def _note(self, result: Result) -> None:
         """Note how long an image took, and have the next finer one of the same state drawn."""
         request = result.request
-        if result.value is None or type(request) not in (ImageRequest, StandInRequest):
+        if result.value is None or not isinstance(request, ImageRequest):
             return
-        kind, raster = type(request), request.quality.pixels
+        stands_in, raster = request.stands_in, request.quality.pixels
         if request.quality.samples == 1:
             # A live image with all samples tells how long one at rest takes.
-            whole = kind is ImageRequest and self._live_drawer.is_vtk
+            whole = not stands_in and self._live_drawer.is_vtk
             live = request.quality.live and not whole
-            self._pace.note((kind, live), raster.side, result.seconds)
+            self._pace.note(
+                ("stand-in" if stands_in else "reference", live), raster.side, result.seconds
+            )
             self._choose_live_drawer()
-        newest = request.sequence == self._sequence and not self._state.live
-        if kind is StandInRequest and newest and request.quality.live:
+        newest = request.sequence in self._asked and not self._state.live
+        if stands_in and newest and request.quality.live:
             # What has been traded was shown: the image at rest follows.
             self.send()
             return
-        if kind is StandInRequest and newest and not self._reference.is_ready:
+        if stands_in and newest and not self._reference.is_ready:
             if self._stand_in_raster.width > FINER * raster.width:
                 self.send()
             return
-        if kind is not ImageRequest or not newest or request.quality != self._sent:
+        if stands_in or not newest or request.quality != self._sent:
             return
         finer = self._finer(request.quality)
         if finer is not None:
-            self._sequence += 1
+            self._asked.clear()
             self._ask_reference(finer)
 
     def _note_generator(self, result: Result) -> None:
         """Note how long a live image took that the generator drew in the reference's place."""
         request = result.request
-        if type(request) is ImageRequest and request.quality.live and self.generator_follows:
-            self._pace.note((ImageRequest, True), request.quality.pixels.side, result.seconds)
+        if request.quality.live and self.generator_follows:
+            self._pace.note(("reference", True), request.quality.pixels.side, result.seconds)
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""

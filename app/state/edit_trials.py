@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import BatchRequest, MeasureRequest, Quality, Result
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest
 from app.state.brightness import Brightness
 from app.state.engine_chooser import EngineChooser, EngineName
 from app.state.sensitivity_answers import FieldAnswer, Source, WhatIfAnswer
@@ -42,10 +44,8 @@ class IntervalTrial:
     brightness: float
 
 
-@dataclass(frozen=True)
-class _Pending:
-    sequence: int
-    show: Callable[[Source, Images], None]
+Show = Callable[[Source, Images], None]
+"""What is done with the images of who drew them."""
 
 
 class EditTrials(QObject):
@@ -87,13 +87,11 @@ class EditTrials(QObject):
         self._state = state
         self._asked = asked
         self._chooser = chooser
-        self._clients = clients
         self._field_of = field_of
         self._brightness: Brightness | None = None
-        self._pending: dict[tuple[EngineName, type[BatchRequest]], _Pending] = {}
-        self._sequence = 0
-        for name, client in clients.items():
-            client.resultReady.connect(partial(self._take, name))
+        self._shown: dict[Channel, Show] = {}
+        self._what_ifs = {n: self._opened(n, c, "what if") for n, c in clients.items()}
+        self._measured = {n: self._opened(n, c, "measured edits") for n, c in clients.items()}
 
     def set_brightness(self, brightness: Brightness) -> None:
         """Measure changes as images are shown, in this brightness."""
@@ -102,7 +100,8 @@ class EditTrials(QObject):
 
     def forget(self) -> None:
         """Ignore the results of all trials so far."""
-        self._pending.clear()
+        for channel in (*self._what_ifs.values(), *self._measured.values()):
+            channel.cancel()
 
     def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
         """Have an edit rendered by all engines; return False if there is none."""
@@ -111,8 +110,8 @@ class EditTrials(QObject):
         names = self._chooser.available
         for name in names:
             quality = self._chooser.quality(name, "images")
-            self._submit(
-                name, BatchRequest, quality, (after,), partial(self._show_what_if, outline, edit)
+            self._ask(
+                self._what_ifs[name], quality, (after,), partial(self._show_what_if, outline, edit)
             )
         return bool(names)
 
@@ -126,13 +125,13 @@ class EditTrials(QObject):
         chooser = self._chooser
         for name in chooser.order("images", live=False)[:1]:
             quality = chooser.in_common(chooser.measuring_quality(name), chooser.available)
-            self._submit(name, MeasureRequest, quality, more, partial(self._show_intervals, trial))
+            self._ask(self._measured[name], quality, more, partial(self._show_intervals, trial))
 
     def stop_measuring(self) -> None:
         """Call off what is measured: it is about something else by now."""
-        for name, client in self._clients.items():
-            if self._pending.pop((name, MeasureRequest), None) is not None:
-                client.abandon(MeasureRequest)
+        for channel in self._measured.values():
+            if channel.is_pending:
+                channel.cancel()
 
     def trial_of(self, intervals: tuple[Interval, ...]) -> IntervalTrial:
         """Return the trial of intervals by the present choices."""
@@ -147,31 +146,25 @@ class EditTrials(QObject):
             1.0 if self._brightness is None else self._brightness.value,
         )
 
-    def _submit(
-        self,
-        name: EngineName,
-        kind: type[BatchRequest],
-        quality: Quality,
-        more: tuple[SceneInputs, ...],
-        show: Callable[[Source, Images], None],
-    ) -> None:
-        self._sequence += 1
-        self._pending[name, kind] = _Pending(self._sequence, show)
-        self._clients[name].submit(kind(self._sequence, self._state.inputs, quality, more))
+    def _opened(self, name: EngineName, client: EngineClient, purpose: str) -> Channel:
+        channel = Channel(client, purpose, self)
+        channel.answered.connect(partial(self._take, name, channel))
+        return channel
 
-    def _take(self, name: EngineName, result: Result) -> None:
-        kind = type(result.request)
-        if kind not in (BatchRequest, MeasureRequest):
+    def _ask(
+        self, channel: Channel, quality: Quality, more: tuple[SceneInputs, ...], show: Show
+    ) -> None:
+        self._shown[channel] = show
+        channel.ask(BatchRequest(self._state.inputs, quality, more))
+
+    def _take(self, name: EngineName, channel: Channel, result: Result) -> None:
+        if channel.is_pending:
             return
-        pending = self._pending.get((name, kind))
-        if pending is None or pending.sequence != result.request.sequence:
-            return
-        del self._pending[name, kind]
         if result.value is None or result.request.inputs != self._state.inputs:
             self.dropped.emit(result.error or "")
         else:
             source = (self._chooser.exact_source or "exact") if name == "exact" else "learned"
-            pending.show(source, result.value)
+            self._shown[channel](source, result.value)
 
     def _show_what_if(
         self, outline: Outline, edit: NDArray[np.float32], source: Source, images: Images

@@ -6,18 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
-from app.engines.messages import (
-    BatchRequest,
-    BlockFieldsRequest,
-    FieldRangeRequest,
-    PickRequest,
-    Quality,
-    RegionSensitivityRequest,
-    Request,
-    ValueSensitivityRequest,
-    ValueVisibilityRequest,
-    VisibilityRequest,
-)
+from app.engines.quality import Quality
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_state import SensitivityState
@@ -25,7 +14,7 @@ from model.rendering.raster import Raster
 
 EngineName = Literal["exact", "learned"]
 Question = Literal[
-    "change", "signed", "field", "all fields", "range", "seen", "visibility", "pick", "images"
+    "change", "signed", "field", "all values", "seen", "visibility", "pick", "images"
 ]
 """A kind of question: a region by either measure, a field of effects, the fields of all values or
 their range, where values are seen, visibility, a place, or images."""
@@ -49,28 +38,6 @@ SLOW_SECONDS = 0.5
 """Expected time from which the other engine answers, if there is one."""
 
 REGION_QUESTIONS: tuple[Question, ...] = ("change", "signed")
-
-
-def question_of(request: Request) -> Question | None:
-    """Return what a request asks; None for the requests of others."""
-    match request:
-        case RegionSensitivityRequest():
-            return request.measure
-        case ValueSensitivityRequest():
-            return "field"
-        case BlockFieldsRequest():
-            return "all fields"
-        case FieldRangeRequest():
-            return "range"
-        case ValueVisibilityRequest():
-            return "seen"
-        case PickRequest():
-            return "pick"
-        case VisibilityRequest():
-            return "visibility"
-        case BatchRequest() if type(request) is BatchRequest:
-            return "images"
-    return None
 
 
 class EngineChooser:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from app.engines.messages import GOOD_ENOUGH
+from app.engines.quality import GOOD_ENOUGH
 from model.errors import TfscopeError
 from model.scene.scene import Lighting
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from app.engines.messages import GOOD_ENOUGH
+from app.engines.quality import GOOD_ENOUGH
 
 REFINING = "refining"
 AS_CHOSEN = "as exact as chosen"

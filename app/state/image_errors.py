@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.messages import GOOD_ENOUGH, ImageRequest, Result, StandInRequest
+from app.engines.messages import Result
+from app.engines.quality import GOOD_ENOUGH
+from app.engines.requests import ImageRequest
 from app.state.fidelity import (
     AS_CHOSEN,
     AT_BEST,
@@ -93,12 +95,11 @@ class ImageErrors:
 
     def _follows(self, result: Result) -> bool:
         """Whether it is the reference's first one at rest, after the ray caster's in motion."""
-        moved = None if self._moved is None else self._moved.request
-        return isinstance(moved, StandInRequest) and isinstance(result.request, ImageRequest)
+        return self._moved is not None and not _is_own(self._moved) and _is_own(result)
 
     def settle(self, whole: Raster) -> None:
         """Take the last image as the one at rest, and measure those before it."""
-        if self._last is not None and isinstance(self._last.request, ImageRequest):
+        if self._last is not None and _is_own(self._last):
             self._measure(whole)
             self._waiting.clear()
 
@@ -178,22 +179,26 @@ def _grid(count: int) -> NDArray[np.intp]:
 
 
 def _kind(result: Result) -> object:
-    return type(result.request), replace(result.request.quality, live=False, error=0.0)
+    return _is_own(result), replace(result.request.quality, live=False, error=0.0)
+
+
+def _is_own(result: Result) -> bool:
+    """Whether the reference itself has drawn an image, not who stands in for it."""
+    return not (isinstance(result.request, ImageRequest) and result.request.stands_in)
 
 
 def _is_whole(result: Result, whole: Raster) -> bool:
     """Whether an image is one at rest, with all pixels."""
     quality = result.request.quality
-    is_own = isinstance(result.request, ImageRequest)
-    return is_own and not quality.live and quality.pixels.width >= whole.width
+    return _is_own(result) and not quality.live and quality.pixels.width >= whole.width
 
 
 def _is_full(result: Result, whole: Raster) -> bool:
     """Whether a moving image is as fine as one at rest."""
-    request, quality = result.request, result.request.quality
+    quality = result.request.quality
     has_all = quality.pixels.width >= whole.width and quality.coarseness == 1.0
     # What has an error of its own becomes better at rest.
-    return has_all and isinstance(request, ImageRequest) and result.image_error is None
+    return has_all and _is_own(result) and result.image_error is None
 
 
 def _at_rest(last: Result, whole: Raster) -> Fidelity:

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import ErrorRequest, Quality, Result
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest
 from app.state.latent_pictures import EngineName, look_of
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
@@ -57,20 +59,20 @@ class LatentErrors(QObject):
         self._state = state
         self._latent = latent
         self._session = session
-        self._clients = clients
         self._size: int | None = None
         self._left: list[int] = []
         self._found: dict[int, float] = {}
         self._asked: tuple[int, ...] = ()
         self._images: dict[EngineName, Images] = {}
-        self._sequence = 0
+        self._channels: dict[EngineName, Channel] = {}
         latent.choicesChanged.connect(lambda _choices: self._start_if_needed())
         session.mapClosed.connect(self.restart)
         session.mapOpened.connect(self.restart)
         state.inputsChangeFinished.connect(self._inputs_changed)
         self._inputs = state.inputs
         for name, client in clients.items():
-            client.resultReady.connect(partial(self._take, name))
+            self._channels[name] = Channel(client, "errors of the map", self)
+            self._channels[name].answered.connect(partial(self._take, name))
 
     def set_learned(self, size: int | None) -> None:
         """Set the image size of a generator that fits the volume; None without one."""
@@ -82,6 +84,8 @@ class LatentErrors(QObject):
         """Measure anew, in the present view, light and colours."""
         self.errors = None
         self._left, self._found, self._asked, self._images = [], {}, (), {}
+        for channel in self._channels.values():
+            channel.cancel()
         self.changed.emit()
         self._start_if_needed()
 
@@ -115,24 +119,21 @@ class LatentErrors(QObject):
             return
         self._asked = tuple(self._left[:AT_ONCE])
         self._images = {}
-        self._sequence += 1
         inputs = [
             replace(self._state.inputs, opacity_tf=tf)
             for tf in space.tfs_of(map_.codes[[*self._asked]])
         ]
-        request = ErrorRequest(self._sequence, inputs[0], Quality(self._size), tuple(inputs[1:]))
-        for client in self._clients.values():
-            client.submit(request)
+        for channel in self._channels.values():
+            channel.ask(BatchRequest(inputs[0], Quality(self._size), tuple(inputs[1:])))
 
     def _take(self, name: EngineName, result: Result) -> None:
-        request = result.request
-        if not isinstance(request, ErrorRequest) or request.sequence != self._sequence:
+        if self._channels[name].is_pending:
             return
         if result.value is None or not self._asked:
             self._left, self._asked = [], ()
             return
         self._images[name] = result.value
-        if len(self._images) < len(self._clients):
+        if len(self._images) < len(self._channels):
             return
         one, other = (images[..., :3] for images in self._images.values())
         errors = np.sqrt(np.square(one - other).mean(axis=(1, 2, 3)))

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.messages import FrameRequest, Quality, Result
+from app.engines.client import Channel
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest
 from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
@@ -104,8 +108,6 @@ class LatentPath(QObject):
         self._places: list[Place] = []
         self._inputs: SceneInputs | None = None
         self._number = 0
-        self._sequence = 0
-        self._asked = -1
         self._engine: EngineName = "exact"
         self._movie: MovieOrder | None = None
         self._waiting: Frame | None = None
@@ -114,8 +116,9 @@ class LatentPath(QObject):
         self._writing = MovieWriting("latent-movie", self)
         self._writing.done.connect(lambda path: self.ended.emit(f"Saved {path}."))
         self._writing.failed.connect(self._movie_failed)
-        for client in pictures.clients.values():
-            client.resultReady.connect(self._take)
+        self._channels = {n: Channel(c, "path", self) for n, c in pictures.clients.items()}
+        for channel in self._channels.values():
+            channel.answered.connect(partial(self._take, channel))
         session.mapClosed.connect(self.cancel)
 
     @property
@@ -186,7 +189,7 @@ class LatentPath(QObject):
             self._tfs, self._waiting = [], None
             if self._movie is not None:
                 self._writing.cancel()
-            self._asked = -1
+            self._channels[self._engine].cancel()
             self.frameDrawn.emit(None)
             self.ended.emit("")
 
@@ -209,23 +212,19 @@ class LatentPath(QObject):
         assert self._inputs is not None
         wanted = PLAYED_SIZE if self._movie is None else self._movie.size
         size = self._pictures.size_of(self._engine, wanted)
-        self._sequence += 1
-        self._asked = self._sequence
         # The view may turn while a path is played.
         inputs = self._state.inputs if self._movie is None else self._inputs
         number = self._number
         code = () if self._codes is None else (tuple(self._codes[number].tolist()),)
-        request = FrameRequest(
-            self._sequence,
+        request = BatchRequest(
             replace(inputs, opacity_tf=self._tfs[number]),
             Quality(size),
             codes=code,
         )
-        self._pictures.clients[self._engine].submit(request)
+        self._channels[self._engine].ask(request)
 
-    def _take(self, result: Result) -> None:
-        request = result.request
-        if not isinstance(request, FrameRequest) or request.sequence != self._asked:
+    def _take(self, channel: Channel, result: Result) -> None:
+        if channel.is_pending or not self._tfs:
             return
         if result.value is None:
             problem = result.error or ""
@@ -241,7 +240,7 @@ class LatentPath(QObject):
                 movie_frame(
                     result.value[0],
                     self._tfs[number],
-                    request.inputs.color_tf,
+                    result.request.inputs.color_tf,
                     self.brightness(self._engine),
                 )
             )

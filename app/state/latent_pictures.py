@@ -7,7 +7,7 @@ gives, or, by a model that draws codes, of the code itself, as in the paper (sec
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal, TypeVar
@@ -16,15 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import (
-    BatchRequest,
-    GridRequest,
-    HoverRequest,
-    Quality,
-    Result,
-    ThumbnailRequest,
-)
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest, Request
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentChoices, LatentState, Place
 from app.state.live_errors import LiveErrors
@@ -193,11 +188,13 @@ class LatentPictures(QObject):
         self._pace = Pace()
         self._patience = 1.0
         self._warm: set[EngineName] = set()
-        self._sequence = 0
+        self._grids = self._opened("grid", self._take_grid)
+        self._hovers = self._opened("hover", self._take_hover)
+        self._thumbnails = self._opened("thumbnails", self._take_thumbnails)
         self._asked_hovers: dict[int, _AskedHover] = {}
         self._asked_grids: dict[int, _AskedGrid] = {}
         self._grid_key: object = None
-        self._asked_thumbnails: tuple[int, tuple[int, ...]] | None = None
+        self._asked_thumbnails: tuple[int, ...] | None = None
         self._wanted: list[int] = []
         self._drawn_for: SceneInputs | None = None
         self._drawn_before = latent.choices.drawn
@@ -213,8 +210,6 @@ class LatentPictures(QObject):
         session.mapChanged.connect(lambda _map: self.ask())
         session.filterChanged.connect(self._ask_grid)
         session.filterChanged.connect(lambda: self._ask_hover(live=False))
-        exact.resultReady.connect(partial(self._take, "exact"))
-        learned.resultReady.connect(partial(self._take, "learned"))
 
     @property
     def source(self) -> EngineName:
@@ -248,6 +243,8 @@ class LatentPictures(QObject):
             self.learned_size = size
             # What the engine before was asked for may never come.
             self._asked_thumbnails = self._grid_key = None
+            for channel in self._thumbnails.values():
+                channel.cancel()
             self.ask()
 
     def is_fresh(self, picture: GridPicture | None) -> bool:
@@ -269,9 +266,10 @@ class LatentPictures(QObject):
         self._hover_rest.stop()
 
     def forget(self) -> None:
-        """Forget all pictures, and call off the grid's."""
-        for client in self.clients.values():
-            client.abandon(GridRequest)
+        """Forget all pictures, and call off what was asked for."""
+        for channels in (self._grids, self._hovers, self._thumbnails):
+            for channel in channels.values():
+                channel.cancel()
         self.grid = self.hover = self._grid_key = None
         self.thumbnails, self.stale_thumbnails = {}, {}
         self._asked_grids.clear()
@@ -350,22 +348,17 @@ class LatentPictures(QObject):
         for index, tf in zip(drawn, space.tfs_of(codes[drawn]), strict=True):
             tfs[index] = tf
         inputs = [self._with(tf) for tf in tfs if tf is not None]
-        self._sequence += 1
         asked = _AskedGrid(map_, cells, tuple(tfs), tuple(int(index) for index in drawn))
         if not inputs:
             self._asked_grids.clear()
             none = np.empty((0, 1, 1, 4), np.float32)
-            nothing = GridRequest(self._sequence, self._state.inputs, Quality(1))
+            nothing = BatchRequest(self._state.inputs, Quality(1))
             self._show_grid(asked, none, 0.0, self.source, nothing)
             return
-        self._asked_grids[self._sequence] = asked
         seconds = GRID_SECONDS / len(inputs)
         quality = self._quality(CELL_SIZE, seconds, live)
-        self._submit(
-            GridRequest(
-                self._sequence, inputs[0], quality, tuple(inputs[1:]), self._drawn(codes[drawn])
-            )
-        )
+        number = self._ask_for(self._grids, inputs, quality, codes[drawn])
+        self._asked_grids[number] = asked
 
     def _hover_changed(self, place: Place | None) -> None:
         if place is None or self._session.map is None:
@@ -386,12 +379,10 @@ class LatentPictures(QObject):
         assert space is not None
         code, samples = self._session.code_at(place, latent.hover_sample, latent.closeness)
         tf = space.tf_of(code)
-        self._sequence += 1
-        self._asked_hovers[self._sequence] = _AskedHover(place, samples)
         self.hoverMoved.emit(tf)
         quality = self._quality(REST_SIZE, HOVER_SECONDS, live)
-        inputs, codes = self._with(tf), self._drawn(code[None])
-        self._submit(HoverRequest(self._sequence, inputs, quality, codes=codes))
+        number = self._ask_for(self._hovers, [self._with(tf)], quality, code[None])
+        self._asked_hovers[number] = _AskedHover(place, samples)
 
     def _check_thumbnails(self) -> None:
         """Draw thumbnails anew if view, light or colours have changed."""
@@ -416,17 +407,8 @@ class LatentPictures(QObject):
         some = tuple(self._wanted[:THUMBNAILS_AT_ONCE])
         codes = map_.codes[[*some]]
         inputs = [self._with(tf) for tf in space.tfs_of(codes)]
-        self._sequence += 1
-        self._asked_thumbnails = self._sequence, some
-        self._submit(
-            ThumbnailRequest(
-                self._sequence,
-                inputs[0],
-                Quality(THUMBNAIL_SIZE, live=True),
-                tuple(inputs[1:]),
-                self._drawn(codes),
-            )
-        )
+        self._asked_thumbnails = some
+        self._ask_for(self._thumbnails, inputs, Quality(THUMBNAIL_SIZE, live=True), codes)
 
     def _quality(self, largest: int, seconds: float, live: bool) -> Quality:
         if not live:
@@ -435,11 +417,26 @@ class LatentPictures(QObject):
         sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
         return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
 
-    def _submit(self, request: BatchRequest) -> None:
+    def _opened(
+        self, name: str, take: Callable[[EngineName, Result], None]
+    ) -> dict[EngineName, Channel]:
+        channels = {source: Channel(client, name, self) for source, client in self.clients.items()}
+        for source, channel in channels.items():
+            channel.answered.connect(partial(self._take, source, take))
+        return channels
+
+    def _ask_for(
+        self,
+        channels: dict[EngineName, Channel],
+        inputs: list[SceneInputs],
+        quality: Quality,
+        codes: NDArray[np.float32],
+    ) -> int:
+        """Ask for pictures of some TFs with their codes (n, d), and return the request's number."""
         source = self.source
-        size = self.size_of(source, request.quality.size)
-        quality = replace(request.quality, size=size)
-        self.clients[source].submit(replace(request, quality=quality))
+        quality = replace(quality, size=self.size_of(source, quality.size))
+        request = BatchRequest(inputs[0], quality, tuple(inputs[1:]), self._drawn(codes))
+        return channels[source].ask(request).sequence
 
     def _drawn(self, codes: NDArray[np.float32]) -> tuple[tuple[float, ...], ...]:
         """Codes (n, d) to draw; none where it is their TFs that are drawn."""
@@ -448,36 +445,41 @@ class LatentPictures(QObject):
     def _with(self, tf: OpacityTF) -> SceneInputs:
         return replace(self._state.inputs, opacity_tf=tf)
 
-    def _take(self, source: EngineName, result: Result) -> None:
-        request = result.request
-        if not isinstance(request, GridRequest | HoverRequest | ThumbnailRequest):
-            return
+    def _take(
+        self, source: EngineName, take: Callable[[EngineName, Result], None], result: Result
+    ) -> None:
+        if result.value is not None:
+            seconds = result.seconds / len(result.value)
+            self._note_pace(source, result.request.quality.size, seconds)
+        take(source, result)
         if result.value is None:
-            if isinstance(request, ThumbnailRequest):
-                self._asked_thumbnails, self._wanted = None, []
-            elif isinstance(request, GridRequest):
-                self._grid_key = None
             self.problem.emit(result.error or "The engine returned no pictures.")
+
+    def _take_grid(self, source: EngineName, result: Result) -> None:
+        asked = _pop(self._asked_grids, result.request.sequence)
+        if result.value is None:
+            self._grid_key = None
             return
+        self._compare(source, result)
+        if asked is not None:
+            self._show_grid(asked, result.value, result.seconds, source, result.request)
+
+    def _take_hover(self, source: EngineName, result: Result) -> None:
+        asked = _pop(self._asked_hovers, result.request.sequence)
+        if result.value is None:
+            return
+        self._compare(source, result)
+        if asked is not None:
+            self.hover = HoverPicture(
+                asked.place, result.request.inputs.opacity_tf, asked.samples, result.value[0],
+                result.seconds, source, _is_of_codes(result.request),
+            )  # fmt: skip
+            self.hoverDrawn.emit(self.hover)
+
+    def _compare(self, source: EngineName, result: Result) -> None:
+        assert result.value is not None
         seconds = result.seconds / len(result.value)
-        self._note_pace(source, request.quality.size, seconds)
-        if not isinstance(request, ThumbnailRequest):
-            self._errors.take("map", source, request, result.value, seconds)
-        match request:
-            case GridRequest():
-                asked_grid = _pop(self._asked_grids, request.sequence)
-                if asked_grid is not None:
-                    self._show_grid(asked_grid, result.value, result.seconds, source, request)
-            case HoverRequest():
-                asked = _pop(self._asked_hovers, request.sequence)
-                if asked is not None:
-                    self.hover = HoverPicture(
-                        asked.place, request.inputs.opacity_tf, asked.samples,
-                        result.value[0], result.seconds, source, bool(request.codes),
-                    )  # fmt: skip
-                    self.hoverDrawn.emit(self.hover)
-            case ThumbnailRequest():
-                self._take_thumbnails(request, result.value)
+        self._errors.take("map", source, result.request, result.value, seconds)
 
     def _note_pace(self, source: EngineName, size: int, seconds: float) -> None:
         """Note the time of a picture, unless it says little about larger ones."""
@@ -492,22 +494,25 @@ class LatentPictures(QObject):
         images: Images,
         seconds: float,
         source: EngineName,
-        request: GridRequest,
+        request: Request,
     ) -> None:
         drawn = dict(zip(asked.drawn, images, strict=True))
         self.grid = GridPicture(
             asked.map, asked.cells, asked.tfs, drawn, request.inputs, seconds, source,
-            bool(request.codes),
+            _is_of_codes(request),
         )  # fmt: skip
         self.gridDrawn.emit(self.grid)
 
-    def _take_thumbnails(self, request: ThumbnailRequest, images: Images) -> None:
-        asked = self._asked_thumbnails
-        if asked is None or asked[0] != request.sequence:
+    def _take_thumbnails(self, source: EngineName, result: Result) -> None:
+        if self._thumbnails[source].is_pending:
             return
-        self._asked_thumbnails = None
-        if look_of(request.inputs) == look_of(self._state.inputs):
-            self.thumbnails.update(zip(asked[1], map(thumbnail, images), strict=True))
+        asked, self._asked_thumbnails = self._asked_thumbnails, None
+        if result.value is None:
+            self._wanted = []
+        if asked is None or result.value is None:
+            return
+        if look_of(result.request.inputs) == look_of(self._state.inputs):
+            self.thumbnails.update(zip(asked, map(thumbnail, result.value), strict=True))
             for pictures in (self.thumbnails, self.stale_thumbnails):
                 while len(pictures) > KEPT_THUMBNAILS:
                     del pictures[next(iter(pictures))]
@@ -520,6 +525,10 @@ def thumbnail(image: Images) -> Images:
     """Some of the pixels of a picture (S, S, 4), about 64 x 64 of them."""
     step = max(len(image) // THUMBNAIL_SIZE, 1)
     return image[::step, ::step].copy()
+
+
+def _is_of_codes(request: Request) -> bool:
+    return isinstance(request, BatchRequest) and bool(request.codes)
 
 
 def _pop(asked: dict[int, Asked], sequence: int) -> Asked | None:

@@ -10,7 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.messages import Quality, Request, Result, SearchRequest
+from app.engines.client import Channel
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest
 from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latest_call import LatestCall
@@ -45,11 +48,6 @@ class SearchStep:
     is_done: bool
 
 
-@dataclass(frozen=True)
-class _FirstRequest(SearchRequest):
-    """Request for the present picture, from which a wish is made."""
-
-
 class LatentSearch(QObject):
     """Runs one search at a time, on whichever engine draws the map's pictures.
 
@@ -81,14 +79,13 @@ class LatentSearch(QObject):
         self._inputs: SceneInputs | None = None
         self._wish: tuple[Wish, Outline] | None = None
         self._engine: EngineName = "exact"
-        self._sequence = 0
-        self._asked = -1
         self._batches = 0
         self._preparing = LatestCall("latent-search", self)
         self._preparing.done.connect(self._begin)
         self._preparing.failed.connect(self._end)
-        for client in pictures.clients.values():
-            client.resultReady.connect(self._take)
+        self._channels = {n: Channel(c, "search", self) for n, c in pictures.clients.items()}
+        for channel in self._channels.values():
+            channel.answered.connect(partial(self._take, channel))
         for changed in (state.viewChanged, state.lightChanged, state.cropChanged):
             changed.connect(lambda _value: self.cancel())
         session.mapClosed.connect(self.cancel)
@@ -105,7 +102,7 @@ class LatentSearch(QObject):
             return
         self._start((wish, outline))
         assert self._inputs is not None
-        self._submit(_FirstRequest, (self._inputs,))
+        self._draw((self._inputs,))
 
     def seek_picture(self, picture: Images, outline: Outline | None = None) -> None:
         """Search for a picture (S, S, 4), or for a region as it is in that picture."""
@@ -124,8 +121,7 @@ class LatentSearch(QObject):
         """End the search; what it has found so far stays."""
         if self._inputs is not None:
             self._preparing.forget()
-            for kind in (_FirstRequest, SearchRequest):
-                self._pictures.clients[self._engine].abandon(kind)
+            self._channels[self._engine].cancel()
             self._end("")
 
     def stop(self) -> None:
@@ -160,27 +156,22 @@ class LatentSearch(QObject):
         space = self._session.space
         assert self._search is not None and self._inputs is not None and space is not None
         tfs = space.tfs_of(self._search.question)
-        self._submit(SearchRequest, tuple(replace(self._inputs, opacity_tf=tf) for tf in tfs))
+        self._draw(tuple(replace(self._inputs, opacity_tf=tf) for tf in tfs))
 
-    def _submit(self, kind: type[SearchRequest], inputs: tuple[SceneInputs, ...]) -> None:
-        self._sequence += 1
-        self._asked = self._sequence
-        request: Request = kind(self._sequence, inputs[0], Quality(self._size()), inputs[1:])
-        self._pictures.clients[self._engine].submit(request)
+    def _draw(self, inputs: tuple[SceneInputs, ...]) -> None:
+        request = BatchRequest(inputs[0], Quality(self._size()), inputs[1:])
+        self._channels[self._engine].ask(request)
 
     def _size(self) -> int:
         return self._pictures.size_of(self._engine, SEARCH_SIZE)
 
-    def _take(self, result: Result) -> None:
-        request = result.request
-        if not isinstance(request, SearchRequest) or request.sequence != self._asked:
-            return
-        if self._inputs is None:
+    def _take(self, channel: Channel, result: Result) -> None:
+        if channel.is_pending or self._inputs is None:
             return
         try:
             if result.value is None:
                 self._end(result.error or "The engine returned no pictures.")
-            elif isinstance(request, _FirstRequest):
+            elif self._search is None:
                 self._begin_wish(result.value[0])
             else:
                 self._step(result.value)
@@ -210,7 +201,6 @@ class LatentSearch(QObject):
 
     def _end(self, problem: str) -> None:
         self._search = self._inputs = None
-        self._asked = -1
         self.ended.emit(problem)
 
 

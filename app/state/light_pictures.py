@@ -8,9 +8,9 @@ from functools import partial
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.engine import Array, Engine
 from app.engines.engines import Builders, ReferenceSettings
-from app.engines.messages import ImageRequest, Quality
+from app.engines.quality import Quality
+from app.engines.requests import Array, Engine, ImageRequest
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.scene.inputs import SceneInputs
@@ -117,6 +117,6 @@ class LightPictures(QObject):
 def _picture(build: Callable[[], Engine], inputs: SceneInputs) -> Array:
     engine = build()
     try:
-        return engine.image(ImageRequest(0, inputs, Quality(PIXELS, samples=SAMPLES)))
+        return engine.image(ImageRequest(inputs, Quality(PIXELS, samples=SAMPLES)))
     finally:
         engine.close()

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.messages import Request
+from app.engines.quality import Quality
+from app.engines.requests import Request
 from app.state.sensitivity_answers import Source
 from model.sensitivity.cosine import cosine
 
@@ -49,7 +50,7 @@ class LiveErrors(QObject):
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
         self.found: dict[Kind, LiveError] = {}
-        self._live: dict[Kind, tuple[object, NDArray[np.float32], float]] = {}
+        self._live: dict[Kind, tuple[Request, NDArray[np.float32], float]] = {}
 
     def forget(self) -> None:
         """Begin anew: another volume or light is drawn."""
@@ -94,11 +95,9 @@ class LiveErrors(QObject):
         self.changed.emit()
 
 
-def _question(request: Request) -> tuple[object, ...]:
-    """Return a request's question, whatever its number and quality."""
-    rest = vars(request).copy()
-    del rest["sequence"], rest["quality"]
-    return type(request), *rest.values()
+def _question(request: Request) -> Request:
+    """Return a request's question, whatever its quality."""
+    return replace(request, quality=Quality(1))
 
 
 def _as_large(coarse: NDArray[np.float32], fine: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from app.engines.client import EngineClient
+from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
@@ -47,7 +47,9 @@ class ReferenceWork(QObject):
     Parameters
     ----------
     state : ViewerState
-    reference, analyst : EngineClient
+    reference : EngineClient
+    stand_in : Channel
+        To the analyst.
     builders : Builders
     dispatcher : Dispatcher
     preferences : Preferences
@@ -87,7 +89,7 @@ class ReferenceWork(QObject):
         self,
         state: ViewerState,
         reference: EngineClient,
-        analyst: EngineClient,
+        stand_in: Channel,
         builders: Builders,
         dispatcher: Dispatcher,
         preferences: Preferences,
@@ -95,7 +97,7 @@ class ReferenceWork(QObject):
     ) -> None:
         super().__init__(parent)
         self._state = state
-        self._reference, self._analyst = reference, analyst
+        self._reference, self._analyst = reference, stand_in.client
         self._builders = builders
         self._dispatcher = dispatcher
         self._preferences = preferences
@@ -108,13 +110,13 @@ class ReferenceWork(QObject):
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
-        reference.resultReady.connect(self._judge_light)
-        analyst.resultReady.connect(self._judge_light)
+        reference.images.answered.connect(self._judge_light)
+        stand_in.answered.connect(self._judge_light)
         dispatcher.liveDrawerChanged.connect(self.liveDrawerChanged)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self._trades = TradeKeeper(preferences)
-        self.trade = TradeWork(state, reference, analyst, dispatcher, self._trades, self)
+        self.trade = TradeWork(state, reference, self._analyst, dispatcher, self._trades, self)
         self.lights = LightPictures(state, builders, self)
         self._keeps_light = True
         self._asked_lighting: LightingChoice | None = None

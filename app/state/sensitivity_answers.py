@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.messages import (
+from app.engines.requests import (
     BlockFieldsRequest,
     FieldRangeRequest,
     RegionSensitivityRequest,
@@ -82,10 +82,7 @@ def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
     """Whether two engines answered the same question about the same image."""
     if one is None or other is None:
         return False
-    a, b = vars(one.request).copy(), vars(other.request).copy()
-    for name in ("sequence", "quality"):
-        del a[name], b[name]
-    return a == b
+    return bool(replace(one.request, quality=other.request.quality) == other.request)
 
 
 def displayed(answer: RegionAnswer) -> NDArray[np.float64]:

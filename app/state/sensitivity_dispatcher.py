@@ -7,7 +7,6 @@ the one that is fast enough is asked; at rest both, so that they can be compared
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,21 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import (
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.requests import (
     BlockFieldsRequest,
     FieldRangeRequest,
-    ImageRequest,
-    PickRequest,
     RegionSensitivityRequest,
     Request,
-    Result,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
 )
 from app.state.edit_trials import EditTrials
-from app.state.engine_chooser import EngineChooser, EngineName, question_of
+from app.state.engine_chooser import EngineChooser, EngineName
 from app.state.live_errors import Kind, LiveErrors
 from app.state.pace import Pace
 from app.state.sensitivity_answers import (
@@ -121,16 +118,23 @@ class SensitivityDispatcher(QObject):
         self._state = state
         self._asked = sensitivity
         self._errors = errors
-        self._clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        self._takers: dict[str, Callable[[Source, Answer[Any] | None], None]] = {
+            "region": self._take_region,
+            "field": self._take_field,
+            "all values": self._take_all_values,
+            "seen": self._take_seen,
+            "visibility": self._take_visibility,
+            "pick": self._take_pick,
+        }
+        self._channels = {
+            question: {name: self._opened(question, name, clients[name]) for name in clients}
+            for question in self._takers
+        }
         self.chooser = EngineChooser(sensitivity)
-        self.trials = EditTrials(
-            state, sensitivity, self.chooser, self._clients, self.fields.get, self
-        )
+        self.trials = EditTrials(state, sensitivity, self.chooser, clients, self.fields.get, self)
         self.is_starting: Callable[[], bool] = lambda: False
-        self._forgotten = 0
-        self._place_asked: tuple[Outline, ...] = ()
         self._follows_image = False
-        self._sequence = 0
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
         state.inputsChangeFinished.connect(self.ask)
@@ -143,8 +147,6 @@ class SensitivityDispatcher(QObject):
         self._before = sensitivity.choices
         self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
         self._band_rest.timeout.connect(self._ask_field)
-        exact.resultReady.connect(partial(self._take, "exact"))
-        learned.resultReady.connect(partial(self._take, "learned"))
 
     @property
     def learned_fits(self) -> bool:
@@ -275,8 +277,7 @@ class SensitivityDispatcher(QObject):
 
     def follow_image(self, result: Result) -> None:
         """Ask what waits for the next live image, now that there is one."""
-        is_live = isinstance(result.request, ImageRequest) and result.request.quality.live
-        if is_live and self._follows_image and self._state.live:
+        if result.request.quality.live and self._follows_image and self._state.live:
             self._follows_image = False
             self._ask_region(live=True)
             self._ask_field(live=True)
@@ -315,7 +316,7 @@ class SensitivityDispatcher(QObject):
             # The generator's image is the square only.
             names = ["exact"]
         if "exact" not in names:
-            self._clients["exact"].abandon(RegionSensitivityRequest)
+            self._channels["region"]["exact"].cancel()
         if not live:
             # An engine that is not asked any more would keep an answer to an older question.
             asked = {self.exact_source if name == "exact" else "learned" for name in names}
@@ -324,17 +325,13 @@ class SensitivityDispatcher(QObject):
                 self.regionAnswered.emit()
         for name in names:
             quality = self.chooser.in_common(self.chooser.quality(name, measure, live), names)
-            self._clients[name].submit(
-                RegionSensitivityRequest(
-                    self._next(), inputs, quality, outline, choices.width, measure
-                )
-            )
+            request = RegionSensitivityRequest(inputs, quality, outline, choices.width, measure)
+            self._channels["region"][name].ask(request)
         if choices.shown and self.chooser.exact_source is not None:
             # Visibility does not depend on the light, and is cheap.
             quality = self.chooser.quality("exact", "visibility", live)
-            self._clients["exact"].submit(
-                VisibilityRequest(self._next(), inputs, quality, (outline, Outline()))
-            )
+            seen = VisibilityRequest(inputs, quality, (outline, Outline()))
+            self._channels["visibility"]["exact"].ask(seen)
 
     def _ask_field(self, live: bool = False) -> None:
         band, width = self._asked.band, self._asked.choices.width
@@ -344,22 +341,16 @@ class SensitivityDispatcher(QObject):
             # It is of the data, whoever draws, and hardly takes longer than an image.
             if self._asked.choices.shown and self.chooser.exact_source is not None:
                 quality = self.chooser.quality("exact", "seen", live)
-                self._clients["exact"].submit(
-                    ValueVisibilityRequest(
-                        self._next(), self._state.inputs, quality, band.values, width
-                    )
-                )
+                seen = ValueVisibilityRequest(self._state.inputs, quality, band.values, width)
+                self._channels["seen"]["exact"].ask(seen)
             return
         names = self.chooser.order("field", live)
         if "exact" not in names:
-            self._clients["exact"].abandon(ValueSensitivityRequest)
+            self._channels["field"]["exact"].cancel()
         for name in names:
             quality = self.chooser.quality(name, "field", live)
-            self._clients[name].submit(
-                ValueSensitivityRequest(
-                    self._next(), self._state.inputs, quality, band.values, width
-                )
-            )
+            request = ValueSensitivityRequest(self._state.inputs, quality, band.values, width)
+            self._channels["field"][name].ask(request)
         if not live:
             self._ask_of_all()
 
@@ -370,16 +361,16 @@ class SensitivityDispatcher(QObject):
             return
         for name in self.chooser.order("field", live=False):
             quality = self.chooser.all_values_quality(name)
-            request: Request = FieldRangeRequest(0, inputs, quality, self.window, choices.width)
+            request: Request = FieldRangeRequest(inputs, quality, self.window, choices.width)
             if choices.style == "blocks":
-                request = BlockFieldsRequest(0, inputs, quality, choices.blocks, choices.width)
+                request = BlockFieldsRequest(inputs, quality, choices.blocks, choices.width)
             if self._asked_of_all.get(name) != request:
                 self._asked_of_all[name] = request
-                self._clients[name].submit(replace(request, sequence=self._next()))
+                self._channels["all values"][name].ask(request)
 
     def _ask_pick(self, _place: object = None) -> None:
         place = self._asked.place
-        self._place_asked = ()
+        self._channels["pick"]["exact"].cancel()
         if _place is not None:
             # Another place: what shows at the one before says nothing about it.
             self._set_pick(None)
@@ -390,77 +381,72 @@ class SensitivityDispatcher(QObject):
         r = PICK_RADIUS
         square = Outline.rectangle(x - r, y - r, x + r, y + r)
         quality = self.chooser.quality("exact", "pick")
-        self._place_asked = (square,)
-        request = PickRequest(self._next(), self._state.inputs, quality, (square,))
-        self._clients["exact"].submit(request)
+        request = VisibilityRequest(self._state.inputs, quality, (square,))
+        self._channels["pick"]["exact"].ask(request)
 
-    def _take(self, name: EngineName, result: Result) -> None:
+    def _opened(self, question: str, name: EngineName, client: EngineClient) -> Channel:
+        channel = Channel(client, f"sensitivity: {question}", self)
+        channel.answered.connect(partial(self._take, question, name))
+        return channel
+
+    def _take(self, question: str, name: EngineName, result: Result) -> None:
         source = self.exact_source if name == "exact" else "learned"
-        request = result.request
-        question = question_of(request)
-        if question in (None, "images") or request.sequence <= self._forgotten:
+        request, answer = result.request, None
+        if result.value is not None:
+            timed = request.measure if isinstance(request, RegionSensitivityRequest) else question
+            self.chooser.pace.note((name, timed), request.quality.size, result.seconds)
+            answer = Answer(request, result.value, source, result.seconds)
+        self._takers[question](source, answer)
+        if answer is None:
+            self._tell(source, result.error or "")
+
+    def _take_region(self, source: Source, answer: RegionAnswer | None) -> None:
+        if answer is None:
+            self.regions.pop(source, None)
+        elif answer.request.measure != self._asked.choices.measure:
             return
-        if result.value is None:
-            self._drop(request, source, result.error or "")
-            return
-        self.chooser.pace.note((name, question), request.quality.size, result.seconds)
-        answer: Answer[Any] = Answer(request, result.value, source, result.seconds)
+        else:
+            self.regions[source] = answer
+            self._compare("curve", answer)
+            self._tell(source, "")
+        self.regionAnswered.emit()
+
+    def _take_field(self, source: Source, answer: FieldAnswer | None) -> None:
         band = self._asked.band
-        match request:
-            case RegionSensitivityRequest():
-                if request.measure != self._asked.choices.measure:
-                    return
-                self.regions[source] = answer
-                self._compare("curve", answer)
-                self._tell(source, "")
-                self.regionAnswered.emit()
-            case ValueSensitivityRequest():
-                if band is not None and band.effect:
-                    self.fields[source] = answer
-                    self._compare("field", answer)
-                    self.fieldAnswered.emit()
-            case BlockFieldsRequest():
-                self.block_fields[source] = answer
-                self.fieldAnswered.emit()
-            case FieldRangeRequest():
-                self.ranges[source] = answer
-                self.fieldAnswered.emit()
-            case ValueVisibilityRequest():
-                if band is not None and not band.effect:
-                    self.seen = answer
-                    self.fieldAnswered.emit()
-            case PickRequest():
-                if request.regions != self._place_asked:
-                    return
-                self._set_pick(answer)
-            case VisibilityRequest():
-                self.visibility = answer
-                self.visibilityAnswered.emit()
+        if answer is None:
+            self.fields.pop(source, None)
+        elif band is None or not band.effect:
+            return
+        else:
+            self.fields[source] = answer
+            self._compare("field", answer)
+        self.fieldAnswered.emit()
+
+    def _take_all_values(self, source: Source, answer: Answer[Any] | None) -> None:
+        if answer is None:
+            self.block_fields.pop(source, None)
+            self.ranges.pop(source, None)
+        elif isinstance(answer.request, BlockFieldsRequest):
+            self.block_fields[source] = answer
+        else:
+            self.ranges[source] = answer
+        self.fieldAnswered.emit()
+
+    def _take_seen(self, _source: Source, answer: ValueVisibilityAnswer | None) -> None:
+        band = self._asked.band
+        if answer is None or (band is not None and not band.effect):
+            self.seen = answer
+            self.fieldAnswered.emit()
+
+    def _take_visibility(self, _source: Source, answer: VisibilityAnswer | None) -> None:
+        self.visibility = answer
+        self.visibilityAnswered.emit()
+
+    def _take_pick(self, _source: Source, answer: VisibilityAnswer | None) -> None:
+        self._set_pick(answer)
 
     def _compare(self, kind: Kind, answer: Answer[Any]) -> None:
         self._errors.take(kind, answer.source, answer.request, answer.value, answer.seconds)
-
-    def _drop(self, request: Request, source: Source, error: str) -> None:
-        match request:
-            case RegionSensitivityRequest():
-                self.regions.pop(source, None)
-                self.regionAnswered.emit()
-            case ValueSensitivityRequest():
-                self.fields.pop(source, None)
-                self.fieldAnswered.emit()
-            case BlockFieldsRequest() | FieldRangeRequest():
-                self.block_fields.pop(source, None)
-                self.ranges.pop(source, None)
-                self.fieldAnswered.emit()
-            case ValueVisibilityRequest():
-                self.seen = None
-                self.fieldAnswered.emit()
-            case PickRequest():
-                self._set_pick(None)
-            case VisibilityRequest():
-                self.visibility = None
-                self.visibilityAnswered.emit()
-        self._tell(source, error)
 
     def _set_pick(self, answer: VisibilityAnswer | None) -> None:
         self.pick = answer
@@ -486,7 +472,9 @@ class SensitivityDispatcher(QObject):
         self._asked_of_all.clear()
         self.visibility = self.pick = None
         self.trials.forget()
-        self._forgotten = self._sequence
+        for channels in self._channels.values():
+            for channel in channels.values():
+                channel.cancel()
         self._problems.clear()
         self.problem.emit("")
         for signal in (
@@ -497,7 +485,3 @@ class SensitivityDispatcher(QObject):
     def _clear_fields(self) -> None:
         self.fields.clear()
         self.seen = None
-
-    def _next(self) -> int:
-        self._sequence += 1
-        return self._sequence

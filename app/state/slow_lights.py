@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from app.engines.messages import ImageRequest, Result, StandInRequest
+from app.engines.messages import Result
+from app.engines.requests import ImageRequest
 from app.state.dispatcher import FIRST_SIZE
 from model.rendering.raster import Raster
 from model.scene.scene import Lighting
@@ -45,7 +46,7 @@ class SlowLights:
         ----------
         lighting : {"none", "direct", "soft", "shadows", "path"}
         result : Result
-            Of any request; images tell.
+            Of an image, or of another request, which tells nothing.
         whole : Raster
             Pixels of an image at rest.
 
@@ -54,21 +55,22 @@ class SlowLights:
         float
             Seconds that such an image takes if this has now been found to be too long; else 0.
         """
+        request = result.request
         if lighting in self._judged or result.value is None:
+            return 0.0
+        if not isinstance(request, ImageRequest) or request.is_measured:
             return 0.0
         if lighting == "shadows":
             return self._judge_shadows(result, whole)
-        if lighting == "none" or not isinstance(result.request, StandInRequest):
-            return 0.0
-        if result.request.quality.live:
+        if lighting == "none" or not request.stands_in or request.quality.live:
             return 0.0
         self._judged |= {lighting}
-        share = min(1.0, FIRST_SIZE**2 / _count(result.request.quality.pixels))
+        share = min(1.0, FIRST_SIZE**2 / _count(request.quality.pixels))
         return self._found(lighting, result.seconds * share, SLOW_LIGHT_S)
 
     def _judge_shadows(self, result: Result, whole: Raster) -> float:
         request = result.request
-        if not isinstance(request, ImageRequest | StandInRequest) or request.quality.coarseness > 1:
+        if request.quality.coarseness > 1:
             return 0.0
         factor = _count(whole) / _count(request.quality.pixels)
         is_coarse = factor > FEWER

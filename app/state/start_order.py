@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import Result, StandInRequest
+from app.engines.client import Channel, EngineClient
 from app.engines.states import EngineState
 from app.state.generator_work import GeneratorWork
 
@@ -25,7 +24,9 @@ class StartOrder(QObject):
 
     Parameters
     ----------
-    generator, reference, analyst : EngineClient
+    generator, reference : EngineClient
+    stand_in : Channel
+        Of the ray caster's images until VTK's are there.
     model : GeneratorWork
     """
 
@@ -36,7 +37,7 @@ class StartOrder(QObject):
         self,
         generator: EngineClient,
         reference: EngineClient,
-        analyst: EngineClient,
+        stand_in: Channel,
         model: GeneratorWork,
         parent: QObject,
     ) -> None:
@@ -45,10 +46,10 @@ class StartOrder(QObject):
         self._patience = QTimer(self, singleShot=True)
         self._patience.timeout.connect(self._finish)
         reference.heldBack.connect(lambda: self._patience.start(FIRST_MS))
-        analyst.resultReady.connect(self._take)
-        analyst.stateChanged.connect(self._follow_analyst)
+        stand_in.answered.connect(lambda _result: self._take())
+        stand_in.client.stateChanged.connect(self._follow_analyst)
         generator.stateChanged.connect(self._follow_model)
-        reference.resultReady.connect(lambda _result: self._model.begin())
+        reference.images.answered.connect(lambda _result: self._model.begin())
         reference.settled.connect(model.begin)
 
     @property
@@ -60,9 +61,7 @@ class StartOrder(QObject):
         """Begin nothing any more."""
         self._patience.stop()
 
-    def _take(self, result: Result) -> None:
-        if not isinstance(result.request, StandInRequest):
-            return
+    def _take(self) -> None:
         self._model.begin()
         if not self._reference.is_held:
             return

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Request, Result, TradeRequest
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.requests import ImageRequest, Request
 from app.engines.states import EngineState
 from app.state.dispatcher import Dispatcher
 from app.state.exactness import Exactness
@@ -30,6 +31,9 @@ BEST_GAIN, LEAST_GAIN = 0.5, 0.95
 
 ENOUGH = 8
 """Scenes of a volume from which nothing is measured for later: they predict the others."""
+
+CHANNEL = "measured"
+"""Name of the channels on which it asks."""
 
 
 class TradeWork(QObject):
@@ -68,27 +72,28 @@ class TradeWork(QObject):
     ) -> None:
         super().__init__(parent)
         self.found: tuple[Traded, ...] = ()
-        self._state, self._reference, self._stand_in = state, reference, stand_in
+        self._state, self._reference = state, reference
         self._dispatcher, self._keeper = dispatcher, keeper
         self._is_watched = self._is_paused = False
         self._truth: Result | None = None
         self._of_rest: tuple[Result, AtRest] | None = None
         self._refined: list[tuple[int, float, float]] = []
-        self._asked: TradeRequest | None = None
         self._first: Result | None = None
-        self._sequence = 0
+        self._channels: dict[EngineClient, Channel] = {}
         self._rest = QTimer(self, singleShot=True)
         self._rest.timeout.connect(self._go_on)
         state.inputsChanged.connect(self._forget)
         reference.stateChanged.connect(self._follow)
+        reference.images.answered.connect(self._take)
         for client in (reference, stand_in):
+            self._channels[client] = Channel(client, CHANNEL, self)
+            self._channels[client].answered.connect(self._measure)
             client.requested.connect(self._give_way)
-            client.resultReady.connect(self._take)
 
     @property
     def is_measuring(self) -> bool:
         """Whether more is about to be found."""
-        return self._asked is not None
+        return any(channel.is_pending for channel in self._channels.values())
 
     @property
     def is_complete(self) -> bool:
@@ -193,7 +198,7 @@ class TradeWork(QObject):
 
     def _give_way(self, request: Request) -> None:
         """Let another request of the same engines come first."""
-        if not isinstance(request, TradeRequest):
+        if request.channel != CHANNEL:
             self._call_off()
             self._wait()
 
@@ -204,17 +209,16 @@ class TradeWork(QObject):
             self.changed.emit()
 
     def _call_off(self) -> None:
-        if self._asked is not None:
-            self._asked = None
-            for client in (self._reference, self._stand_in):
-                client.abandon(TradeRequest)
+        if self.is_measuring:
+            for channel in self._channels.values():
+                channel.cancel()
             self.changed.emit()
 
     def _go_on(self) -> None:
         """Ask for the next image, if it is wanted and can be measured."""
         is_wanted = self._is_watched or not (self._is_paused or self.scenes >= ENOUGH)
         truth, is_due = self._truth, is_wanted and not self.is_complete
-        if not is_due or self._asked is not None or truth is None or self._state.live:
+        if not is_due or self.is_measuring or truth is None or self._state.live:
             return
         is_at_rest = self._reference.state is EngineState.SETTLED
         if is_at_rest and truth.request.inputs == self._state.inputs:
@@ -223,22 +227,16 @@ class TradeWork(QObject):
 
     def _ask(self) -> None:
         client, quality = self._dispatcher.live_at(self._next_scale)
-        self._sequence += 1
         # It is not live: it is given up for what is asked for meanwhile.
-        self._asked = TradeRequest(self._sequence, self._state.inputs, replace(quality, live=False))
-        client.submit(self._asked)
+        quality = replace(quality, live=False)
+        self._channels[client].ask(ImageRequest(self._state.inputs, quality, is_measured=True))
         self.changed.emit()
 
     def _take(self, result: Result) -> None:
-        request = result.request
-        if isinstance(request, ImageRequest):
-            if not request.quality.live:
-                self._note_refined(result)
-                self._truth = result
-                self.changed.emit()
-        elif request is self._asked:
-            self._measure(result)
-            return
+        if not result.request.quality.live:
+            self._note_refined(result)
+            self._truth = result
+            self.changed.emit()
         self._wait()
 
     def _note_refined(self, result: Result) -> None:
@@ -256,7 +254,6 @@ class TradeWork(QObject):
             self._refined.append(found)
 
     def _measure(self, result: Result) -> None:
-        self._asked = None
         if result.value is None or self._truth is None or self._truth.value is None:
             self.changed.emit()
             return

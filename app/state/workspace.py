@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
+from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, GeneratorSettings
 from app.state.decoded_tf import DecodedTF
 from app.state.dispatcher import Dispatcher
@@ -54,6 +54,9 @@ class Workspace(QObject):
 
     Parameters
     ----------
+    generator, reference : EngineClient
+    stand_in : Channel
+        To the analyst, a ray caster whose images are shown until the reference's are there.
     builders : Builders
         Functions that read volumes and build engines.
     store : TransferFunctionStore or None
@@ -96,7 +99,7 @@ class Workspace(QObject):
         latent: LatentState,
         generator: EngineClient,
         reference: EngineClient,
-        analyst: EngineClient,
+        stand_in: Channel,
         builders: Builders,
         store: TransferFunctionStore | None,
         preferences: Preferences,
@@ -106,24 +109,24 @@ class Workspace(QObject):
         super().__init__(parent)
         self._state = state
         self._clients = generator, reference
-        self._generator, self._analyst = generator, analyst
+        self._generator, self._analyst = generator, stand_in.client
         self._preferences = preferences
         self.library = Library(preferences)
         self._keeper = TransferFunctionKeeper(store, self)
         self._keeper.problem.connect(self.problem)
         self._model = GeneratorWork(generator, builders, generator_settings, self)
-        self._order = StartOrder(generator, reference, analyst, self._model, self)
-        self._dispatcher = Dispatcher(state, generator, reference, analyst, self)
+        self._order = StartOrder(generator, reference, stand_in, self._model, self)
+        self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
         self.live_errors = errors = LiveErrors(self)
         self.sensitivity = SensitivityDispatcher(
-            state, sensitivity, analyst, generator, errors, self
+            state, sensitivity, self._analyst, generator, errors, self
         )
         self.latent = LatentWork(
-            state, latent, analyst, generator, errors, builders.latent_space, self
+            state, latent, self._analyst, generator, errors, builders.latent_space, self
         )
         self.decoded = DecodedTF(state, generator, self)
         self.reference = ReferenceWork(
-            state, reference, analyst, builders, self._dispatcher, preferences, self
+            state, reference, stand_in, builders, self._dispatcher, preferences, self
         )
         self._looks = LookKeeper(state, preferences, self)
         self._marks = MarksKeeper(sensitivity, latent, preferences, self)
@@ -154,7 +157,7 @@ class Workspace(QObject):
         self._opening.progressed.connect(self._tell_progress)
         self._order.done.connect(self.sensitivity.ask)
         for client in self._clients:
-            client.resultReady.connect(self.sensitivity.follow_image)
+            client.images.answered.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
 
     def _share_patience(self, choices: ReferenceChoices) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject
 
 from app.controls import Action
-from app.engines.messages import ImageRequest, Result
+from app.engines.messages import Result
 from app.image_view.engine_pane import EnginePane
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -36,7 +36,7 @@ class EmptinessNotice(QObject):
         self._workspace = workspace
         self._notices = notices
         self._key = f"emptiness of the {pane.engine} image"
-        pane.client.resultReady.connect(self._judge)
+        pane.client.images.answered.connect(self._judge)
         pane.client.stateChanged.connect(self._follow_state)
         self._pane = pane
 
@@ -46,7 +46,7 @@ class EmptinessNotice(QObject):
 
     def _judge(self, result: Result) -> None:
         request, opened = result.request, self._workspace.opened
-        if not isinstance(request, ImageRequest) or result.value is None or opened is None:
+        if result.value is None or opened is None:
             return
         if not nothing_visible(result.value):
             self._notices.clear(self._key)

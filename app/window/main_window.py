@@ -21,7 +21,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from app.controls import order_focus
-from app.engines.client import EngineClient
+from app.engines.client import Channel, EngineClient
 from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
@@ -123,10 +123,11 @@ class MainWindow(QMainWindow):
         generator, reference, analyst = (
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
+        stand_in = Channel(analyst, "stand-in", self)
         self.brightness = Brightness(self.preferences, self, self.state)
         self.generator = EnginePane("Generator", generator, self.brightness, "learned")
         self.reference = EnginePane(
-            "Ground truth", reference, self.brightness, "exact", stand_in=analyst
+            "Ground truth", reference, self.brightness, "exact", stand_in=stand_in
         )
         self.editor = TransferFunctionEditor(self.state)
         self.notice = Notices()
@@ -136,7 +137,7 @@ class MainWindow(QMainWindow):
             self.latent_state,
             generator,
             reference,
-            analyst,
+            stand_in,
             builders,
             store,
             self.preferences,

@@ -9,7 +9,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QDialog, QWidget
 
-from app.engines.messages import MovieFrameRequest, Quality, Result
+from app.engines.client import Channel
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import PictureRequest
 from app.engines.states import EngineState
 from app.state.latent_path import LatentPath, MovieOrder
 from app.state.movie_writing import MovieWriting
@@ -84,12 +87,13 @@ class MovieSaving(QObject):
         self._path = path
         self.progress: SaveProgress | None = None
         self._turning: _Turntable | None = None
-        self._sequence = 0
+        self._channels: dict[str, Channel] = {}
         self._writing = MovieWriting("movie", self)
         self._writing.done.connect(self._saved)
         self._writing.failed.connect(self._fail)
         for name, pane in shown.panes.items():
-            pane.client.resultReady.connect(partial(self._take, name))
+            self._channels[name] = Channel(pane.client, "movie", self)
+            self._channels[name].answered.connect(partial(self._take, name))
             pane.client.stateChanged.connect(partial(self._follow, name))
 
     @property
@@ -164,7 +168,7 @@ class MovieSaving(QObject):
         """Give a turntable up."""
         self._writing.cancel()
         if self._turning is not None:
-            self._shown.panes[self._turning.choice.which].client.abandon(MovieFrameRequest)
+            self._channels[self._turning.choice.which].cancel()
             self._turning = None
             self.news.emit("The movie was cancelled.")
         self._close_progress()
@@ -176,19 +180,16 @@ class MovieSaving(QObject):
     def _draw_next(self) -> None:
         turning = self._turning
         assert turning is not None
-        look, self._sequence = turning.choice.look, self._sequence + 1
+        look = turning.choice.look
         raster = Raster(look.width, look.height)
         inputs = replace(turning.inputs, view=turning.views[turning.drawn])
         samples = turning.choice.samples if turning.choice.which == "reference" else 0
         quality = Quality(raster.shorter, raster=raster, samples=max(samples, 1))
-        client = self._shown.panes[turning.choice.which].client
-        client.submit(MovieFrameRequest(self._sequence, inputs, quality))
+        self._channels[turning.choice.which].ask(PictureRequest(inputs, quality))
 
     def _take(self, name: str, result: Result) -> None:
-        turning, request = self._turning, result.request
-        if turning is None or not isinstance(request, MovieFrameRequest):
-            return
-        if request.sequence != self._sequence:
+        turning = self._turning
+        if turning is None or self._channels[name].is_pending:
             return
         if result.value is None:
             self._fail(result.error or "A picture could not be drawn; try a smaller movie.")
@@ -196,7 +197,7 @@ class MovieSaving(QObject):
         which, look = turning.choice.which, turning.choice.look
         images = {name: (result.value, self._shown.brightness(name))}
         try:
-            picture = figure(look, images, which, request.inputs, turning.subject)
+            picture = figure(look, images, which, result.request.inputs, turning.subject)
         except RenderError as error:
             self._fail(str(error))
             return

@@ -11,7 +11,10 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QWidget
 
-from app.engines.messages import PictureRequest, Quality, Result
+from app.engines.client import Channel
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import PictureRequest
 from app.figures.picture import save_image
 from app.state.viewer_state import ViewerState
 from app.window.figure import TITLES, Rgba, Subject, figure, panels
@@ -30,7 +33,6 @@ PICTURE_FILTER = "PNG images (*.png);;JPEG images (*.jpg *.jpeg);;TIFF images (*
 class _Drawing:
     """A figure whose images are being drawn."""
 
-    sequence: int
     choice: PictureChoice
     place: Path | None
     subject: Subject
@@ -69,10 +71,11 @@ class PictureSaving(QObject):
         self._files = files
         self._shown = shown
         self._last: PictureChoice | None = None
-        self._sequence = 0
         self._wanted: _Drawing | None = None
+        self._channels: dict[str, Channel] = {}
         for name, pane in shown.panes.items():
-            pane.client.resultReady.connect(partial(self._take, name))
+            self._channels[name] = Channel(pane.client, "figure", self)
+            self._channels[name].answered.connect(partial(self._take, name))
             pane.client.stateChanged.connect(lambda _state, name=name: self._follow(name))
 
     @property
@@ -125,18 +128,18 @@ class PictureSaving(QObject):
     def draw(self, choice: PictureChoice, place: Path | None) -> None:
         """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
         self._last = choice
-        self._sequence += 1
         inputs, subject = self._state.inputs, self._shown.subject
-        self._wanted = _Drawing(self._sequence, choice, place, subject, inputs)
+        for channel in self._channels.values():
+            channel.cancel()
+        self._wanted = _Drawing(choice, place, subject, inputs)
         if choice.which == "difference":
             self._draw_difference(self._wanted)
             return
         for name in self._names(choice):
-            pane = self._shown.panes[name]
             raster = self._raster(choice)
             samples = choice.samples if name == "reference" else 0
             quality = Quality(raster.shorter, raster=raster, samples=max(samples, 1))
-            pane.client.submit(PictureRequest(self._sequence, inputs, quality))
+            self._channels[name].ask(PictureRequest(inputs, quality))
         self.news.emit(f"Drawing {choice.width} × {choice.height} pixels …")
 
     def _draw_difference(self, wanted: _Drawing) -> None:
@@ -160,9 +163,7 @@ class PictureSaving(QObject):
 
     def _take(self, name: str, result: Result) -> None:
         wanted = self._wanted
-        if type(result.request) is not PictureRequest or wanted is None:
-            return
-        if result.request.sequence != wanted.sequence:
+        if wanted is None or self._channels[name].is_pending:
             return
         if result.value is None:
             self._wanted = None

@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
 from app.engines.client import EngineClient
-from app.engines.messages import PresetRequest
 from app.state.brightness import Brightness
 from app.state.viewer_state import ViewerState
 from app.tf_editor.preset_menu import PICTURE, PresetMenu
@@ -51,7 +50,7 @@ class PresetPictures(QObject):
         self._state = state
         self._reference = reference
         self._names: tuple[str, ...] = ()
-        self._pictures = SmallPictures(PresetRequest, PICTURE, analyst, reference, brightness, self)
+        self._pictures = SmallPictures("presets", PICTURE, analyst, reference, brightness, self)
         self._pictures.drawn.connect(self._show)
         menu.picturesWanted.connect(self._ask)
         self._ranked: object = None

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
-from app.engines.messages import BatchRequest, Quality, Result
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest
 from app.image_view.image_canvas import to_qimage
 from app.state.brightness import Brightness
 from model.scene.inputs import SceneInputs
@@ -28,8 +31,8 @@ class SmallPictures(QObject):
 
     Parameters
     ----------
-    kind : type of BatchRequest
-        The newest request of a kind replaces one that waits.
+    name : str
+        What they are for: the name of the channels on which they are asked for.
     size : int
         Sides of the pictures, in pixels.
     analyst : EngineClient
@@ -45,7 +48,7 @@ class SmallPictures(QObject):
 
     def __init__(
         self,
-        kind: type[BatchRequest],
+        name: str,
         size: int,
         analyst: EngineClient,
         reference: EngineClient,
@@ -53,39 +56,34 @@ class SmallPictures(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._kind = kind
         self._quality = Quality(size, COARSENESS)
-        self._analyst, self._reference = analyst, reference
+        self._analyst, self._reference = (
+            Channel(client, name, self) for client in (analyst, reference)
+        )
         self._brightness = brightness
-        self._asked = 0
         self._wanted: BatchRequest | None = None
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(self._ask_reference)
-        for client in (analyst, reference):
-            client.resultReady.connect(self._take)
-        analyst.resultReady.connect(self._call_off)
+        for channel in (self._analyst, self._reference):
+            channel.answered.connect(partial(self._take, channel))
 
     def ask(self, wanted: Sequence[SceneInputs]) -> None:
         """Ask for the pictures of some inputs."""
-        self._asked += 1
         first, *more = wanted
-        self._wanted = self._kind(self._asked, first, self._quality, more=tuple(more))
-        self._analyst.submit(self._wanted)
+        self._wanted = BatchRequest(first, self._quality, tuple(more))
+        self._reference.cancel()
+        self._analyst.ask(self._wanted)
         self._patience.start()
 
     def _ask_reference(self) -> None:
-        if self._wanted is not None and not self._analyst.is_ready:
-            self._reference.submit(self._wanted)
+        if self._wanted is not None and not self._analyst.client.is_ready:
+            self._reference.ask(self._wanted)
 
-    def _take(self, result: Result) -> None:
-        request = result.request
-        if not isinstance(request, self._kind) or result.value is None:
+    def _take(self, channel: Channel, result: Result) -> None:
+        if channel.is_pending or result.value is None:
+            # Others are wanted by now, or the reference may still draw them.
             return
-        if request.sequence == self._asked:
-            brightness = self._brightness.of("exact")
-            self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])
-
-    def _call_off(self, result: Result) -> None:
-        """Spare the reference what the ray caster has drawn by now."""
-        if isinstance(result.request, self._kind) and result.request.sequence == self._asked:
-            self._reference.abandon(self._kind)
+        # Nobody needs to draw them a second time.
+        self._reference.cancel()
+        brightness = self._brightness.of("exact")
+        self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])

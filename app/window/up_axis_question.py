@@ -8,7 +8,6 @@ from PySide6.QtCore import QObject, QTimer
 from PySide6.QtGui import QImage
 
 from app.engines.client import EngineClient
-from app.engines.messages import UpAxisRequest
 from app.state.brightness import Brightness
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
@@ -52,7 +51,9 @@ class UpAxisQuestion(QObject):
         self._state = state
         self._workspace = workspace
         self._preferences = preferences
-        self._pictures = SmallPictures(UpAxisRequest, PICTURE, analyst, reference, brightness, self)
+        self._pictures = SmallPictures(
+            "which axis is up", PICTURE, analyst, reference, brightness, self
+        )
         self._pictures.drawn.connect(self._show_pictures)
         workspace.volumeStarted.connect(self._consider)
         bar.chosen.connect(state.set_up_axis)

@@ -34,8 +34,7 @@ from PySide6.QtWidgets import (
 from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.engine import always
-from app.engines.messages import BatchRequest, ImageRequest, VisibilityRequest
+from app.engines.requests import BatchRequest, ImageRequest, VisibilityRequest, always
 from app.engines.spare_memory import give_back_memory
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow

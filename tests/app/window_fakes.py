@@ -13,21 +13,22 @@ from numpy.typing import NDArray
 from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
-from app.engines.engine import Engine, always
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
-from app.engines.messages import (
+from app.engines.quality import Quality
+from app.engines.requests import (
     BatchRequest,
     BlockFieldsRequest,
     DecodedTFRequest,
+    Engine,
     FieldRangeRequest,
     ImageRequest,
     PictureRequest,
-    Quality,
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
+    always,
 )
 from model.errors import NotOfferedError, VolumeError
 from model.latent.latent_space import LatentSpace
@@ -43,11 +44,16 @@ PATIENCE_S = 20
 
 
 def make_request(sequence: int, live: bool = False) -> ImageRequest:
-    return ImageRequest(sequence, SceneInputs.of(View(), make_tf()), Quality(8, live=live))
+    return ImageRequest(SceneInputs.of(View(), make_tf()), Quality(8, live=live), sequence=sequence)
+
+
+def red_of(request: Request) -> int:
+    """Level, of 255, of the red that a fake engine's image has everywhere."""
+    return request.sequence % 256
 
 
 class FakeEngine:
-    """Renders images whose red channel is the request's sequence number.
+    """Renders images whose red channel tells the request's number: see :func:`red_of`.
 
     With a gate it waits in every render until the test opens it.
     """
@@ -87,7 +93,7 @@ class FakeEngine:
             # A generator has a size of its own.
             pixels = Raster(self.scene.image_size, self.scene.image_size)
         image = np.zeros((pixels.height, pixels.width, 4), dtype=np.float32)
-        image[..., 0] = request.sequence / 255
+        image[..., 0] = red_of(request) / 255
         image[..., 3] = 1.0
         return image
 

@@ -7,8 +7,9 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
-from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Result, VisibilityRequest
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.requests import ImageRequest, VisibilityRequest
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -22,7 +23,9 @@ class Told:
         self.states: list[EngineState] = []
         self.results: list[Result] = []
         self.client.stateChanged.connect(self.states.append)
-        self.client.resultReady.connect(self.results.append)
+        self.seen = Channel(self.client, "visibility", self.client)
+        for channel in (self.client.images, self.seen):
+            channel.answered.connect(self.results.append)
 
 
 @pytest.fixture
@@ -60,14 +63,14 @@ def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
     engine = FakeEngine()
     told.client.start(lambda: engine, "Loading …", held=True)
     question = VisibilityRequest(
-        1, make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
+        make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
     )
-    told.client.submit(question)
+    told.seen.ask(question)
     told.client.submit(make_request(2))
     qtbot.wait(50)
     assert told.client.is_held
     assert told.states == [EngineState.LOADING]
-    with qtbot.waitSignals([told.client.resultReady] * 2):
+    with qtbot.waitSignals([told.client.images.answered, told.seen.answered]):
         told.client.begin()
     assert not told.client.is_held
     assert [type(result.request) for result in told.results] == [ImageRequest, VisibilityRequest]
@@ -81,7 +84,7 @@ def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
 
 def test_a_live_image_does_not_settle(qtbot: QtBot, told: Told) -> None:
     told.client.start(FakeEngine, "Loading …")
-    with qtbot.waitSignal(told.client.resultReady):
+    with qtbot.waitSignal(told.client.images.answered):
         told.client.submit(make_request(3, live=True))
     assert told.client.state is EngineState.WORKING
 
@@ -113,7 +116,7 @@ def test_an_engine_that_cannot_be_built_fails(qtbot: QtBot, told: Told) -> None:
     assert told.client.error == "model: the folder is missing."
 
 
-def test_other_kinds_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told) -> None:
+def test_other_channels_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told) -> None:
     gate = threading.Semaphore(0)
     engine = FakeEngine(gate=gate)
     with qtbot.waitSignal(told.client.engineReady):
@@ -122,7 +125,7 @@ def test_other_kinds_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told)
     assert engine.started.acquire(timeout=PATIENCE_S)
     image = make_request(2)
     told.client.submit(image)
-    told.client.submit(VisibilityRequest(2, image.inputs, image.quality, (Region(0, 0, 1, 1),)))
+    told.seen.ask(VisibilityRequest(image.inputs, image.quality, (Region(0, 0, 1, 1),)))
     gate.release(2)
     qtbot.waitUntil(lambda: len(told.results) == 3)
     kinds = [type(result.request).__name__ for result in told.results]
@@ -150,7 +153,7 @@ def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot: QtBot, t
     with qtbot.waitSignal(told.client.settled):
         told.client.submit(make_request(1))
     told.client.resume()
-    with qtbot.waitSignal(told.client.resultReady):
+    with qtbot.waitSignal(told.client.images.answered):
         told.client.submit(make_request(2))
     assert [r.sequence for r in engine.requests] == [2]
 

@@ -18,17 +18,16 @@ from app.engines.engines import (
     ReferenceSettings,
     RendererEngine,
 )
-from app.engines.messages import (
+from app.engines.messages import SupersededError
+from app.engines.path_tracing import PathTracingEngine
+from app.engines.quality import Quality
+from app.engines.requests import (
+    BatchRequest,
     ImageRequest,
     PictureRequest,
-    Quality,
     RegionSensitivityRequest,
-    SupersededError,
-    TradeRequest,
-    UpAxisRequest,
     ValueSensitivityRequest,
 )
-from app.engines.path_tracing import PathTracingEngine
 from app.engines.stand_in import StandInEngine
 from model.generator.backends import Backend
 from model.rendering.path_tracing.refinement import RefiningRenderer
@@ -121,9 +120,10 @@ def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
     # Another view is another picture.
     engine.image(replace(request, inputs=replace(request.inputs, view=View(azimuth=80.0))))
     assert len(traced) == 12
+    measured = ImageRequest(request.inputs, Quality(16), is_measured=True)
     # What is measured is drawn anew, though it is there.
-    engine.image(TradeRequest(2, request.inputs, Quality(16)))
-    engine.image(TradeRequest(3, request.inputs, Quality(16)))
+    engine.image(measured)
+    engine.image(measured)
     assert len(traced) == 16
     engine.close()
 
@@ -135,7 +135,7 @@ def test_small_path_traced_pictures_have_few_samples() -> None:
     engine = PathTracingEngine(renderer, sample_distance=0.5)
     inputs = make_request(1).inputs
     other = replace(inputs, view=View(azimuth=80.0))
-    request = UpAxisRequest(1, inputs, Quality(24), more=(other,))
+    request = BatchRequest(inputs, Quality(24), (other,))
     for image, seen in zip(engine.images(request), (inputs, other), strict=True):
         tracer = PathTracer(make_volume(), threads=1, samples=16)
         np.testing.assert_allclose(image, tracer.render(seen, 24), atol=1e-6)
@@ -167,7 +167,7 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     whole, inputs = Raster(90, 50), make_request(1).inputs
     for samples in (1, 4):
         quality = Quality(50, raster=whole, samples=samples)
-        picture = engine.picture(PictureRequest(1, inputs, quality))
+        picture = engine.picture(PictureRequest(inputs, quality))
         # Without a number, as many as the renderer has.
         *_, right = renderer.refined(inputs, whole, max(samples, 2))
         np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
@@ -176,14 +176,14 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
         assert right.error / 1.2 < engine.image_error < 1.2 * right.error
     asked = count()
     with pytest.raises(SupersededError):
-        engine.picture(PictureRequest(1, inputs, quality), lambda: next(asked) < 3)
+        engine.picture(PictureRequest(inputs, quality), lambda: next(asked) < 3)
     engine.close()
 
 
 def test_a_picture_to_save_is_put_together_from_tiles() -> None:
     engine, renderer = make_engine()
     size = Quality(900, raster=Raster(1500, 900))
-    picture = engine.picture(PictureRequest(1, make_request(1).inputs, size))
+    picture = engine.picture(PictureRequest(make_request(1).inputs, size))
     assert picture.shape == (900, 1500, 4) and picture.dtype == np.uint8
     assert len(renderer.calls) == 2
     columns = np.clip(np.arange(1500) / 1000 * 255, 0, 400)
@@ -217,13 +217,13 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
     engine = StandInEngine.of(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
     inputs = replace(make_request(1).inputs, light=light)
-    drawn = engine.image(ImageRequest(1, inputs, Quality(24)))
+    drawn = engine.image(ImageRequest(inputs, Quality(24)))
     np.testing.assert_array_equal(drawn, soft.render(inputs, 24))
-    region = RegionSensitivityRequest(1, inputs, Quality(24), Outline(), 8.0)
+    region = RegionSensitivityRequest(inputs, Quality(24), Outline(), 8.0)
     found = engine.region_sensitivity(region)
     right = region_responses(unlit, inputs, 24, Outline(), 8.0)
     np.testing.assert_allclose(found, right, rtol=1e-4, atol=1e-6)
-    field = ValueSensitivityRequest(1, inputs, Quality(24), (150.0, 150.0), 8.0)
+    field = ValueSensitivityRequest(inputs, Quality(24), (150.0, 150.0), 8.0)
     edit = edit_around(150.0, soft.scalar_range, 8.0)
     np.testing.assert_allclose(
         engine.value_sensitivity(field), soft.change(inputs, 24, edit), rtol=1e-4, atol=1e-6

@@ -8,17 +8,17 @@ import torch
 from ramp import make_tf, make_volume
 from torch import nn
 
-from app.engines.engine import answer
 from app.engines.engines import GeneratorEngine, RendererEngine
-from app.engines.messages import (
+from app.engines.messages import SupersededError
+from app.engines.quality import Quality
+from app.engines.requests import (
     BatchRequest,
     BlockFieldsRequest,
     DecodedTFRequest,
     FieldRangeRequest,
-    Quality,
     RegionSensitivityRequest,
-    SupersededError,
     ValueSensitivityRequest,
+    always,
 )
 from model.errors import NotOfferedError
 from model.generator.generator import Generator
@@ -64,14 +64,14 @@ def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) ->
     other = SceneInputs.of(VIEW, make_tf(140.0))
     tfs = np.stack([one.opacity_tf.sample() for one in (INPUTS, other)])
     codes = tuple(map(tuple, engine._generator.encode(tfs).tolist()))
-    from_codes = answer(engine, BatchRequest(0, INPUTS, SMALL, (other,), codes))
-    from_tfs = answer(engine, BatchRequest(0, INPUTS, SMALL, (other,)))
+    from_codes = BatchRequest(INPUTS, SMALL, (other,), codes).answer(engine, always)
+    from_tfs = BatchRequest(INPUTS, SMALL, (other,)).answer(engine, always)
     assert np.abs(from_tfs[0] - from_tfs[1]).max() > 1e-4
     np.testing.assert_allclose(from_codes, from_tfs, atol=1e-5)
 
 
 def test_the_decoded_tf_is_the_codecs(engine: GeneratorEngine) -> None:
-    found = answer(engine, DecodedTFRequest(0, INPUTS, SMALL))
+    found = DecodedTFRequest(INPUTS, SMALL).answer(engine, always)
     codec, tf = engine._generator.network.codec, INPUTS.opacity_tf.sample()
     with torch.no_grad():
         code = codec.encode(2 * torch.from_numpy(tf)[None] - 1)
@@ -84,13 +84,13 @@ def test_the_decoded_tf_is_the_codecs(engine: GeneratorEngine) -> None:
 def test_fields_in_blocks_are_the_sensitivities_of_blocks(
     engine: GeneratorEngine, blocks: int
 ) -> None:
-    fields = answer(engine, BlockFieldsRequest(0, INPUTS, SMALL, blocks, 6.0))
+    fields = BlockFieldsRequest(INPUTS, SMALL, blocks, 6.0).answer(engine, always)
     count = blocks or 32
     assert fields.shape == (count, count, 256)
     # A block of one pixel: the change of its norm is the change along its colour.
     if not blocks:
-        change = answer(engine, ValueSensitivityRequest(0, INPUTS, SMALL, (150.0, 150.0), 6.0))
-        colors = engine.image(BatchRequest(0, INPUTS, SMALL))[..., :3].astype(np.float64)
+        change = ValueSensitivityRequest(INPUTS, SMALL, (150.0, 150.0), 6.0).answer(engine, always)
+        colors = engine.image(BatchRequest(INPUTS, SMALL))[..., :3].astype(np.float64)
         expected = (colors * change).sum(axis=-1) / np.linalg.norm(colors, axis=-1)
         ours = field_of_band(fields, (150.0, 150.0), (100.0, 200.0))
         np.testing.assert_allclose(ours, expected, atol=1e-2 * np.abs(expected).max())
@@ -101,13 +101,13 @@ def test_the_range_holds_the_fields_of_the_window(
     name: str, request: pytest.FixtureRequest
 ) -> None:
     engine = request.getfixturevalue(name)
-    whole = answer(engine, FieldRangeRequest(0, INPUTS, SMALL, (100.0, 200.0), 6.0))
-    part = answer(engine, FieldRangeRequest(0, INPUTS, SMALL, (150.0, 152.0), 6.0))
+    whole = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0).answer(engine, always)
+    part = FieldRangeRequest(INPUTS, SMALL, (150.0, 152.0), 6.0).answer(engine, always)
     assert whole.shape == part.shape == (2,)
     assert (part <= whole).all() and (part > 0).all()
-    asked = ValueSensitivityRequest(0, INPUTS, SMALL, (151.0, 151.0), 6.0)
+    asked = ValueSensitivityRequest(INPUTS, SMALL, (151.0, 151.0), 6.0)
     edit = edit_around(151.0, (100.0, 200.0), 6.0)
-    change = answer(engine, asked)
+    change = asked.answer(engine, always)
     for end, measure in zip(part, ("change", "signed"), strict=True):
         assert end == pytest.approx(scale_of(shown_field(change, edit, measure)), rel=0.1)
 
@@ -115,18 +115,15 @@ def test_the_range_holds_the_fields_of_the_window(
 def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) -> None:
     assert not ray_caster.draws_codes
     for request in (
-        DecodedTFRequest(0, INPUTS, SMALL),
-        BatchRequest(0, INPUTS, SMALL, codes=((0.0,) * 8,)),
+        DecodedTFRequest(INPUTS, SMALL),
+        BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)),
     ):
         with pytest.raises(NotOfferedError):
-            answer(ray_caster, request)
+            request.answer(ray_caster, always)
     answers = iter([True, True, False])
+    asked = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0)
     with pytest.raises(SupersededError):
-        answer(
-            ray_caster,
-            FieldRangeRequest(0, INPUTS, SMALL, (100.0, 200.0), 6.0),
-            lambda: next(answers),
-        )
+        asked.answer(ray_caster, lambda: next(answers))
 
 
 def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None:
@@ -134,8 +131,8 @@ def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None
     half, whole = Outline.rectangle(0, 0, 0.5, 0.5), Outline()
     asked = [(INPUTS, half, 6.0), (INPUTS, whole, 6.0), (other, whole, 6.0), (INPUTS, half, 9.0)]
     for inputs, region, width in asked:
-        request = RegionSensitivityRequest(0, inputs, SMALL, region, width)
+        request = RegionSensitivityRequest(inputs, SMALL, region, width)
         fresh = GeneratorEngine(engine._generator)
-        found = answer(engine, request)
-        np.testing.assert_allclose(found, answer(fresh, request), rtol=1e-5, atol=1e-9)
+        found = request.answer(engine, always)
+        np.testing.assert_allclose(found, request.answer(fresh, always), rtol=1e-5, atol=1e-9)
         assert np.abs(found).max() > 0

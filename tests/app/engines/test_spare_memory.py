@@ -7,8 +7,10 @@ import time
 from pathlib import Path
 
 import pytest
+from window_fakes import make_request
 
 from app.engines import spare_memory, worker
+from app.engines.requests import Request
 from app.engines.worker import Mailbox
 
 ROOT = Path(__file__).parents[3]
@@ -58,7 +60,7 @@ def test_it_rests_once_after_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(worker, "REST_S", 0.05)
     rests: list[float] = []
     box = Mailbox(lambda: rests.append(time.monotonic()))
-    taken: list[object] = []
+    taken: list[Request] = []
 
     def take() -> None:
         while (request := box.take()) is not None:
@@ -69,10 +71,10 @@ def test_it_rests_once_after_work(monkeypatch: pytest.MonkeyPatch) -> None:
     time.sleep(0.2)
     assert not rests  # nothing was done yet
     for number in range(3):
-        box.put(number)  # type: ignore[arg-type]
+        box.put(make_request(number))
     time.sleep(0.4)
-    # The newest of its kind was taken, and a single rest followed.
-    assert (taken[-1], len(rests)) == (2, 1)
+    # The newest of its channel was taken, and a single rest followed.
+    assert (taken[-1].sequence, len(rests)) == (2, 1)
     box.close()
     thread.join(5)
     assert not thread.is_alive()

@@ -6,7 +6,8 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
-from app.engines.messages import BatchRequest, Result, VisibilityRequest
+from app.engines.messages import Result
+from app.engines.requests import BatchRequest, VisibilityRequest
 from app.engines.worker import EngineWorker
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -161,7 +162,13 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
 
 def visibility(sequence: int) -> VisibilityRequest:
     image = make_request(sequence)
-    return VisibilityRequest(sequence, image.inputs, image.quality, (Region(0, 0, 2, 2),))
+    return VisibilityRequest(
+        image.inputs,
+        image.quality,
+        (Region(0, 0, 2, 2),),
+        sequence=sequence,
+        channel="visibility",
+    )
 
 
 def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
@@ -187,7 +194,7 @@ def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
 def test_what_is_not_offered_is_an_error_as_data(qtbot: QtBot) -> None:
     harness = Harness(qtbot, FakeEngine())
     image = make_request(7)
-    request = BatchRequest(7, image.inputs, image.quality, codes=((0.0,) * 8,))
+    request = BatchRequest(image.inputs, image.quality, codes=((0.0,) * 8,))
     with qtbot.waitSignal(harness.worker.resultReady):
         harness.worker.submit(request)
     assert harness.results[0].request is request

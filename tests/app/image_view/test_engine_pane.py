@@ -7,7 +7,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
-from app.engines.client import EngineClient
+from app.engines.client import Channel, EngineClient
 from app.image_view.engine_pane import EnginePane
 from app.image_view.lateness import LATE_MS
 from app.state.brightness import Brightness
@@ -192,7 +192,8 @@ def test_a_line_says_that_a_finer_image_follows(qtbot: QtBot) -> None:
     preferences = Preferences(None)
     client, other = EngineClient("test"), EngineClient("other")
     brightness = Brightness(preferences, preferences)
-    pane = EnginePane("Engine", client, brightness, "exact", stand_in=other)
+    stand_in = Channel(other, "stand-in", other)
+    pane = EnginePane("Engine", client, brightness, "exact", stand_in=stand_in)
     preferences.setParent(pane)
     qtbot.addWidget(pane, before_close_func=close)
     gate = threading.Semaphore(1)

@@ -7,7 +7,8 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeEngine, make_request
 
 from app.engines.client import EngineClient
-from app.engines.messages import ImageRequest, Quality
+from app.engines.quality import Quality
+from app.engines.requests import ImageRequest
 from app.image_view.engine_pane import EnginePane
 from app.image_view.fidelity_line import FidelityLine
 from app.state.brightness import Brightness

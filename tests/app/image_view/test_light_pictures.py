@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
-from app.engines.messages import ImageRequest
+from app.engines.requests import ImageRequest
 from app.state.light_pictures import LIGHTS, PIXELS
 from app.window.main_window import MainWindow
 from model import kernel_cache

@@ -9,9 +9,8 @@ from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 from rested_window import rested
-from window_fakes import FakeBuilders
+from window_fakes import FakeBuilders, red_of
 
-from app.engines.messages import TradeRequest
 from app.image_view.trade_popover import WAITING, TradePopover
 from app.state.exactness import STEPS, USUAL
 from app.state.pace import SCALES
@@ -33,10 +32,10 @@ def test_all_steps_are_measured_once_it_is_open(
     window = rested(qtbot, make_window)
     trade = window.workspace.reference.trade
     engine = builders.references[-1]
-    assert not any(isinstance(each, TradeRequest) for each in engine.requests)
+    assert not any(each.is_measured for each in engine.requests)
     before = window.reference.client.description
     popover = opened(qtbot, window)
-    asked = [each for each in engine.requests if isinstance(each, TradeRequest)]
+    asked = [each for each in engine.requests if each.is_measured]
     # As quick as they are, each is drawn twice, and once more where something else came first;
     # the fewest pixels come first.
     widths = [each.quality.pixels.width for each in asked]
@@ -46,10 +45,10 @@ def test_all_steps_are_measured_once_it_is_open(
     assert min(map(widths.count, last)) == 2
     # They are given up for what is asked for meanwhile.
     assert not any(each.quality.live for each in asked)
-    # Red is the request's number, so errors are known.
-    truth = engine.requests[engine.requests.index(asked[0]) - 1].sequence
+    # Red tells the request's number, so errors are known.
+    truth = engine.requests[engine.requests.index(asked[0]) - 1]
     for request, found in zip(last.values(), trade.found, strict=True):
-        gap = abs(request.sequence - truth) / 255 / np.sqrt(3)
+        gap = abs(red_of(request) - red_of(truth)) / 255 / np.sqrt(3)
         assert found.error == pytest.approx(gap, abs=1e-6)
         assert found.seconds > 0
     assert window.reference.client.description == before

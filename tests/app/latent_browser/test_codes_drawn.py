@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from toy_codec import toy_space
 from window_fakes import FakeBuilders
 
-from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
+from app.engines.requests import BatchRequest
 from app.window.main_window import MainWindow
 
 WindowMaker = Callable[..., MainWindow]
@@ -37,8 +37,8 @@ def window(
     return window
 
 
-def newest(builders: FakeBuilders, kind: type) -> GridRequest:
-    return [r for r in builders.generators[-1].others if isinstance(r, kind)][-1]
+def newest(builders: FakeBuilders, channel: str) -> BatchRequest:
+    return [r for r in builders.generators[-1].others if r.channel == channel][-1]
 
 
 def test_the_grid_draws_the_mean_codes_in_one_batch(
@@ -49,7 +49,7 @@ def test_the_grid_draws_the_mean_codes_in_one_batch(
     grid = window.workspace.latent.pictures.grid
     assert grid is not None and grid.of_codes and grid.source == "learned"
     means = grid.cells.codes.reshape(16, -1)[grid.cells.count.ravel() > 0]
-    request = newest(builders, GridRequest)
+    request = newest(builders, "grid")
     np.testing.assert_allclose(request.codes, means, rtol=1e-6)
     # The fake's images are as bright as the first number of their code.
     brightness = [image[0, 0, 0] for image in grid.images.values()]
@@ -66,7 +66,7 @@ def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(
     place = window.latent_state.hover
     assert place is not None
     code, _ = work.session.code_at(place)
-    request = newest(builders, HoverRequest)
+    request = newest(builders, "hover")
     assert request.codes == (tuple(code.tolist()),)
     assert work.pictures.hover is not None and work.pictures.hover.of_code
     assert work.pictures.hover.tf == work.session.tf_at(place)[0]
@@ -86,7 +86,7 @@ def test_the_decoded_tfs_pictures_come_by_a_key(
     assert pictures.grid is not None and pictures.grid.source == "exact"
     window.latent_state.choose(engine="learned")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
-    assert newest(builders, GridRequest).codes == ()
+    assert newest(builders, "grid").codes == ()
     decoded.trigger()
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.of_codes)
 
@@ -108,7 +108,7 @@ def test_thumbnails_are_drawn_from_codes_and_anew_from_tfs(
     window.latent_state.choose(drawn="tf", engine="learned")
     assert set(wanted) <= set(pictures.stale_thumbnails)
     qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
-    assert newest(builders, ThumbnailRequest).codes == ()
+    assert newest(builders, "thumbnails").codes == ()
 
 
 def test_the_shipped_codecs_codes_are_not_the_models(

@@ -20,7 +20,6 @@ from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
 from window_fakes import FakeBuilders
 
-from app.engines.messages import GridRequest, HoverRequest, ThumbnailRequest
 from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.map_view import MapView
 from app.state.latent_path import Frame, MovieOrder
@@ -145,7 +144,7 @@ def test_the_grid_shows_the_mean_of_each_cell(
             frame = window.workspace.latent.session.space.frame
             assert frame.opacities(tf) == pytest.approx(ToyCodec().decode(code)[0], abs=0.02)
     # All of them in one request.
-    request = [r for r in builders.analysts[-1].others if isinstance(r, GridRequest)][-1]
+    request = [r for r in builders.analysts[-1].others if r.channel == "grid"][-1]
     asked = [request.inputs, *request.more]
     assert [one.opacity_tf for one in asked] == [tf for tf in grid.tfs if tf is not None]
     assert len(window.browser.grid.images) == len(asked)
@@ -157,7 +156,7 @@ def test_hovering_shows_picture_and_tf(
     pictures = window.workspace.latent.pictures
     move(qtbot, window.browser.map, (0.2, 0.1))
     qtbot.waitUntil(lambda: pictures.hover is not None)
-    request = [r for r in builders.analysts[-1].others if isinstance(r, HoverRequest)][-1]
+    request = [r for r in builders.analysts[-1].others if r.channel == "hover"][-1]
     place = window.latent_state.hover
     assert place is not None
     assert place == pytest.approx((0.2, 0.1), abs=0.02)
@@ -283,11 +282,11 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
     assert not window.browser.grid.is_stale
     assert pictures.grid is not first
     # An edit of the opacity TF changes no picture of the map.
-    asked = sum(isinstance(r, GridRequest) for r in builders.analysts[-1].others)
+    asked = sum(r.channel == "grid" for r in builders.analysts[-1].others)
     tf = window.state.transfer_function
     window.state.commit(replace(tf, opacity=make_tf(140.0).opacity), "test")
     assert not window.browser.grid.is_stale
-    assert sum(isinstance(r, GridRequest) for r in builders.analysts[-1].others) == asked
+    assert sum(r.channel == "grid" for r in builders.analysts[-1].others) == asked
 
 
 def test_thumbnails_come_when_one_is_close(
@@ -311,7 +310,7 @@ def test_thumbnails_come_when_one_is_close(
     sample = next(s for s in wanted if seen.contains(QPointF(*at[s])))
     move(qtbot, map_view, tuple(latent_map.places[sample].tolist()))
     qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
-    assert any(isinstance(r, ThumbnailRequest) for r in builders.analysts[-1].others)
+    assert any(r.channel == "thumbnails" for r in builders.analysts[-1].others)
     window.browser.bar.reset.click()
     assert map_view.thumbnails_in_sight == []
 
@@ -539,7 +538,7 @@ def test_the_model_draws_and_is_compared(
     assert window.browser.bar.codec.menuAction().isVisible()
     window.latent_state.choose(engine="learned")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
-    assert any(isinstance(r, GridRequest) for r in builders.generators[-1].others)
+    assert any(r.channel == "grid" for r in builders.generators[-1].others)
     window.latent_state.choose(coloring="error")
     errors = window.workspace.latent.errors
     qtbot.waitUntil(lambda: errors.errors is not None)

@@ -10,7 +10,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
-from app.engines.messages import BlockFieldsRequest, FieldRangeRequest
+from app.engines.requests import BlockFieldsRequest, FieldRangeRequest
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.field_menu import FieldMenu
 from app.window.main_window import MainWindow

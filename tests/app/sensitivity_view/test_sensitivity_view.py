@@ -18,10 +18,9 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.messages import (
-    MeasureRequest,
-    PickRequest,
+from app.engines.requests import (
     RegionSensitivityRequest,
+    Request,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
@@ -197,7 +196,7 @@ def test_a_click_names_the_values_there_and_edits_them(
     canvas, findings = window.reference.canvas, window.sensitivity.findings
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
     qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
-    asked = [r for r in builders.analysts[-1].others if isinstance(r, PickRequest)]
+    asked = [r for r in builders.analysts[-1].others if r.channel == "sensitivity: pick"]
     square = asked[-1].regions[0]
     xs, ys = zip(*square.points, strict=True)
     assert (np.mean(xs), np.mean(ys)) == pytest.approx((0.3, 0.6), abs=0.01)
@@ -648,10 +647,11 @@ def test_switched_off_nothing_is_asked_or_shown(
     assert window.reference.canvas.cover is None
     assert not window.sensitivity.findings.isVisible()
     # Of what was asked before, some may still be answered.
-    last = window.workspace.sensitivity._sequence
+    asked: list[Request] = []
+    builders.analysts[-1].others, builders.generators[-1].others = asked, asked
     window.state.commit(make_tf(150.0), "test")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.workspace.sensitivity._sequence == last
+    assert not asked
     QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
     assert window.sensitivity_state.place is None
 
@@ -783,9 +783,10 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     window.sensitivity_state.choose(engine="exact")
     window.sensitivity_state.choose(engine="learned")
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
-    with qtbot.waitSignal(dispatcher._clients["exact"].resultReady):
-        for _ in range(40):
-            analyst.gate.release()
+    for _ in range(40):
+        analyst.gate.release()
+    qtbot.waitUntil(lambda: not any(c["exact"].is_pending for c in dispatcher._channels.values()))
+    qtbot.wait(50)
     assert set(dispatcher.regions) == {"learned"}
     analyst.gate = None
 
@@ -916,13 +917,12 @@ def test_what_a_drag_no_longer_wants_is_not_measured(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     trials, analyst = window.workspace.sensitivity.trials, builders.analysts[-1]
-    qtbot.waitUntil(lambda: any(type(r) is MeasureRequest for r in analyst.others))
-    abandoned: list[object] = []
-    client = window.workspace.sensitivity._clients["exact"]
-    client.abandon = abandoned.append  # type: ignore[method-assign]
+    qtbot.waitUntil(lambda: any(r.channel == "measured edits" for r in analyst.others))
+    channel = trials._measured["exact"]
     trials.measure(window.sensitivity.responses.intervals)
+    assert channel.is_pending
     window.state.move_view(View(80.0))
-    assert MeasureRequest in abandoned
+    assert not channel.is_pending
 
 
 def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
-from app.engines.messages import ImageRequest, Request, Result, StandInRequest
+from app.engines.client import Channel
+from app.engines.messages import Result
+from app.engines.requests import IMAGES, Request
 from app.state.dispatcher import (
     FIRST_SIZE,
     LONGEST_SECONDS,
@@ -19,12 +21,12 @@ from model.rendering.raster import Raster
 from model.scene.view import View
 
 PANE = Raster(1000, 400)
+STAND_IN = "stand-in"
 
 
 class Client(QObject):
     """Keeps what it is asked for, and answers when the test says so."""
 
-    resultReady = Signal(object)  # noqa: N815
     is_ready = True
     is_held = False
     by_raycast = False
@@ -32,13 +34,18 @@ class Client(QObject):
     def __init__(self) -> None:
         super().__init__()
         self.asked: list[Request] = []
-        self.abandoned: list[type[Request]] = []
+        self.abandoned: list[str] = []
+        self.channels: dict[str, Channel] = {}
+        self.images = Channel(self, IMAGES, self)  # type: ignore[arg-type]
+
+    def open(self, channel: Channel) -> None:
+        self.channels[channel.name] = channel
 
     def submit(self, request: Request) -> None:
         self.asked.append(request)
 
-    def abandon(self, kind: type[Request]) -> None:
-        self.abandoned.append(kind)
+    def abandon(self, channel: str) -> None:
+        self.abandoned.append(channel)
 
     def answer(self, seconds_per_pixel: float) -> Request:
         """Answer the newest request, at a speed."""
@@ -46,7 +53,8 @@ class Client(QObject):
         pixels = request.quality.pixels
         coarse = request.quality.coarseness
         seconds = seconds_per_pixel * pixels.width * pixels.height / coarse
-        self.resultReady.emit(Result(request, object(), None, seconds))  # type: ignore[arg-type]
+        result = Result(request, object(), None, seconds)  # type: ignore[arg-type]
+        self.channels[request.channel].deliver(result)
         return request
 
 
@@ -57,7 +65,9 @@ def clients() -> list[Client]:
 
 @pytest.fixture
 def dispatcher(state: ViewerState, clients: list[Client]) -> Dispatcher:
-    dispatcher = Dispatcher(state, *clients, parent=state)  # type: ignore[arg-type]
+    generator, reference, analyst = clients
+    stand_in = Channel(analyst, STAND_IN, analyst)  # type: ignore[arg-type]
+    dispatcher = Dispatcher(state, generator, reference, stand_in, state)  # type: ignore[arg-type]
     dispatcher.raster = PANE
     return dispatcher
 
@@ -140,12 +150,12 @@ def test_a_held_reference_leaves_the_first_image_to_the_ray_caster(
     assert len(stand_in.asked) == 2
     # The newest of its own requests is what it draws once it begins.
     reference.is_held, reference.is_ready = False, True
-    assert reference.asked[-1].sequence == stand_in.asked[-1].sequence
+    assert reference.asked[-1].sequence > stand_in.asked[-1].sequence
     # A model that comes later has nothing else drawn anew.
     before = len(reference.asked), len(stand_in.asked)
     dispatcher.send(generator_only=True)
     assert (len(reference.asked), len(stand_in.asked)) == before
-    assert generator.asked[-1].sequence == reference.asked[-1].sequence
+    assert generator.asked[-1].inputs == reference.asked[-1].inputs
 
 
 def test_an_image_that_takes_long_begins_coarse(
@@ -173,8 +183,8 @@ def test_a_drag_calls_off_what_is_being_refined(
     dispatcher.send()
     count = len(reference.asked)
     state.move_view(View(azimuth=10.0))
-    assert ImageRequest in reference.abandoned
-    assert isinstance(stand_in.asked[-1], StandInRequest)
+    assert IMAGES in reference.abandoned
+    assert stand_in.asked[-1].stands_in
     # The image that was under way comes late: nothing finer of the old view is asked for.
     reference.answer(1e-5)
     assert len(reference.asked) == count
@@ -285,7 +295,7 @@ def test_where_vtk_is_fast_it_draws_all_pixels_with_all_samples_while_something_
     state.finish_view()
     reference.answer(1e-8)
     assert drag(state, clients) is reference
-    assert StandInRequest in stand_in.abandoned
+    assert STAND_IN in stand_in.abandoned
     live = reference.answer(1e-8)
     assert (live.quality.pixels, live.quality.coarseness) == (PANE, 1.0)
     assert "VTK draws" in told[-1]

@@ -8,7 +8,9 @@ import torch
 from numpy.typing import NDArray
 from window_fakes import make_request
 
-from app.engines.messages import Quality, Request, Result, StandInRequest
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import ImageRequest, Request
 from app.state.image_errors import ImageErrors, distance
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -107,7 +109,7 @@ def test_the_ray_casters_image_is_measured_by_the_references() -> None:
     request = errors._last.request  # type: ignore[union-attr]
     errors.forget()
     drawn = result(0.48, stand_in)
-    drawn = replace(drawn, request=StandInRequest(1, request.inputs, stand_in))
+    drawn = replace(drawn, request=ImageRequest(request.inputs, stand_in, stands_in=True))
     errors.note(drawn, WHOLE)
     assert said(errors) == "refining"
     errors.settle(WHOLE)
@@ -155,7 +157,9 @@ def test_time_and_error_of_a_moving_image_are_measured() -> None:
     errors.note(result(0.5, live(1.0)), WHOLE)
     assert errors.moving == (0.1, 0.0)
     # A coarse one at rest is not one of those that move.
-    drawn = replace(result(0.4, live()), request=StandInRequest(1, INPUTS, live()), seconds=0.02)
+    drawn = replace(
+        result(0.4, live()), request=ImageRequest(INPUTS, live(), stands_in=True), seconds=0.02
+    )
     errors.note(drawn, WHOLE, moves=True)
     errors.note(result(0.4, live()), WHOLE)
     assert errors.moving == (0.02, None)

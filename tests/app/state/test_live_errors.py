@@ -9,12 +9,8 @@ import pytest
 from PySide6.QtCore import QObject
 from pytestqt.qtbot import QtBot
 
-from app.engines.messages import (
-    GridRequest,
-    Quality,
-    RegionSensitivityRequest,
-    ValueSensitivityRequest,
-)
+from app.engines.quality import Quality
+from app.engines.requests import BatchRequest, RegionSensitivityRequest, ValueSensitivityRequest
 from app.state.live_errors import LiveErrors
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
@@ -41,7 +37,7 @@ def inputs_from(azimuth: float) -> SceneInputs:
 
 @pytest.fixture
 def curve() -> RegionSensitivityRequest:
-    return RegionSensitivityRequest(1, inputs_from(0.0), LIVE, Outline(), 6.0)
+    return RegionSensitivityRequest(inputs_from(0.0), LIVE, Outline(), 6.0)
 
 
 def at_rest(request: RegionSensitivityRequest) -> RegionSensitivityRequest:
@@ -89,14 +85,14 @@ def test_fewer_pixels_are_enlarged_first(
     errors: LiveErrors, curve: RegionSensitivityRequest
 ) -> None:
     inputs = curve.inputs
-    field = ValueSensitivityRequest(1, inputs, LIVE, (0.0, 1.0), 6.0)
+    field = ValueSensitivityRequest(inputs, LIVE, (0.0, 1.0), 6.0)
     errors.take("field", "exact", field, np.ones((8, 12, 3), np.float32), 0.1)
     errors.take(
         "field", "exact", replace(field, quality=REST), np.ones((16, 24, 3), np.float32), 0.1
     )
     assert errors.found["field"].cosine == pytest.approx(1.0)
 
-    grid = GridRequest(1, inputs, LIVE)
+    grid = BatchRequest(inputs, LIVE)
     errors.take("map", "exact", grid, np.zeros((3, 8, 8, 4), np.float32), 0.1)
     rest = np.full((3, 16, 16, 4), 0.25, np.float32)
     errors.take("map", "exact", replace(grid, quality=REST), rest, 0.1)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from ramp import make_tf
 
-from app.engines.messages import Quality, RegionSensitivityRequest
+from app.engines.quality import Quality
+from app.engines.requests import RegionSensitivityRequest
 from app.state.sensitivity_answers import Answer, RegionAnswer, agreement
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
@@ -16,7 +17,7 @@ RANGE = (0.0, 255.0)
 def answered(size: int, strength: float, shift: float = 0.0) -> RegionAnswer:
     """Responses of an image in which every pixel changes alike."""
     inputs = SceneInputs.of(View(), make_tf())
-    request = RegionSensitivityRequest(1, inputs, Quality(size), Outline(), 3.0)
+    request = RegionSensitivityRequest(inputs, Quality(size), Outline(), 3.0)
     curve = np.exp(-((np.arange(256) - 120 - shift) ** 2) / 200)
     # The change of a norm grows with the root of the number of pixels.
     value = (strength * size * curve).astype(np.float32)

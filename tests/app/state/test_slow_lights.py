@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from ramp import make_tf
 
-from app.engines.messages import ImageRequest, Quality, Request, Result, StandInRequest
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import ImageRequest
 from app.state.reference_choices import ReferenceChoices
 from app.state.slow_lights import SlowLights
 from model.rendering.raster import Raster
@@ -18,25 +20,26 @@ WHOLE = Raster(800, 600)
 
 def image(
     seconds: float,
-    kind: type[Request] = ImageRequest,
+    stands_in: bool = False,
     scale: float = 1.0,
     coarseness: float = 1.0,
 ) -> Result:
     raster = WHOLE.scaled(scale)
     inputs = SceneInputs.of(View(), make_tf())
     quality = Quality(raster.shorter, coarseness, raster=raster)
-    return Result(kind(1, inputs, quality), np.zeros((1, 1, 4), np.float32), None, seconds)
+    request = ImageRequest(inputs, quality, stands_in=stands_in)
+    return Result(request, np.zeros((1, 1, 4), np.float32), None, seconds)
 
 
-@pytest.mark.parametrize("kind", [ImageRequest, StandInRequest])
+@pytest.mark.parametrize("stands_in", [False, True])
 def test_shadows_are_given_up_by_an_image_at_rest_of_more_than_their_time(
-    kind: type[Request],
+    stands_in: bool,
 ) -> None:
     lights = SlowLights()
-    assert lights.judge("shadows", image(1.6, kind), WHOLE) == pytest.approx(1.6)
+    assert lights.judge("shadows", image(1.6, stands_in), WHOLE) == pytest.approx(1.6)
     assert lights.found == {"shadows"}
     # The next light has its own limit, and is judged once.
-    assert lights.judge("direct", image(1.6, kind), WHOLE) == 0
+    assert lights.judge("direct", image(1.6, stands_in), WHOLE) == 0
     assert lights.found == {"shadows"}
 
 
@@ -66,9 +69,9 @@ def test_an_image_of_fewer_samples_tells_nothing() -> None:
 def test_direct_light_goes_out_by_the_ray_casters_first_image() -> None:
     lights = SlowLights()
     # As many pixels as the first image has, however wide the pane.
-    assert lights.judge("direct", image(9.0, StandInRequest), WHOLE) == 0
+    assert lights.judge("direct", image(9.0, stands_in=True), WHOLE) == 0
     lights = SlowLights()
-    assert lights.judge("direct", image(12.0, StandInRequest), WHOLE) > 3
+    assert lights.judge("direct", image(12.0, stands_in=True), WHOLE) > 3
     assert lights.found == {"direct"}
 
 

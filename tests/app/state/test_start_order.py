@@ -10,9 +10,9 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine, make_request
 
 import app.state.start_order as start_order
-from app.engines.client import EngineClient
+from app.engines.client import Channel, EngineClient
 from app.engines.engines import FASTEST
-from app.engines.messages import StandInRequest
+from app.engines.requests import ImageRequest
 from app.engines.states import EngineState
 from app.state.generator_work import GeneratorWork
 from app.state.start_order import StartOrder
@@ -28,8 +28,9 @@ class Start:
         self.model = GeneratorWork(
             self.generator, self.builders.make(), FASTEST, parent=self.generator
         )
+        self.stand_in = Channel(self.analyst, "stand-in", self.analyst)
         self.order = StartOrder(
-            self.generator, self.reference, self.analyst, self.model, parent=self.generator
+            self.generator, self.reference, self.stand_in, self.model, parent=self.generator
         )
 
     def begin(self) -> None:
@@ -39,7 +40,7 @@ class Start:
     def draw(self) -> None:
         """Have the ray caster draw."""
         image = make_request(1)
-        self.analyst.submit(StandInRequest(1, image.inputs, image.quality))
+        self.stand_in.ask(ImageRequest(image.inputs, image.quality, stands_in=True))
 
 
 @pytest.fixture
@@ -65,7 +66,7 @@ def test_without_a_model_vtk_follows_the_ray_casters_picture(qtbot: QtBot, start
 def test_a_model_comes_before_vtk(qtbot: QtBot, start: Start) -> None:
     start.model.open(Path("model"), None, held=True)
     start.begin()
-    with qtbot.waitSignal(start.analyst.resultReady):
+    with qtbot.waitSignal(start.stand_in.answered):
         start.draw()
     assert start.order.is_under_way
     with qtbot.waitSignal(start.generator.engineReady):

@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from rested_window import rested
 from window_fakes import FakeBuilders
 
-from app.engines.messages import RegionSensitivityRequest, TradeRequest
+from app.engines.requests import RegionSensitivityRequest
 from app.state import trade_work
 from app.state.exactness import STEPS, USUAL
 from app.state.fidelity import figures_text
@@ -34,7 +34,7 @@ def short_rest(monkeypatch: pytest.MonkeyPatch, nothing_measured_at_rest: None) 
 
 def trades(builders: FakeBuilders) -> int:
     engine = builders.references[-1]
-    return sum(isinstance(each, TradeRequest) for each in engine.requests)
+    return sum(each.is_measured for each in engine.requests)
 
 
 def test_a_window_at_rest_measures_for_later(

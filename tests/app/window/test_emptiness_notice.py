@@ -10,8 +10,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.engine import always
-from app.engines.messages import ImageRequest
+from app.engines.requests import ImageRequest, always
 from app.window.main_window import MainWindow
 from model.scene.transfer_function import OpacityTF, TransferFunction
 

@@ -13,8 +13,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.engine import always
-from app.engines.messages import ImageRequest, StandInRequest
+from app.engines.requests import ImageRequest, always
 from app.state import dispatcher, slow_lights
 from app.window.main_window import MainWindow
 from model.scene.view import View
@@ -24,7 +23,7 @@ def draw_slowly(
     self: FakeEngine, request: ImageRequest, is_wanted: Callable[[], bool] = always
 ) -> NDArray[np.float32]:
     """As the fake draws, and the ray caster slowly."""
-    if isinstance(request, StandInRequest):
+    if request.stands_in:
         time.sleep(0.1)
     pixels = request.quality.pixels
     return np.full((pixels.height, pixels.width, 4), 0.5, np.float32)

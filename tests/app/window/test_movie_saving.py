@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QMessageBox, QPushButton
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.messages import MovieFrameRequest, PictureRequest
+from app.engines.requests import PictureRequest
 from app.window.figure import FigureLook
 from app.window.main_window import MainWindow
 from app.window.movie_dialog import MovieChoice, MovieDialog
@@ -75,7 +75,7 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
     window.state.set_view(View(200.0, -50.0))
     qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
     assert window.movies.progress is None and not window.movies.is_running
-    views = [request.inputs.view for request in asked if type(request) is MovieFrameRequest]
+    views = [request.inputs.view for request in asked if request.channel == "movie"]
     assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
     assert {view.elevation for view in views} == {20.0}
     movie = frames_of(place)

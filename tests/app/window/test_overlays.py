@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from window_fakes import FakeBuilders
 
-from app.engines.messages import DecodedTFRequest
+from app.engines.requests import DecodedTFRequest
 from app.window.main_window import MainWindow
 from model.rendering.scale_bar import Scale
 from model.scene.view import View

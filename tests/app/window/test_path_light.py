@@ -9,7 +9,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
-from app.engines.messages import VisibilityRequest
+from app.engines.requests import VisibilityRequest
 from app.state import generator_work
 from app.window.main_window import PATH_TITLE, MainWindow
 from model.rendering.path_tracing import denoising

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDialog, QFileDialog
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.messages import PictureRequest
+from app.engines.requests import PictureRequest
 from app.window.figure import Which
 from app.window.file_dialogs import file_name
 from app.window.main_window import MainWindow

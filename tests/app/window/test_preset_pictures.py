@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QMenu
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.messages import BatchRequest, PresetRequest
+from app.engines.requests import BatchRequest
 from app.tf_editor.preset_menu import FOLDED, PICTURE
 from app.window.main_window import MainWindow
 from app.window.preset_pictures import contrast, is_nearly_black
@@ -24,8 +24,8 @@ def test_each_preset_shows_the_volume_and_can_be_taken(
     window.brightness.set(1.0)
     menu.aboutToShow.emit()
 
-    def asked() -> list[PresetRequest]:
-        return [r for r in builders.analysts[-1].others if isinstance(r, PresetRequest)]
+    def asked() -> list[BatchRequest]:
+        return [r for r in builders.analysts[-1].others if r.channel == "presets"]
 
     qtbot.waitUntil(lambda: bool(asked()))
     request, entries = asked()[-1], menu.actions()
@@ -90,7 +90,7 @@ def test_presets_are_ordered_by_what_they_show_and_stay_while_the_menu_is_open(
     black = menu.actions()[-1].menu()
     assert isinstance(black, QMenu)
     assert [action.text() for action in black.actions()] == [usual[-1]]
-    count = len([r for r in builders.analysts[-1].others if isinstance(r, PresetRequest)])
+    count = len([r for r in builders.analysts[-1].others if r.channel == "presets"])
     assert count >= 1
     qtbot.waitUntil(lambda: not menu.actions()[1].icon().isNull())
     assert [action.text() for action in menu.actions()] == shown

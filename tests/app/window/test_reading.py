@@ -13,7 +13,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import PATIENCE_S, FakeBuilders
 
-from app.engines.engine import Engine
+from app.engines.requests import Engine
 from app.window.main_window import MainWindow
 from model.scene.volume import Volume
 from model.volume_files.progress import counted

@@ -11,7 +11,6 @@ from ramp import make_tf
 from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.client import EngineClient
-from app.engines.messages import PresetRequest
 from app.state.brightness import Brightness
 from app.state.preferences import Preferences
 from app.window import small_pictures
@@ -41,7 +40,7 @@ def test_the_reference_draws_while_the_ray_caster_is_compiled(
     analyst.start(compile_first, "")
     reference.start(lambda: engines[1], "")
     brightness = Brightness(Preferences(None), owner)
-    pictures = SmallPictures(PresetRequest, SIZE, analyst, reference, brightness, owner)
+    pictures = SmallPictures("presets", SIZE, analyst, reference, brightness, owner)
     inputs = SceneInputs.of(View(), make_tf())
     wanted = [inputs, replace(inputs, view=View(90.0))]
     try:

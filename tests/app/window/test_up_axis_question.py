@@ -8,7 +8,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
-from app.engines.messages import UpAxisRequest
+from app.engines.requests import BatchRequest
 from app.window.main_window import MainWindow
 from model.scene.axes import AXES
 
@@ -29,8 +29,8 @@ def test_it_is_asked_once_with_pictures(
     # Before there are pictures it is as high as with them.
     height = bar.sizeHint().height()
 
-    def asked() -> list[UpAxisRequest]:
-        return [r for r in builders.analysts[-1].others if isinstance(r, UpAxisRequest)]
+    def asked() -> list[BatchRequest]:
+        return [r for r in builders.analysts[-1].others if r.channel == "up axis"]
 
     def level(axis: str) -> int:
         return bar.button(axis).icon().pixmap(8, 8).toImage().pixelColor(4, 4).red()

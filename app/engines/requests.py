@@ -1,0 +1,319 @@
+"""The interface of engines: what they are asked, as frozen data, and the methods that answer it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.engines.quality import Quality
+from model.scene.inputs import SceneInputs
+from model.scene.region import ImageRegion
+from model.scene.scene import Scene
+from model.sensitivity.measure import Measure
+
+IMAGES = "images"
+"""Name of the channel whose images an engine's pane shows."""
+
+Array = NDArray[np.float32]
+
+
+def always() -> bool:
+    """Return True: the answer is wanted."""
+    return True
+
+
+@dataclass(frozen=True)
+class Request:
+    """Base class of requests to an engine.
+
+    Attributes
+    ----------
+    inputs : SceneInputs
+    quality : Quality
+    sequence : int
+        Number that increases with every request, of any engine; no part of the question.
+    channel : str
+        Name of the channel on which it was asked; no part of the question.
+    """
+
+    inputs: SceneInputs
+    quality: Quality
+    sequence: int = field(default=0, compare=False, kw_only=True)
+    channel: str = field(default=IMAGES, compare=False, kw_only=True)
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Return an engine's answer.
+
+        Parameters
+        ----------
+        engine : Engine
+        is_wanted : callable
+            Says whether somebody still waits for the answer.
+
+        Raises
+        ------
+        NotOfferedError
+            If the engine does not answer such requests.
+        SupersededError
+            When the engine has given up, as nobody waits for the answer.
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class ImageRequest(Request):
+    """Request for one image: float32 RGBA (H, W, 4) in [0, 1], premultiplied, row 0 at the top.
+
+    Attributes
+    ----------
+    stands_in : bool
+        Whether it is shown in place of another renderer's image until that is there.
+    is_measured : bool
+        Whether only its time and error are wanted: it is drawn even if it is there, and not shown.
+    """
+
+    stands_in: bool = field(default=False, kw_only=True)
+    is_measured: bool = field(default=False, kw_only=True)
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Draw it."""
+        return engine.image(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class PictureRequest(Request):
+    """Request for a picture to save, of any size: RGBA as uint8 (H, W, 4), premultiplied."""
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Draw it."""
+        return engine.picture(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class BatchRequest(Request):
+    """Request for several images, float32 (N, S, S, 4).
+
+    Attributes
+    ----------
+    more : tuple of SceneInputs
+        Those of all images but the first, which has `inputs`.
+    codes : tuple of tuple of float
+        N latent codes of a generator that draws them, in place of the opacity TFs of the N
+        inputs; all else in these is the same. Empty to draw the TFs.
+    """
+
+    more: tuple[SceneInputs, ...] = ()
+    codes: tuple[tuple[float, ...], ...] = ()
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Draw them."""
+        if self.codes:
+            return engine.latent_images(self)
+        return engine.images(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class RegionSensitivityRequest(Request):
+    """Request for a region's sensitivity to edits at each scalar value: float32 (256,).
+
+    Attributes
+    ----------
+    region : ImageRegion
+    width : float
+        Standard deviation of the edits, in bins of the TF.
+    measure : {"change", "signed"}
+    """
+
+    region: ImageRegion
+    width: float
+    measure: Measure = "signed"
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Differentiate the image."""
+        return engine.region_sensitivity(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class ValueSensitivityRequest(Request):
+    """Request for each pixel's sensitivity to edits at some scalar values: float32 (S, S, 3).
+
+    Attributes
+    ----------
+    values : tuple of float
+        Lowest and highest scalar value of the edit, in the data's units.
+    width : float
+        Standard deviation of the edit's flanks, in bins of the TF.
+    """
+
+    values: tuple[float, float]
+    width: float
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Differentiate the image."""
+        return engine.value_sensitivity(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class BlockFieldsRequest(Request):
+    """Request for the sensitivity of blocks to edits at all scalar values: float32 (n, n, 256).
+
+    Attributes
+    ----------
+    blocks : int
+        Number of blocks along either side of the square image; 0 for one a pixel.
+    width : float
+        Standard deviation of the edits, in bins of the TF.
+    """
+
+    blocks: int
+    width: float
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Differentiate the image."""
+        return engine.block_fields(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class FieldRangeRequest(Request):
+    """Request for the ends of the scale over the fields of many scalar values: float32 (2,).
+
+    They are those by the measures "change" and "signed", see
+    :func:`model.sensitivity.block_fields.largest_scales`.
+
+    Attributes
+    ----------
+    window : tuple of float
+        Lowest and highest of these values, in the data's units.
+    width : float
+        Standard deviation of the edits, in bins of the TF.
+    """
+
+    window: tuple[float, float]
+    width: float
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Differentiate the image."""
+        return engine.field_range(self, is_wanted)
+
+
+@dataclass(frozen=True)
+class ValueVisibilityRequest(Request):
+    """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1.
+
+    Attributes
+    ----------
+    values : tuple of float
+        Lowest and highest of them, in the data's units.
+    width : float
+        Standard deviation of the flanks beyond these, in bins of the TF.
+    """
+
+    values: tuple[float, float]
+    width: float
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Look along the rays."""
+        return engine.value_visibility(self)
+
+
+@dataclass(frozen=True)
+class VisibilityRequest(Request):
+    """Request for the visibility of each scalar value in n regions: float32 (n, 256)."""
+
+    regions: tuple[ImageRegion, ...]
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Look along the rays."""
+        return engine.visibility(self)
+
+
+@dataclass(frozen=True)
+class DecodedTFRequest(Request):
+    """Request for what a generator's codec makes of the opacity TF: opacities, float32 (256,)."""
+
+    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+        """Encode and decode it."""
+        return engine.decoded_tf(self)
+
+
+class Engine(Protocol):
+    """Interface of engines; each is built, used and closed in one thread.
+
+    Each method returns the array described by its request's class, and raises
+    :class:`model.errors.NotOfferedError` if the engine does not support the request. One that
+    is told whether its answer is wanted may raise :class:`SupersededError` once it is not.
+    """
+
+    @property
+    def description(self) -> str:
+        """Device and backend, for display; may be empty."""
+
+    @property
+    def remark(self) -> str:
+        """One sentence on why this one draws, and no other; empty if nothing is to be said."""
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+
+    @property
+    def image_error(self) -> float | None:
+        """Estimated RMSE of the last image, infinite if not known yet; None if there is none."""
+
+    @property
+    def scene(self) -> Scene | None:
+        """Scene that a generator was trained on; None for renderers."""
+
+    @property
+    def draws_codes(self) -> bool:
+        """Whether images can be drawn from latent codes; False for renderers."""
+
+    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
+        """Draw one image."""
+
+    def picture(
+        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
+    ) -> NDArray[np.uint8]:
+        """Draw a picture to save."""
+
+    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+        """Draw several images."""
+
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the sensitivity of a region to edits at each scalar value."""
+
+    def value_sensitivity(
+        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the sensitivity of each pixel to edits at one scalar value."""
+
+    def block_fields(
+        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the sensitivity of blocks to edits at all scalar values."""
+
+    def field_range(
+        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+    ) -> Array:
+        """Compute the ends of the scale over the fields of many scalar values."""
+
+    def visibility(self, request: VisibilityRequest) -> Array:
+        """Compute the visibility of each scalar value in a region."""
+
+    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
+        """Compute how much of each pixel shows some scalar values."""
+
+    def latent_images(self, request: BatchRequest) -> Array:
+        """Draw images from the request's latent codes."""
+
+    def decoded_tf(self, request: DecodedTFRequest) -> Array:
+        """Encode the opacity TF as its latent code, and decode that again."""
+
+    def close(self) -> None:
+        """Release the engine's resources."""

@@ -1,0 +1,125 @@
+"""Two askers of one engine: each hears its own answers, and the newest of them count."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+from pytestqt.qtbot import QtBot
+from window_fakes import PATIENCE_S, FakeEngine, make_request
+
+from app.engines.client import Channel, EngineClient
+from app.engines.messages import Result
+from app.engines.requests import BatchRequest, ImageRequest
+from model.errors import RenderError
+
+
+class Asking:
+    """A client whose engine waits in each image, two channels to it, and their answers."""
+
+    def __init__(self, qtbot: QtBot) -> None:
+        self.client = EngineClient("test")
+        self.engine = FakeEngine(gate=threading.Semaphore(0))
+        self.one, self.other = (Channel(self.client, name, self.client) for name in ("one", "two"))
+        self.heard: dict[Channel, list[Result]] = {self.one: [], self.other: []}
+        for channel, heard in self.heard.items():
+            channel.answered.connect(heard.append)
+        with qtbot.waitSignal(self.client.engineReady):
+            self.client.start(lambda: self.engine, "Loading …")
+
+    def ask(self, channel: Channel) -> ImageRequest:
+        """Ask for an image on a channel."""
+        image = make_request(0)
+        return channel.ask(ImageRequest(image.inputs, image.quality))
+
+    def begin(self, channel: Channel) -> ImageRequest:
+        """Ask, and wait until it is being drawn."""
+        asked = self.ask(channel)
+        assert self.engine.started.acquire(timeout=PATIENCE_S)
+        return asked
+
+    def let_draw(self) -> None:
+        """Let the engine draw all that comes."""
+        assert self.engine.gate is not None
+        self.engine.gate.release(10)
+
+
+@pytest.fixture
+def asking(qtbot: QtBot) -> Iterator[Asking]:
+    asking = Asking(qtbot)
+    yield asking
+    asking.let_draw()
+    asking.client.stop()
+    asking.client.join()
+
+
+def test_an_answer_goes_to_its_asker_alone(qtbot: QtBot, asking: Asking) -> None:
+    first, second = asking.ask(asking.one), asking.ask(asking.other)
+    assert 0 < first.sequence < second.sequence
+    assert asking.one.is_pending and asking.other.is_pending
+    asking.let_draw()
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one] and asking.heard[asking.other]))
+    assert [result.request for result in asking.heard[asking.one]] == [first]
+    assert asking.heard[asking.one][0].request.sequence == first.sequence
+    assert [result.request.channel for result in asking.heard[asking.other]] == ["two"]
+    assert not asking.one.is_pending and not asking.other.is_pending
+    # The engine's own images are nobody else's.
+    assert asking.client.state.name == "LOADING"
+
+
+def test_newer_requests_replace_those_of_their_channel_only(qtbot: QtBot, asking: Asking) -> None:
+    begun = asking.begin(asking.one)
+    asking.ask(asking.one)
+    kept, newest = asking.ask(asking.other), asking.ask(asking.one)
+    asking.let_draw()
+    qtbot.waitUntil(lambda: not asking.one.is_pending and not asking.other.is_pending)
+    drawn = [request.sequence for request in asking.engine.requests]
+    assert drawn == [begun.sequence, newest.sequence, kept.sequence]
+    assert asking.heard[asking.one][-1].request.sequence == newest.sequence
+
+
+def test_what_is_called_off_is_not_answered(qtbot: QtBot, asking: Asking) -> None:
+    asking.begin(asking.one)
+    asking.one.cancel()
+    assert not asking.one.is_pending
+    asking.ask(asking.other)
+    asking.let_draw()
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.other]))
+    assert not asking.heard[asking.one]
+    # What is asked from then on is.
+    asking.ask(asking.one)
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+
+
+def test_errors_come_to_the_asker_as_data(qtbot: QtBot, asking: Asking) -> None:
+    asking.engine.error = RenderError("The memory is full.")
+    asking.ask(asking.one)
+    asking.let_draw()
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+    assert asking.heard[asking.one][0].error == "The memory is full."
+    assert not asking.one.is_pending
+    assert asking.client.error is None
+
+
+def test_nothing_is_pending_any_more_once_the_engine_ends(asking: Asking) -> None:
+    asking.begin(asking.one)
+    asking.let_draw()
+    asking.client.stop()
+    assert not asking.one.is_pending
+    # Without an engine nothing is accepted.
+    asking.ask(asking.one)
+    assert not asking.one.is_pending
+
+
+def test_a_name_is_one_channels(asking: Asking) -> None:
+    with pytest.raises(AssertionError):
+        Channel(asking.client, "one", asking.client)
+
+
+def test_the_number_is_no_part_of_the_question(asking: Asking) -> None:
+    image = make_request(0)
+    question = BatchRequest(image.inputs, image.quality, (image.inputs,))
+    first, second = asking.one.ask(question), asking.one.ask(question)
+    assert first == second == question
+    assert first.sequence != second.sequence
