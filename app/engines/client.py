@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.messages import EngineReady, Result
+from app.engines.messages import EngineReady, Progress, Result
 from app.engines.requests import IMAGES, Engine, ImageRequest, Request
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from app.engines.worker import EngineWorker
@@ -37,6 +37,8 @@ class Channel(QObject):
     """Emitted with each :class:`Request` that is accepted, as it was numbered."""
     answered = Signal(object)
     """Emitted with each :class:`Result`, in the order of the requests."""
+    progressed = Signal(float)
+    """Emitted with the part of the newest answer that is there, 0 to 1, where that is known."""
 
     def __init__(self, client: EngineClient, name: str, parent: QObject) -> None:
         super().__init__(parent)
@@ -76,6 +78,11 @@ class Channel(QObject):
     def drop(self) -> None:
         """Note that nothing will be answered any more, as the engine ends."""
         self._pending = None
+
+    def note(self, progress: Progress) -> None:
+        """Tell the asker how far an answer has got."""
+        if self._pending is not None and self._pending.sequence == progress.request.sequence:
+            self.progressed.emit(progress.part)
 
     def deliver(self, result: Result) -> None:
         """Hand an answer over to the asker, unless it was called off."""
@@ -187,6 +194,7 @@ class EngineClient(QObject):
         worker.engineReady.connect(self._engine_ready)
         worker.engineFailed.connect(self._engine_failed)
         worker.resultReady.connect(self._take_result)
+        worker.progressed.connect(self._take_progress)
         worker.finished.connect(self._clear_retired)
         self._worker = worker
         self._busy_text = busy_text
@@ -331,6 +339,10 @@ class EngineClient(QObject):
         self.images.deliver(result)
         if not request.quality.live and request.sequence == self._wanted:
             self._enter(EngineState.SETTLED)
+
+    def _take_progress(self, progress: Progress) -> None:
+        if self._takes_requests:
+            self._channels[progress.request.channel].note(progress)
 
     def _clear_retired(self) -> None:
         """Delete stopped workers once their threads have ended."""

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
+    UNWATCHED,
     Array,
     BatchRequest,
     BlockFieldsRequest,
@@ -30,7 +31,7 @@ from app.engines.requests import (
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
-    always,
+    Watch,
 )
 from model.errors import NotOfferedError
 from model.kernel_cache import has_kernels, is_prepared
@@ -142,7 +143,7 @@ class Builders:
     generator: Callable[[Path, GeneratorSettings], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
-    is_compiled: Callable[[], bool] = always
+    is_compiled: Callable[[], bool] = lambda: True
     is_prepared: Callable[[str, Lighting], bool] = lambda _voxels, _lighting: True
 
 
@@ -171,23 +172,21 @@ class GeneratorEngine:
         """Scene that the generator was trained on."""
         return self._generator.scene
 
-    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
         """Generate one image."""
         return self._generator.render(request.inputs)
 
-    def picture(
-        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.uint8]:
+    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Generate an image; its size is the generator's."""
         image = self._generator.render(request.inputs)
         return np.rint(255 * np.clip(image, 0, 1)).astype(np.uint8)
 
-    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Generate all images in one pass."""
         return self._generator.render_batch([request.inputs, *request.more])
 
     def region_sensitivity(
-        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the generated image; the region is in its pixels."""
         found = self._sensitivity(request.inputs, request.width)
@@ -196,23 +195,19 @@ class GeneratorEngine:
         return found.region(request.region)
 
     def value_sensitivity(
-        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the generated image forwards."""
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).change(edit)
 
-    def block_fields(
-        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
+    def block_fields(self, request: BlockFieldsRequest, watch: Watch = UNWATCHED) -> Array:
         """Differentiate all blocks of the generated image."""
         size = self.scene.image_size
         found = self._sensitivity(request.inputs, request.width)
         return found.field(max(size // (request.blocks or size), 1))
 
-    def field_range(
-        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
+    def field_range(self, request: FieldRangeRequest, watch: Watch = UNWATCHED) -> Array:
         """Differentiate the generated image by edits around many values."""
         edits = edits_within(request.window, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).largest_scales(edits)

@@ -44,6 +44,14 @@ class Result:
     image_error: float | None = None
 
 
+@dataclass(frozen=True)
+class Progress:
+    """Message that a part of an answer is there, 0 to 1."""
+
+    request: Request
+    part: float
+
+
 class SupersededError(Exception):
     """Raised by an engine that gives up an answer nobody waits for any more."""
 
@@ -80,7 +88,7 @@ class EngineFailed:
     error: str
 
 
-Message = EngineReady | EngineFailed | Result | None
+Message = EngineReady | EngineFailed | Progress | Result | None
 """Message from a worker's thread; None when the thread has ended."""
 
 

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from app.engines.messages import SupersededError
 from app.engines.renderer_engine import TILE, RendererEngine
-from app.engines.requests import Array, ImageRequest, PictureRequest, always
+from app.engines.requests import UNWATCHED, Array, ImageRequest, PictureRequest, Watch
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
+from model.rendering.path_tracing.renderer import PIXELS_PER_TASK
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
@@ -53,7 +54,7 @@ class PathTracingEngine(RendererEngine):
         """Name of the renderer, and what it says of its last image."""
         return f"path tracer{self._said}"
 
-    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
         """Trace as many samples as the request asks for, until it is no longer wanted.
 
         A request for more samples of the last picture goes on where that ended.
@@ -68,10 +69,10 @@ class PathTracingEngine(RendererEngine):
                 request.inputs,
                 quality.pixels,
                 MOST_SAMPLES,
-                lambda: drawn.is_wanted(),
+                lambda: drawn.watch(),
                 distance,
             )
-        last = self._drawn.after(quality.samples, quality.error, is_wanted)
+        last = self._drawn.after(quality.samples, quality.error, watch)
         if last is None:
             self._drawn = _Drawn()
             raise SupersededError
@@ -81,20 +82,16 @@ class PathTracingEngine(RendererEngine):
         self.image_error = last.error
         return last.rgba
 
-    def _small(
-        self, inputs: SceneInputs, pixels: Raster, distance: float, is_wanted: Callable[[], bool]
-    ) -> Array:
+    def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, watch: Watch) -> Array:
         """Trace a small image of few samples."""
         renderer = self._refining
         samples = FEW_CLEAN if renderer.cleans else FEW
-        drawn = renderer.drawn(inputs, pixels, samples, is_wanted, distance)
+        drawn = renderer.drawn(inputs, pixels, samples, watch, distance)
         if drawn is None:
             raise SupersededError
         return drawn.rgba
 
-    def picture(
-        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.uint8]:
+    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Trace a picture of any size, tile by tile, with the samples that the request asks for.
 
         Tiles are drawn with a margin: what takes the noise out looks around each pixel.
@@ -104,9 +101,11 @@ class PathTracingEngine(RendererEngine):
         samples = quality.samples if quality.samples > 1 else renderer.samples
         picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
         squares = 0.0
-        for tile in whole.tiles(TILE, TILE):
+        tiles = list(whole.tiles(TILE, TILE))
+        for number, tile in enumerate(tiles):
             wide = tile.grown(MARGIN)
-            drawn = renderer.drawn(request.inputs, wide, samples, is_wanted, distance)
+            counting = _Counting(watch, number / len(tiles), 1 / len(tiles), wide, samples)
+            drawn = renderer.drawn(request.inputs, wide, samples, counting, distance)
             if drawn is None:
                 raise SupersededError
             top, left = tile.top - wide.top, tile.left - wide.left
@@ -123,21 +122,39 @@ class PathTracingEngine(RendererEngine):
         self._release()
 
 
+class _Counting:
+    """Notes how far a tile has got by how often it was asked whether that is wanted."""
+
+    def __init__(
+        self, watch: Watch, begun: float, share: float, tile: Raster, samples: int
+    ) -> None:
+        self._watch, self._begun = watch, begun
+        tasks = math.ceil(tile.rows / max(PIXELS_PER_TASK // tile.columns, 1))
+        # What the ray caster sees, and the samples.
+        self._part = share / (tasks * (1 + samples))
+        self._asked = 0
+
+    def __call__(self) -> bool:
+        self._asked += 1
+        self._watch.note(self._begun + self._asked * self._part)
+        return self._watch()
+
+
 class _Drawn:
     """A path-traced picture that becomes better, as far as it is drawn."""
 
     def __init__(self, key: object = None) -> None:
         self.key = key
         self.coming: Iterator[Refined] = iter(())
-        self.is_wanted: Callable[[], bool] = always
+        self.watch: Watch = UNWATCHED
         self._last: Refined | None = None
 
-    def after(self, samples: int, error: float, is_wanted: Callable[[], bool]) -> Refined | None:
+    def after(self, samples: int, error: float, watch: Watch) -> Refined | None:
         """Return it after some samples, or with fewer if it is good enough; None if unwanted."""
-        self.is_wanted = is_wanted
+        self.watch = watch
         while self._last is None or (self._last.samples < samples and self._last.error > error):
             picture = next(self.coming, None)
             if picture is None:
-                return self._last if is_wanted() else None
+                return self._last if watch() else None
             self._last = picture
         return self._last

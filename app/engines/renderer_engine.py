@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from app.engines.messages import SupersededError
 from app.engines.quality import Quality
 from app.engines.requests import (
+    UNWATCHED,
     Array,
     BatchRequest,
     BlockFieldsRequest,
@@ -25,7 +25,7 @@ from app.engines.requests import (
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
-    always,
+    Watch,
 )
 from model.errors import NotOfferedError
 from model.scene.scene import RendererName
@@ -99,7 +99,7 @@ class RendererEngine:
         """Whether the ray caster draws."""
         return getattr(self._renderer, "by_raycast", self._name == "raycast")
 
-    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
         """Render at the request's quality, a band of rows after the other if that takes long."""
         quality, raster = request.quality, request.quality.pixels
         distance = self._distance(quality)
@@ -110,66 +110,63 @@ class RendererEngine:
         start = time.perf_counter()
         image = np.empty((*raster.shape, 4), dtype=np.float32)
         for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
-            _go_on_if(is_wanted)
+            _go_on_if(watch)
             image[band.top : band.bottom] = self._renderer.render(request.inputs, band, distance)
         self._seconds_per_pixel = (time.perf_counter() - start) / (raster.columns * raster.rows)
         return image
 
-    def picture(
-        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.uint8]:
+    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Render a picture of any size, tile by tile."""
         whole = request.quality.pixels
         distance = self._distance(request.quality)
         picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
-        for tile in whole.tiles(TILE, TILE):
-            _go_on_if(is_wanted)
+        tiles = list(whole.tiles(TILE, TILE))
+        for done, tile in enumerate(tiles):
+            _go_on_if(watch)
+            watch.note(done / len(tiles))
             image = self._renderer.render(request.inputs, tile, distance)
             part = picture[tile.top : tile.bottom, tile.left : tile.right]
             part[...] = np.rint(255 * image)
         return picture
 
-    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Render the images one after the other."""
         # Small pictures: rings are not what one sees in them.
         pixels = request.quality.pixels
         distance = self._sample_distance * request.quality.coarseness
         images = []
-        for inputs in (request.inputs, *request.more):
-            _go_on_if(is_wanted)
-            images.append(self._small(inputs, pixels, distance, is_wanted))
+        for done, inputs in enumerate((request.inputs, *request.more)):
+            _go_on_if(watch)
+            watch.note(done / (1 + len(request.more)))
+            images.append(self._small(inputs, pixels, distance, watch))
         return np.stack(images)
 
-    def _small(
-        self, inputs: SceneInputs, pixels: Raster, distance: float, _is_wanted: Callable[[], bool]
-    ) -> Array:
+    def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, _watch: Watch) -> Array:
         """Draw one of several small images."""
         return self._renderer.render(inputs, pixels, distance)
 
     def region_sensitivity(
-        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the image exactly; not offered by VTK."""
         from model.sensitivity.rendered import region_responses
 
-        _go_on_if(is_wanted)
+        _go_on_if(watch)
         renderer, size = self._of_curves(), request.quality.pixels
         return region_responses(
             renderer, request.inputs, size, request.region, request.width, request.measure
         )
 
     def value_sensitivity(
-        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the image exactly; not offered by VTK."""
-        _go_on_if(is_wanted)
+        _go_on_if(watch)
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         return renderer.change(request.inputs, request.quality.pixels, edit)
 
-    def block_fields(
-        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
+    def block_fields(self, request: BlockFieldsRequest, watch: Watch = UNWATCHED) -> Array:
         """Differentiate all blocks exactly; not offered by VTK."""
         from model.sensitivity.rendered import block_fields
 
@@ -180,18 +177,16 @@ class RendererEngine:
             size,
             max(size // (request.blocks or size), 1),
             request.width,
-            partial(_go_on_if, is_wanted),
+            partial(_go_on_if, watch),
         )
 
-    def field_range(
-        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
+    def field_range(self, request: FieldRangeRequest, watch: Watch = UNWATCHED) -> Array:
         """Differentiate the image by edits around many values; not offered by VTK."""
         from model.sensitivity.rendered import largest_scales
 
         renderer, size = self._ray_caster(), request.quality.size
         edits = edits_within(request.window, renderer.scalar_range, request.width)
-        go_on = partial(_go_on_if, is_wanted)
+        go_on = partial(_go_on_if, watch)
         return largest_scales(renderer, request.inputs, size, edits, go_on)
 
     def visibility(self, request: VisibilityRequest) -> Array:
@@ -238,7 +233,7 @@ class RendererEngine:
         self._renderer.close()
 
 
-def _go_on_if(is_wanted: Callable[[], bool]) -> None:
+def _go_on_if(watch: Watch) -> None:
     """Give up an answer that nobody waits for any more."""
-    if not is_wanted():
+    if not watch():
         raise SupersededError

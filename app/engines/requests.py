@@ -21,9 +21,34 @@ IMAGES = "images"
 Array = NDArray[np.float32]
 
 
-def always() -> bool:
-    """Return True: the answer is wanted."""
-    return True
+class Watch:
+    """Tells an engine whether its answer is still wanted, and is told how far that has got.
+
+    Parameters
+    ----------
+    is_wanted : callable
+    noted : callable
+        Is given the part of the answer that is there, 0 to 1.
+    """
+
+    def __init__(
+        self,
+        is_wanted: Callable[[], bool] = lambda: True,
+        noted: Callable[[float], None] = lambda _part: None,
+    ) -> None:
+        self._is_wanted, self._noted = is_wanted, noted
+
+    def __call__(self) -> bool:
+        """Whether somebody still waits for the answer; from any thread."""
+        return self._is_wanted()
+
+    def note(self, part: float) -> None:
+        """Note how much of the answer is there, 0 to 1, where that is known."""
+        self._noted(part)
+
+
+UNWATCHED = Watch()
+"""For an answer that is wanted to the end."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +70,13 @@ class Request:
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Return an engine's answer.
 
         Parameters
         ----------
         engine : Engine
-        is_wanted : callable
-            Says whether somebody still waits for the answer.
+        watch : Watch
 
         Raises
         ------
@@ -79,18 +103,18 @@ class ImageRequest(Request):
     stands_in: bool = field(default=False, kw_only=True)
     is_measured: bool = field(default=False, kw_only=True)
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Draw it."""
-        return engine.image(self, is_wanted)
+        return engine.image(self, watch)
 
 
 @dataclass(frozen=True)
 class PictureRequest(Request):
     """Request for a picture to save, of any size: RGBA as uint8 (H, W, 4), premultiplied."""
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Draw it."""
-        return engine.picture(self, is_wanted)
+        return engine.picture(self, watch)
 
 
 @dataclass(frozen=True)
@@ -109,11 +133,11 @@ class BatchRequest(Request):
     more: tuple[SceneInputs, ...] = ()
     codes: tuple[tuple[float, ...], ...] = ()
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Draw them."""
         if self.codes:
             return engine.latent_images(self)
-        return engine.images(self, is_wanted)
+        return engine.images(self, watch)
 
 
 @dataclass(frozen=True)
@@ -132,9 +156,9 @@ class RegionSensitivityRequest(Request):
     width: float
     measure: Measure = "signed"
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Differentiate the image."""
-        return engine.region_sensitivity(self, is_wanted)
+        return engine.region_sensitivity(self, watch)
 
 
 @dataclass(frozen=True)
@@ -152,9 +176,9 @@ class ValueSensitivityRequest(Request):
     values: tuple[float, float]
     width: float
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Differentiate the image."""
-        return engine.value_sensitivity(self, is_wanted)
+        return engine.value_sensitivity(self, watch)
 
 
 @dataclass(frozen=True)
@@ -172,9 +196,9 @@ class BlockFieldsRequest(Request):
     blocks: int
     width: float
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Differentiate the image."""
-        return engine.block_fields(self, is_wanted)
+        return engine.block_fields(self, watch)
 
 
 @dataclass(frozen=True)
@@ -195,9 +219,9 @@ class FieldRangeRequest(Request):
     window: tuple[float, float]
     width: float
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Differentiate the image."""
-        return engine.field_range(self, is_wanted)
+        return engine.field_range(self, watch)
 
 
 @dataclass(frozen=True)
@@ -215,7 +239,7 @@ class ValueVisibilityRequest(Request):
     values: tuple[float, float]
     width: float
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Look along the rays."""
         return engine.value_visibility(self)
 
@@ -226,7 +250,7 @@ class VisibilityRequest(Request):
 
     regions: tuple[ImageRegion, ...]
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Look along the rays."""
         return engine.visibility(self)
 
@@ -235,7 +259,7 @@ class VisibilityRequest(Request):
 class DecodedTFRequest(Request):
     """Request for what a generator's codec makes of the opacity TF: opacities, float32 (256,)."""
 
-    def answer(self, engine: Engine, is_wanted: Callable[[], bool]) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Encode and decode it."""
         return engine.decoded_tf(self)
 
@@ -272,35 +296,29 @@ class Engine(Protocol):
     def draws_codes(self) -> bool:
         """Whether images can be drawn from latent codes; False for renderers."""
 
-    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
         """Draw one image."""
 
-    def picture(
-        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.uint8]:
+    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Draw a picture to save."""
 
-    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Array:
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Draw several images."""
 
     def region_sensitivity(
-        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Compute the sensitivity of a region to edits at each scalar value."""
 
     def value_sensitivity(
-        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
 
-    def block_fields(
-        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
+    def block_fields(self, request: BlockFieldsRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute the sensitivity of blocks to edits at all scalar values."""
 
-    def field_range(
-        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
-    ) -> Array:
+    def field_range(self, request: FieldRangeRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute the ends of the scale over the fields of many scalar values."""
 
     def visibility(self, request: VisibilityRequest) -> Array:

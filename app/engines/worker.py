@@ -13,14 +13,18 @@ from app.engines.messages import (
     EngineFailed,
     EngineReady,
     Message,
+    Progress,
     Result,
     SupersededError,
     error_sentence,
 )
-from app.engines.requests import Engine, Request
+from app.engines.requests import Engine, Request, Watch
 from app.engines.spare_memory import give_back_memory, return_large_blocks
 
 THREAD_PREFIX = "tfscope-"
+
+PROGRESS_S = 0.1
+"""Time between two messages of an answer's progress."""
 
 REST_S = 2.0
 """Time without requests after which an engine tidies up."""
@@ -121,6 +125,8 @@ class EngineWorker(QObject):
     engineReady = Signal(object)
     engineFailed = Signal(str)
     resultReady = Signal(object)
+    progressed = Signal(object)
+    """Emitted with the :class:`Progress` of an answer, a few times a second."""
     finished = Signal()
 
     _message = Signal(object)
@@ -181,7 +187,7 @@ class EngineWorker(QObject):
         try:
             self._message.emit(ready)
             while (request := self._mailbox.take()) is not None:
-                result = _result(engine, request, partial(self._mailbox.wants, request))
+                result = _result(engine, request, self._watch(request))
                 if result is not None:
                     self._message.emit(result)
                 # Otherwise this thread would keep them until the next request.
@@ -191,6 +197,18 @@ class EngineWorker(QObject):
             del engine
             give_back_memory()
 
+    def _watch(self, request: Request) -> Watch:
+        last = time.monotonic()
+
+        def note(part: float) -> None:
+            nonlocal last
+            now = time.monotonic()
+            if now - last >= PROGRESS_S:
+                last = now
+                self._message.emit(Progress(request, part))
+
+        return Watch(partial(self._mailbox.wants, request), note)
+
     @Slot(object)
     def _deliver(self, message: Message) -> None:
         if message is None:
@@ -199,6 +217,8 @@ class EngineWorker(QObject):
             pass
         elif isinstance(message, EngineReady):
             self.engineReady.emit(message)
+        elif isinstance(message, Progress):
+            self.progressed.emit(message)
         elif isinstance(message, EngineFailed):
             self.engineFailed.emit(message.error)
         elif message.request.sequence > self._delivered.get(message.request.channel, -1):
@@ -206,12 +226,12 @@ class EngineWorker(QObject):
             self.resultReady.emit(message)
 
 
-def _result(engine: Engine, request: Request, is_wanted: Callable[[], bool]) -> Result | None:
+def _result(engine: Engine, request: Request, watch: Watch) -> Result | None:
     """Compute a request's result, exceptions as error sentences; None if nobody wants it."""
     value, error = None, None
     start = time.perf_counter()
     try:
-        value = request.answer(engine, is_wanted)
+        value = request.answer(engine, watch)
     except SupersededError:
         return None
     except BaseException as exception:

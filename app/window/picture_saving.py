@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QWidget
 
@@ -20,6 +20,7 @@ from app.state.viewer_state import ViewerState
 from app.window.figure import TITLES, Rgba, Subject, figure, panels
 from app.window.file_dialogs import FileDialogs
 from app.window.picture_dialog import PICTURE_SAMPLES, PictureChoice, PictureDialog
+from app.window.save_progress import SaveProgress
 from app.window.shown_images import ShownImages
 from model.errors import RenderError
 from model.rendering.raster import Raster
@@ -40,7 +41,15 @@ class _Drawing:
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None
     """Estimated error of the reference's image; None without an estimate."""
+    parts: dict[str, float] = field(default_factory=dict)
+    """How much of each image is there, 0 to 1."""
 
+
+PATIENCE_MS = 500
+"""Time after which it is shown how far a figure has got."""
+
+STEPS = 1000
+"""Of a figure's progress."""
 
 CHANGED = "The figure was given up: volume, light or quality changed; save it again."
 
@@ -55,6 +64,11 @@ class PictureSaving(QObject):
     state : ViewerState
     files : FileDialogs
     shown : ShownImages
+
+    Attributes
+    ----------
+    progress : SaveProgress or None
+        What is seen of a figure that takes long, with the button that ends it.
     """
 
     problem = Signal(str)
@@ -72,10 +86,14 @@ class PictureSaving(QObject):
         self._shown = shown
         self._last: PictureChoice | None = None
         self._wanted: _Drawing | None = None
+        self.progress: SaveProgress | None = None
+        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
+        self._patience.timeout.connect(self._show_progress)
         self._channels: dict[str, Channel] = {}
         for name, pane in shown.panes.items():
             self._channels[name] = Channel(pane.client, "figure", self)
             self._channels[name].answered.connect(partial(self._take, name))
+            self._channels[name].progressed.connect(partial(self._note, name))
             pane.client.stateChanged.connect(lambda _state, name=name: self._follow(name))
 
     @property
@@ -129,8 +147,7 @@ class PictureSaving(QObject):
         """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
         self._last = choice
         inputs, subject = self._state.inputs, self._shown.subject
-        for channel in self._channels.values():
-            channel.cancel()
+        self._end()
         self._wanted = _Drawing(choice, place, subject, inputs)
         if choice.which == "difference":
             self._draw_difference(self._wanted)
@@ -140,13 +157,20 @@ class PictureSaving(QObject):
             samples = choice.samples if name == "reference" else 0
             quality = Quality(raster.shorter, raster=raster, samples=max(samples, 1))
             self._channels[name].ask(PictureRequest(inputs, quality))
+        self._patience.start()
         self.news.emit(f"Drawing {choice.width} × {choice.height} pixels …")
+
+    def cancel(self) -> None:
+        """Give up the figure that is being drawn."""
+        if self._wanted is not None:
+            self._end()
+            self.news.emit("The figure was cancelled.")
 
     def _draw_difference(self, wanted: _Drawing) -> None:
         """Draw the difference of both images as they are shown: the numbers are the screen's."""
         compared = self._shown.compared
         if compared is None:
-            self._wanted = None
+            self._end()
             self.problem.emit("There is no difference to save; wait until both images are at rest.")
             return
         wanted.images = {name: (image, 1.0) for name, image in zip(TITLES, compared, strict=True)}
@@ -166,7 +190,7 @@ class PictureSaving(QObject):
         if wanted is None or self._channels[name].is_pending:
             return
         if result.value is None:
-            self._wanted = None
+            self._end()
             self.problem.emit(result.error or "The figure could not be drawn; try a smaller one.")
             return
         wanted.images[name] = result.value, self._shown.brightness(name)
@@ -182,11 +206,41 @@ class PictureSaving(QObject):
         if wanted is None or name in wanted.images or name not in self._names(wanted.choice):
             return
         if not self._shown.panes[name].client.is_ready:
-            self._wanted = None
+            self._end()
             self.problem.emit(CHANGED)
 
-    def _finish(self, wanted: _Drawing) -> None:
+    def _note(self, name: str, part: float) -> None:
+        """Show how much of a figure is there; what takes longest is most of it."""
+        wanted = self._wanted
+        if wanted is None:
+            return
+        wanted.parts[name] = part
+        if self.progress is not None:
+            missing = [each for each in self._names(wanted.choice) if each not in wanted.images]
+            self.progress.setValue(
+                int(STEPS * min(wanted.parts.get(each, 0.0) for each in missing))
+            )
+
+    def _show_progress(self) -> None:
+        wanted = self._wanted
+        if wanted is not None and self.progress is None:
+            choice = wanted.choice
+            name = "the figure" if wanted.place is None else wanted.place.name
+            what = f"Drawing {name}, {choice.width} × {choice.height} pixels …"
+            self.progress = SaveProgress("Save figure", what, STEPS, self.cancel, self._parent)
+
+    def _end(self) -> None:
+        """Wait for nothing any more."""
         self._wanted = None
+        self._patience.stop()
+        for channel in self._channels.values():
+            channel.cancel()
+        progress, self.progress = self.progress, None
+        if progress is not None:
+            progress.end()
+
+    def _finish(self, wanted: _Drawing) -> None:
+        self._end()
         choice, inputs = wanted.choice, wanted.inputs
         try:
             image = figure(choice, wanted.images, choice.which, inputs, wanted.subject)

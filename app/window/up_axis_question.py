@@ -51,9 +51,7 @@ class UpAxisQuestion(QObject):
         self._state = state
         self._workspace = workspace
         self._preferences = preferences
-        self._pictures = SmallPictures(
-            "which axis is up", PICTURE, analyst, reference, brightness, self
-        )
+        self._pictures = SmallPictures("up axis", PICTURE, analyst, reference, brightness, self)
         self._pictures.drawn.connect(self._show_pictures)
         workspace.volumeStarted.connect(self._consider)
         bar.chosen.connect(state.set_up_axis)

@@ -13,7 +13,6 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -34,7 +33,7 @@ from PySide6.QtWidgets import (
 from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.requests import BatchRequest, ImageRequest, VisibilityRequest, always
+from app.engines.requests import UNWATCHED, BatchRequest, ImageRequest, VisibilityRequest, Watch
 from app.engines.spare_memory import give_back_memory
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow
@@ -71,16 +70,16 @@ class UnreliableEngine(FakeEngine):
     rng = random.Random(0)
     calm = False
 
-    def image(self, request: ImageRequest, is_wanted: Callable[[], bool] = always) -> Any:
+    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Any:
         self._misbehave()
         # Nothing is kept of what was asked: memory is watched.
         self.requests.clear()
         self.threads.clear()
-        return super().image(request, is_wanted)
+        return super().image(request, watch)
 
-    def images(self, request: BatchRequest, is_wanted: Callable[[], bool] = always) -> Any:
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Any:
         self._wait_or_fail()
-        return super().images(request, is_wanted)
+        return super().images(request, watch)
 
     def visibility(self, request: VisibilityRequest) -> Any:
         self._wait_or_fail()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from toy_codec import toy_space
 from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
 from app.engines.quality import Quality
 from app.engines.requests import (
+    UNWATCHED,
     BatchRequest,
     BlockFieldsRequest,
     DecodedTFRequest,
@@ -28,7 +28,7 @@ from app.engines.requests import (
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
-    always,
+    Watch,
 )
 from model.errors import NotOfferedError, VolumeError
 from model.latent.latent_space import LatentSpace
@@ -43,17 +43,40 @@ from model.scene.volume import Volume
 PATIENCE_S = 20
 
 
-def make_request(sequence: int, live: bool = False) -> ImageRequest:
-    return ImageRequest(SceneInputs.of(View(), make_tf()), Quality(8, live=live), sequence=sequence)
+@dataclass(frozen=True)
+class LevelRequest(ImageRequest):
+    """A request whose image has a level of red that the test has chosen."""
+
+    level: int = 0
+
+
+def make_request(level: int, live: bool = False) -> LevelRequest:
+    inputs = SceneInputs.of(View(), make_tf())
+    return LevelRequest(inputs, Quality(8, live=live), sequence=level, level=level)
+
+
+DARKEST = 4
+"""Level of the first image of a test."""
+
+_levels: dict[SceneInputs, int] = {}
 
 
 def red_of(request: Request) -> int:
-    """Level, of 255, of the red that a fake engine's image has everywhere."""
-    return request.sequence % 256
+    """Level, of 255, of the red that a fake engine's image has everywhere.
+
+    The request's own, or one that grows with each inputs that are drawn, and is one higher in live
+    images; where an image is measured it tells the number of pixels.
+    """
+    if isinstance(request, LevelRequest):
+        return request.level
+    if isinstance(request, ImageRequest) and request.is_measured:
+        return request.quality.pixels.width % 256
+    level = _levels.setdefault(request.inputs, DARKEST + len(_levels))
+    return (level + request.quality.live) % 256
 
 
 class FakeEngine:
-    """Renders images whose red channel tells the request's number: see :func:`red_of`.
+    """Renders images whose red channel tells the request: see :func:`red_of`.
 
     With a gate it waits in every render until the test opens it.
     """
@@ -78,9 +101,7 @@ class FakeEngine:
         self.closed = False
         self.error: Exception | None = None
 
-    def image(
-        self, request: ImageRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.float32]:
+    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
         self.threads.append(threading.current_thread())
         self.requests.append(request)
         self.started.release()
@@ -97,9 +118,7 @@ class FakeEngine:
         image[..., 3] = 1.0
         return image
 
-    def picture(
-        self, request: PictureRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.uint8]:
+    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         pixels = request.quality.pixels
         return np.full((pixels.height, pixels.width, 4), 255, dtype=np.uint8)
 
@@ -110,7 +129,7 @@ class FakeEngine:
         return np.tile(peak.astype(np.float32), (len(request.regions), 1))
 
     def region_sensitivity(
-        self, request: RegionSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> NDArray[np.float32]:
         """A peak at bin 100, so many times 1 as the region has pixels."""
         self.others.append(request)
@@ -120,7 +139,7 @@ class FakeEngine:
         return (pixels * np.exp(-((bins - 100) ** 2) / 200)).astype(np.float32)
 
     def value_sensitivity(
-        self, request: ValueSensitivityRequest, is_wanted: Callable[[], bool] = always
+        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> NDArray[np.float32]:
         """The lowest value of the band in every pixel."""
         self.others.append(request)
@@ -128,7 +147,7 @@ class FakeEngine:
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
     def block_fields(
-        self, request: BlockFieldsRequest, is_wanted: Callable[[], bool] = always
+        self, request: BlockFieldsRequest, watch: Watch = UNWATCHED
     ) -> NDArray[np.float32]:
         """At value i, i in the left half of the blocks and 0 in the right one."""
         self.others.append(request)
@@ -139,7 +158,7 @@ class FakeEngine:
         return fields
 
     def field_range(
-        self, request: FieldRangeRequest, is_wanted: Callable[[], bool] = always
+        self, request: FieldRangeRequest, watch: Watch = UNWATCHED
     ) -> NDArray[np.float32]:
         self.others.append(request)
         return np.array([3.0, 2.0], np.float32)
@@ -151,9 +170,7 @@ class FakeEngine:
         shape = request.quality.pixels.shape
         return np.full(shape, (request.values[0] - 100) / 100, dtype=np.float32)
 
-    def images(
-        self, request: BatchRequest, is_wanted: Callable[[], bool] = always
-    ) -> NDArray[np.float32]:
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
         """Gray images, each .1 brighter than the one before."""
         self.others.append(request)
         shape = request.quality.pixels.shape
@@ -210,6 +227,9 @@ class FakeBuilders:
     space_error: Exception | None = None
     prepared: set[str] | None = None
     failing: str = ""
+
+    def __post_init__(self) -> None:
+        _levels.clear()
 
     def make(self) -> Builders:
         return Builders(

@@ -5,13 +5,15 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
+from app.engines import worker
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
-from app.engines.requests import BatchRequest, ImageRequest
+from app.engines.requests import BatchRequest, ImageRequest, Watch
 from model.errors import RenderError
 
 
@@ -90,6 +92,25 @@ def test_what_is_called_off_is_not_answered(qtbot: QtBot, asking: Asking) -> Non
     # What is asked from then on is.
     asking.ask(asking.one)
     qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+
+
+def test_how_far_the_newest_answer_has_got_is_heard_by_its_asker(
+    qtbot: QtBot, asking: Asking, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "PROGRESS_S", 0.0)
+    heard: list[float] = []
+    asking.one.progressed.connect(heard.append)
+    asking.other.progressed.connect(lambda _part: pytest.fail("It asked for something else."))
+
+    def image(request: ImageRequest, watch: Watch) -> np.ndarray:
+        for part in (0.0, 0.5):
+            watch.note(part)
+        return np.zeros((8, 8, 4), np.float32)
+
+    asking.engine.image = image  # type: ignore[assignment]
+    asking.ask(asking.one)
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+    assert heard == [0.0, 0.5]
 
 
 def test_errors_come_to_the_asker_as_data(qtbot: QtBot, asking: Asking) -> None:

@@ -9,7 +9,7 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
-from app.engines.requests import ImageRequest, VisibilityRequest
+from app.engines.requests import IMAGES, VisibilityRequest
 from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -73,7 +73,7 @@ def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
     with qtbot.waitSignals([told.client.images.answered, told.seen.answered]):
         told.client.begin()
     assert not told.client.is_held
-    assert [type(result.request) for result in told.results] == [ImageRequest, VisibilityRequest]
+    assert [result.request.channel for result in told.results] == [IMAGES, "visibility"]
     # One that is replaced before it began leaves no thread behind.
     told.client.start(FakeEngine, "Loading …", held=True)
     told.client.stop()
@@ -128,8 +128,8 @@ def test_other_channels_neither_evict_nor_settle_an_image(qtbot: QtBot, told: To
     told.seen.ask(VisibilityRequest(image.inputs, image.quality, (Region(0, 0, 1, 1),)))
     gate.release(2)
     qtbot.waitUntil(lambda: len(told.results) == 3)
-    kinds = [type(result.request).__name__ for result in told.results]
-    assert kinds == ["ImageRequest", "ImageRequest", "VisibilityRequest"]
+    channels = [result.request.channel for result in told.results]
+    assert channels == [IMAGES, IMAGES, "visibility"]
     assert told.client.state is EngineState.SETTLED
 
 

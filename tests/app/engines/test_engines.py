@@ -27,6 +27,7 @@ from app.engines.requests import (
     PictureRequest,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
+    Watch,
 )
 from app.engines.stand_in import StandInEngine
 from model.generator.backends import Backend
@@ -96,7 +97,7 @@ def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it
     asked = count()
     with pytest.raises(SupersededError):
         engine.image(
-            replace(request, quality=Quality(64, samples=1 << 20)), lambda: next(asked) < 20
+            replace(request, quality=Quality(64, samples=1 << 20)), Watch(lambda: next(asked) < 20)
         )
     engine.close()
 
@@ -141,7 +142,7 @@ def test_small_path_traced_pictures_have_few_samples() -> None:
         np.testing.assert_allclose(image, tracer.render(seen, 24), atol=1e-6)
     asked = count()
     with pytest.raises(SupersededError):
-        engine.images(request, lambda: next(asked) < 4)
+        engine.images(request, Watch(lambda: next(asked) < 4))
     engine.close()
 
 
@@ -167,7 +168,11 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     whole, inputs = Raster(90, 50), make_request(1).inputs
     for samples in (1, 4):
         quality = Quality(50, raster=whole, samples=samples)
-        picture = engine.picture(PictureRequest(inputs, quality))
+        noted: list[float] = []
+        picture = engine.picture(PictureRequest(inputs, quality), Watch(noted=noted.append))
+        # How far it has got is told all the way, and in the end it is all there.
+        assert noted == sorted(noted) and noted[-1] == pytest.approx(1.0)
+        assert len(noted) >= 30 and max(np.diff(noted)) < 0.1
         # Without a number, as many as the renderer has.
         *_, right = renderer.refined(inputs, whole, max(samples, 2))
         np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
@@ -176,14 +181,18 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
         assert right.error / 1.2 < engine.image_error < 1.2 * right.error
     asked = count()
     with pytest.raises(SupersededError):
-        engine.picture(PictureRequest(inputs, quality), lambda: next(asked) < 3)
+        engine.picture(PictureRequest(inputs, quality), Watch(lambda: next(asked) < 3))
     engine.close()
 
 
 def test_a_picture_to_save_is_put_together_from_tiles() -> None:
     engine, renderer = make_engine()
     size = Quality(900, raster=Raster(1500, 900))
-    picture = engine.picture(PictureRequest(make_request(1).inputs, size))
+    noted: list[float] = []
+    picture = engine.picture(
+        PictureRequest(make_request(1).inputs, size), Watch(noted=noted.append)
+    )
+    assert noted == [0.0, 0.5]
     assert picture.shape == (900, 1500, 4) and picture.dtype == np.uint8
     assert len(renderer.calls) == 2
     columns = np.clip(np.arange(1500) / 1000 * 255, 0, 400)

@@ -12,13 +12,14 @@ from app.engines.engines import GeneratorEngine, RendererEngine
 from app.engines.messages import SupersededError
 from app.engines.quality import Quality
 from app.engines.requests import (
+    UNWATCHED,
     BatchRequest,
     BlockFieldsRequest,
     DecodedTFRequest,
     FieldRangeRequest,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
-    always,
+    Watch,
 )
 from model.errors import NotOfferedError
 from model.generator.generator import Generator
@@ -64,14 +65,14 @@ def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) ->
     other = SceneInputs.of(VIEW, make_tf(140.0))
     tfs = np.stack([one.opacity_tf.sample() for one in (INPUTS, other)])
     codes = tuple(map(tuple, engine._generator.encode(tfs).tolist()))
-    from_codes = BatchRequest(INPUTS, SMALL, (other,), codes).answer(engine, always)
-    from_tfs = BatchRequest(INPUTS, SMALL, (other,)).answer(engine, always)
+    from_codes = BatchRequest(INPUTS, SMALL, (other,), codes).answer(engine, UNWATCHED)
+    from_tfs = BatchRequest(INPUTS, SMALL, (other,)).answer(engine, UNWATCHED)
     assert np.abs(from_tfs[0] - from_tfs[1]).max() > 1e-4
     np.testing.assert_allclose(from_codes, from_tfs, atol=1e-5)
 
 
 def test_the_decoded_tf_is_the_codecs(engine: GeneratorEngine) -> None:
-    found = DecodedTFRequest(INPUTS, SMALL).answer(engine, always)
+    found = DecodedTFRequest(INPUTS, SMALL).answer(engine, UNWATCHED)
     codec, tf = engine._generator.network.codec, INPUTS.opacity_tf.sample()
     with torch.no_grad():
         code = codec.encode(2 * torch.from_numpy(tf)[None] - 1)
@@ -84,12 +85,14 @@ def test_the_decoded_tf_is_the_codecs(engine: GeneratorEngine) -> None:
 def test_fields_in_blocks_are_the_sensitivities_of_blocks(
     engine: GeneratorEngine, blocks: int
 ) -> None:
-    fields = BlockFieldsRequest(INPUTS, SMALL, blocks, 6.0).answer(engine, always)
+    fields = BlockFieldsRequest(INPUTS, SMALL, blocks, 6.0).answer(engine, UNWATCHED)
     count = blocks or 32
     assert fields.shape == (count, count, 256)
     # A block of one pixel: the change of its norm is the change along its colour.
     if not blocks:
-        change = ValueSensitivityRequest(INPUTS, SMALL, (150.0, 150.0), 6.0).answer(engine, always)
+        change = ValueSensitivityRequest(INPUTS, SMALL, (150.0, 150.0), 6.0).answer(
+            engine, UNWATCHED
+        )
         colors = engine.image(BatchRequest(INPUTS, SMALL))[..., :3].astype(np.float64)
         expected = (colors * change).sum(axis=-1) / np.linalg.norm(colors, axis=-1)
         ours = field_of_band(fields, (150.0, 150.0), (100.0, 200.0))
@@ -101,13 +104,13 @@ def test_the_range_holds_the_fields_of_the_window(
     name: str, request: pytest.FixtureRequest
 ) -> None:
     engine = request.getfixturevalue(name)
-    whole = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0).answer(engine, always)
-    part = FieldRangeRequest(INPUTS, SMALL, (150.0, 152.0), 6.0).answer(engine, always)
+    whole = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0).answer(engine, UNWATCHED)
+    part = FieldRangeRequest(INPUTS, SMALL, (150.0, 152.0), 6.0).answer(engine, UNWATCHED)
     assert whole.shape == part.shape == (2,)
     assert (part <= whole).all() and (part > 0).all()
     asked = ValueSensitivityRequest(INPUTS, SMALL, (151.0, 151.0), 6.0)
     edit = edit_around(151.0, (100.0, 200.0), 6.0)
-    change = asked.answer(engine, always)
+    change = asked.answer(engine, UNWATCHED)
     for end, measure in zip(part, ("change", "signed"), strict=True):
         assert end == pytest.approx(scale_of(shown_field(change, edit, measure)), rel=0.1)
 
@@ -119,11 +122,11 @@ def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) 
         BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)),
     ):
         with pytest.raises(NotOfferedError):
-            request.answer(ray_caster, always)
+            request.answer(ray_caster, UNWATCHED)
     answers = iter([True, True, False])
     asked = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0)
     with pytest.raises(SupersededError):
-        asked.answer(ray_caster, lambda: next(answers))
+        asked.answer(ray_caster, Watch(lambda: next(answers)))
 
 
 def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None:
@@ -133,6 +136,6 @@ def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None
     for inputs, region, width in asked:
         request = RegionSensitivityRequest(inputs, SMALL, region, width)
         fresh = GeneratorEngine(engine._generator)
-        found = request.answer(engine, always)
-        np.testing.assert_allclose(found, request.answer(fresh, always), rtol=1e-5, atol=1e-9)
+        found = request.answer(engine, UNWATCHED)
+        np.testing.assert_allclose(found, request.answer(fresh, UNWATCHED), rtol=1e-5, atol=1e-9)
         assert np.abs(found).max() > 0

@@ -171,7 +171,7 @@ def visibility(sequence: int) -> VisibilityRequest:
     )
 
 
-def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
+def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
     harness.worker.submit(make_request(1))
@@ -182,9 +182,9 @@ def test_each_kind_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
     harness.worker.submit(make_request(5))
     with qtbot.waitSignals([harness.worker.resultReady] * 3):
         gate.release(2)
-    found = [(type(r.request).__name__, r.request.sequence) for r in harness.results]
+    found = [(r.request.channel, r.request.sequence) for r in harness.results]
     # The visibility came first of the two that waited, and only the newest of each was left.
-    assert found == [("ImageRequest", 1), ("VisibilityRequest", 4), ("ImageRequest", 5)]
+    assert found == [("images", 1), ("visibility", 4), ("images", 5)]
     value = harness.results[1].value
     assert value is not None
     assert value.shape == (1, 256)

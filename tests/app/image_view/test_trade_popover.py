@@ -45,7 +45,7 @@ def test_all_steps_are_measured_once_it_is_open(
     assert min(map(widths.count, last)) == 2
     # They are given up for what is asked for meanwhile.
     assert not any(each.quality.live for each in asked)
-    # Red tells the request's number, so errors are known.
+    # Red tells the number of pixels, so errors are known.
     truth = engine.requests[engine.requests.index(asked[0]) - 1]
     for request, found in zip(last.values(), trade.found, strict=True):
         gap = abs(red_of(request) - red_of(truth)) / 255 / np.sqrt(3)

@@ -10,14 +10,12 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.requests import ImageRequest, always
+from app.engines.requests import UNWATCHED, ImageRequest, Watch
 from app.window.main_window import MainWindow
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
 
-def draw(
-    self: FakeEngine, request: ImageRequest, is_wanted: Callable[[], bool] = always
-) -> NDArray[np.float32]:
+def draw(self: FakeEngine, request: ImageRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
     """As opaque as the TF at its most opaque."""
     self.requests.append(request)
     pixels = request.quality.pixels

@@ -13,14 +13,14 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.requests import ImageRequest, always
+from app.engines.requests import UNWATCHED, ImageRequest, Watch
 from app.state import dispatcher, slow_lights
 from app.window.main_window import MainWindow
 from model.scene.view import View
 
 
 def draw_slowly(
-    self: FakeEngine, request: ImageRequest, is_wanted: Callable[[], bool] = always
+    self: FakeEngine, request: ImageRequest, watch: Watch = UNWATCHED
 ) -> NDArray[np.float32]:
     """As the fake draws, and the ray caster slowly."""
     if request.stands_in:

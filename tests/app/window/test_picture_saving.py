@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders, FakeEngine
+from window_fakes import PATIENCE_S, FakeBuilders, FakeEngine
 
-from app.engines.requests import PictureRequest
+from app.engines.messages import SupersededError
+from app.engines.requests import PictureRequest, Watch
 from app.window.figure import Which
 from app.window.file_dialogs import file_name
 from app.window.main_window import MainWindow
@@ -124,6 +126,34 @@ def test_the_file_is_asked_for_after_the_size(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
     window.pictures.save()
     qtbot.waitUntil((tmp_path / "wide.png").exists)
+
+
+def test_a_figure_that_takes_long_says_how_far_it_is_and_can_be_cancelled(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun, given_up = threading.Event(), threading.Event()
+
+    def picture(self: FakeEngine, request: PictureRequest, watch: Watch) -> NDArray[np.uint8]:
+        while watch():
+            watch.note(0.5)
+            begun.set()
+            given_up.wait(0.02)
+        given_up.set()
+        raise SupersededError
+
+    monkeypatch.setattr(FakeEngine, "picture", picture)
+    place = tmp_path / "picture.png"
+    window.pictures.draw(PictureChoice(90, 40), place)
+    assert begun.wait(PATIENCE_S) and window.pictures.progress is None
+    qtbot.waitUntil(lambda: window.pictures.progress is not None)
+    progress = window.pictures.progress
+    assert progress is not None
+    qtbot.waitUntil(lambda: progress.value() == 500)
+    assert "picture.png" in progress.labelText() and "90 × 40" in progress.labelText()
+    progress.canceled.emit()
+    assert given_up.wait(PATIENCE_S)
+    assert window.pictures.progress is None and not window.pictures.unfinished
+    assert window.status.news == "The figure was cancelled." and not place.exists()
 
 
 @pytest.mark.parametrize(
