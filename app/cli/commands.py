@@ -145,6 +145,7 @@ def window(
             choice=choice if choice.text else None,
             session=session,
             exactness=step_for(budget_ms, error),
+            is_unasked=not any((volume, model, session, tf, view, lighting, renderer, screenshot)),
         )
         code = open_window(start, str(device), str(backend), str(precision), screenshot)
         raise typer.Exit(code)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import time
 from typing import cast
 
 import numpy as np
@@ -17,14 +19,22 @@ from app.engines.requests import (
     ValueVisibilityRequest,
     VisibilityRequest,
 )
+from model.errors import TfscopeError
+from model.rendering.path_tracing import denoising
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
 from model.scene.region import Region
 from model.scene.scene import Lighting
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.volume_files import read_volume
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 EDGE, PIXELS = 24, 16
+
+MEASURED, REPEATED = 256, 3
+"""Sides of a picture whose time is measured, and how often it is drawn."""
 
 
 def prepare(voxels: str, lighting: str) -> None:
@@ -46,6 +56,31 @@ def prepare(voxels: str, lighting: str) -> None:
                 _answer(engine, volume)
         finally:
             engine.close()
+
+
+def measure_path_light() -> float:
+    """Return the seconds of a path-traced picture of one sample, as while something moves.
+
+    Of 256 x 256 pixels of the first shipped volume, with what finishes it; infinite where nothing
+    does, or it cannot be drawn.
+    """
+    try:
+        volume = read_volume(DEFAULT_VOLUME)
+        if not denoising.installed():
+            return math.inf
+        engine = REAL_BUILDERS.reference(volume, ReferenceSettings("path", LightDirection()))
+    except (TfscopeError, OSError):
+        return math.inf
+    try:
+        request = ImageRequest(_inputs(volume), Quality(MEASURED, live=True), is_measured=True)
+        times = []
+        for _ in range(REPEATED):
+            begun = time.perf_counter()
+            engine.image(request)
+            times.append(time.perf_counter() - begun)
+        return min(times)
+    finally:
+        engine.close()
 
 
 def _draw(engine: Engine, volume: Volume) -> None:

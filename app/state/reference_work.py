@@ -25,7 +25,7 @@ from model.rendering.path_tracing import denoising
 from model.rendering.raster import Raster
 from model.scene.light import LightDirection
 from model.scene.region import SQUARE, Reach
-from model.scene.scene import Scene
+from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 
 PANE_REST_MS = 150
@@ -120,6 +120,7 @@ class ReferenceWork(QObject):
         self.lights = LightPictures(state, builders, self)
         self._keeps_light = True
         self._asked_lighting: LightingChoice | None = None
+        self._proposed_lighting: LightingChoice = "auto"
         state.lightChangeFinished.connect(self._keep_light)
 
     @property
@@ -165,6 +166,10 @@ class ReferenceWork(QObject):
         if keep and self._volume is not None and choices.lighting != lighting:
             self._state.change(self._show_lighting, lighting, choices.lighting, "kind of light")
         self._choose(choices, keep)
+
+    def propose(self, lighting: Lighting) -> None:
+        """Show the next volume in a light, unless it was seen in another one before."""
+        self._proposed_lighting = lighting
 
     def _show_lighting(self, lighting: LightingChoice) -> None:
         self._choose(replace(self.choices, lighting=lighting), keep=True)
@@ -270,6 +275,9 @@ class ReferenceWork(QObject):
         if is_alike and (known.lighting, known.light) == ("auto", ()):
             return
         lighting, self._asked_lighting = self._asked_lighting or known.lighting, None
+        if lighting == "auto":
+            lighting = self._proposed_lighting
+        self._proposed_lighting = "auto"
         self.choices = replace(self.choices, lighting=lighting)
         self.choicesChanged.emit(self.choices)
         self.place_light(None)

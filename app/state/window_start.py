@@ -42,6 +42,8 @@ class WindowStart:
         A session's file; its volume is `volume`.
     exactness : int or None
         Number of one of :data:`app.state.exactness.STEPS`.
+    is_unasked : bool
+        Whether the user has named nothing that is to be seen; then it is what is shown best.
     size : tuple of int, or None
         Width and height of the window in pixels.
 
@@ -65,6 +67,7 @@ class WindowStart:
     choice: Choice | None = None
     session: Path | None = None
     exactness: int | None = None
+    is_unasked: bool = False
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":

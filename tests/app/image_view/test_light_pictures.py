@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import pytest
@@ -83,5 +84,8 @@ def test_what_is_prepared_is_known_by_the_stamp(tmp_path, monkeypatch: pytest.Mo
     assert not kernel_cache.is_prepared("uint8", "direct")
     kernel_cache.stamp().parent.mkdir(parents=True)
     kernel_cache.stamp().touch()
+    assert kernel_cache.path_traced_seconds() == math.inf
+    kernel_cache.stamp().write_text("0.180")
+    assert kernel_cache.path_traced_seconds() == 0.18
     assert kernel_cache.is_prepared("uint8", "direct")
     assert not kernel_cache.is_prepared("int32", "direct")

@@ -535,6 +535,23 @@ def test_without_a_model_the_reference_has_the_window_alone_and_is_lit(
     assert builders.references[-1].requests[-1].inputs.light is None
 
 
+def test_a_light_is_proposed_only_for_a_volume_that_was_seen_in_none(
+    qtbot: QtBot, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    place = PreferencesStore(tmp_path / "preferences.json")
+    for chosen, seen in ((None, "path"), ("direct", "path"), (None, "direct")):
+        window = MainWindow(builders.make(), preferences=Preferences(place))
+        qtbot.addWidget(window)
+        window.workspace.reference.propose("path")
+        with qtbot.waitSignal(window.workspace.settled):
+            window.workspace.open_volume(Path("ramp"))
+        assert builders.settings[-1].lighting == seen
+        if chosen is not None:
+            window.workspace.reference.choose(lighting=chosen)
+            settle(qtbot, window)
+        window.close()
+
+
 def test_each_volume_is_seen_in_the_light_that_it_was_given(
     qtbot: QtBot, builders: FakeBuilders, tmp_path: Path
 ) -> None:
