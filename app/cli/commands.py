@@ -15,6 +15,7 @@ from app.cli.path_light_commands import light
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
+from model.scene.scene import Lighting
 from model.scene.view import View
 from model.volume_files.choice import Choice
 
@@ -66,12 +67,12 @@ def window(
         ),
     ] = None,
     lighting: Annotated[
-        choices.LightingOption | None,
+        Lighting | None,
         typer.Option("--lighting", help="Of the reference image. (default: as last time)"),
     ] = None,
     light: options.LightAngles = None,
     renderer: Annotated[
-        choices.ReferenceOption | None,
+        choices.ReferenceRenderer | None,
         typer.Option(
             "--renderer",
             help="Of the reference image; auto: the ray caster while anything moves, and where no "
@@ -104,9 +105,9 @@ def window(
     channel: options.ChannelName = None,
     component: options.ComponentName = None,
     crop: options.CropPlanes = None,
-    device: options.DeviceName = choices.Device.AUTO,
-    backend: options.BackendName = choices.BackendOption.AUTO,
-    precision: options.PrecisionName = choices.PrecisionOption.AUTO,
+    device: options.DeviceName = "auto",
+    backend: options.BackendName = "auto",
+    precision: options.PrecisionName = "auto",
     screenshot: Annotated[
         Path | None,
         typer.Option(
@@ -135,11 +136,11 @@ def window(
             model=model,
             tf=tf,
             view=view,
-            lighting=None if lighting is None else choices.lighting(lighting),
+            lighting=lighting,
             light=light,
-            renderer=None if renderer is None else renderer.value,
+            renderer=renderer,
             scalar_range=None if scalar_range is None else RangeChoice.parse(scalar_range),
-            scale=choices.scale(scale),
+            scale=scale,
             crop=crop,
             size=values.window_size(size),
             choice=choice if choice.text else None,
@@ -147,7 +148,7 @@ def window(
             exactness=step_for(budget_ms, error),
             is_unasked=not any((volume, model, session, tf, view, lighting, renderer, screenshot)),
         )
-        code = open_window(start, str(device), str(backend), str(precision), screenshot)
+        code = open_window(start, device, backend, precision, screenshot)
         raise typer.Exit(code)
     given = [
         name

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated
 
 import typer
 
 from app.cli import choices, options, values
 from app.cli.volume_options import takes_volume
+from model.scene.scene import Lighting
 from model.scene.view import View
+from model.sensitivity.measure import Measure
 from model.volume_files.source import VolumeSource
 
 FILE = Annotated[Path, typer.Argument(metavar="FILE", help="A volume.", callback=values.volume)]
@@ -118,7 +120,7 @@ def render(
     ] = None,
     tf: options.TFFile = None,
     lighting: Annotated[
-        choices.LightingOption | None,
+        Lighting | None,
         typer.Option("--lighting", help="For VTK and ray caster. (default: the model's, or none)"),
     ] = None,
     light: options.LightAngles = None,
@@ -225,9 +227,9 @@ def render(
             "as in the window. (default: .5, or the model's)",
         ),
     ] = None,
-    device: options.DeviceName = choices.Device.AUTO,
-    backend: options.BackendName = choices.BackendOption.EAGER,
-    precision: options.PrecisionName = choices.PrecisionOption.FLOAT32,
+    device: options.DeviceName = "auto",
+    backend: options.BackendName = "eager",
+    precision: options.PrecisionName = "float32",
 ) -> None:
     """Render one image, or a movie of a full turn, to a file."""
     from app.cli.render import render_to_file
@@ -235,7 +237,7 @@ def render(
 
     traded = error is not None or budget_ms is not None
     order = RenderOrder(
-        renderer=str(renderer or (choices.Renderer.RAYCAST if traded else choices.Renderer.VTK)),
+        renderer=renderer or ("raycast" if traded else "vtk"),
         volume=source,
         model=model,
         view=view or values.HOME_VIEW,
@@ -257,9 +259,9 @@ def render(
         draws_missing=missing,
         preintegrated=preintegrated,
         sample_distance=sample_distance,
-        device=str(device),
-        backend=str(backend),
-        precision=str(precision),
+        device=device,
+        backend=backend,
+        precision=precision,
         out=out,
         code=values.latent_code(code),
     )
@@ -295,7 +297,7 @@ def sensitivity(
     view: options.ViewNumbers = values.HOME_VIEW,
     tf: options.TFFile = None,
     lighting: Annotated[
-        choices.LightingOption | None,
+        Lighting | None,
         typer.Option("--lighting", help="Of the ray caster's image."),
     ] = None,
     size: Annotated[
@@ -326,21 +328,21 @@ def sensitivity(
         ),
     ] = None,
     measure: Annotated[
-        choices.MeasureOption,
+        Measure,
         typer.Option(
             "--measure",
             help="signed: the change of brightness, as in the paper; change: the size of the "
             "change, also where the picture is black.",
         ),
-    ] = choices.MeasureOption.SIGNED,
+    ] = "signed",
     field_scale: Annotated[
-        choices.FieldScaleOption,
+        choices.FieldScale,
         typer.Option(
             "--field-scale",
             help="Of a value's figure. own: colours by its field; global: by the fields of all "
             "values, and opacity by its own, as in the paper.",
         ),
-    ] = choices.FieldScaleOption.OWN,
+    ] = "own",
     error: Annotated[
         float | None,
         typer.Option(
@@ -352,17 +354,17 @@ def sensitivity(
         ),
     ] = None,
     budget_ms: options.BudgetMs = None,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
     from app.cli.sensitivity import save_sensitivity
-    from app.cli.sensitivity_order import EngineName, SensitivityOrder
+    from app.cli.sensitivity_order import SensitivityOrder
 
     save_sensitivity(
         SensitivityOrder(
             volume=source,
             model=model,
-            engine=None if engine is None else cast(EngineName, str(engine)),
+            engine=engine,
             view=view,
             tf=tf,
             size=size,
@@ -371,11 +373,11 @@ def sensitivity(
             value=value,
             block=block,
             width=width,
-            measure=choices.measure(measure),
+            measure=measure,
             lighting=lighting,
-            device=str(device),
+            device=device,
             out=out,
-            by_all_values=field_scale is choices.FieldScaleOption.GLOBAL,
+            by_all_values=field_scale == "global",
             budget=values.seconds(budget_ms),
             error=error,
         )

@@ -75,7 +75,7 @@ def latent(
         typer.Option("--size", min=16, max=1024, help="Pixels; a model has its own size."),
     ] = 128,
     picture: Annotated[
-        choices.PictureOption | None,
+        choices.PictureOf | None,
         typer.Option(
             "--picture",
             help="code: the model's picture of the latent code itself, as in the paper; tf: that "
@@ -106,7 +106,7 @@ def latent(
         tf,
         size,
         out,
-        choices.picture_of(picture),
+        picture,
         values.seconds(budget_ms),
         error,
     )
@@ -127,9 +127,9 @@ def codec(
         ),
     ],
     kind: Annotated[
-        choices.CodecKindOption,
+        choices.CodecKind,
         typer.Option("--kind", help="What the training asks of codes."),
-    ] = choices.CodecKindOption.VARIATIONAL,
+    ] = "variational",
     latent_dim: Annotated[
         int, typer.Option("--latent-dim", min=1, max=256, help="Numbers of a code.")
     ] = 8,
@@ -140,11 +140,11 @@ def codec(
     seed: options.Seed = 0,
 ) -> None:
     """Train a codec for browsing any volume's TFs, and compute its map."""
-    if kind is choices.CodecKindOption.PLAIN:
+    if kind == "plain":
         raise LatentError(
             "The plain codec is for comparisons only ('bench codecs'); train a variational one.",
             kind="variational",
         )
     from app.cli.latent import train_and_map
 
-    train_and_map(out, str(kind), latent_dim, width, steps, seed)
+    train_and_map(out, kind, latent_dim, width, steps, seed)

@@ -15,6 +15,7 @@ from app.cli import choices, options, values
 from app.cli.outputs import make_room_for
 from app.cli.volume_options import takes_volume
 from model.errors import TfscopeError, TrainingError
+from model.scene.scene import TFFamily
 from model.volume_files.source import VolumeSource
 
 
@@ -36,10 +37,10 @@ def dataset(
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
     seed: options.Seed = 0,
-    renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
-    lighting: options.LightingName = choices.LightingOption.NONE,
+    renderer: options.SampleRendererName = "raycast",
+    lighting: options.LightingName = "none",
     movable_light: options.MovableLight = False,
-    family: options.TFFamilyName = choices.TFFamilyOption.DRAWN,
+    family: options.TFFamilyName = "drawn",
     window: options.Window = None,
     up: options.UpAxis = None,
     holdout: Annotated[
@@ -62,11 +63,11 @@ def dataset(
 
     scene = SceneOptions(
         size,
-        choices.lighting(lighting),
+        lighting,
         values.scalar_window(window),
-        choices.renderer_name(renderer),
+        renderer,
         movable_light,
-        choices.family_name(family),
+        family,
         up or "",
     )
     make_dataset(source, scene, out, count, holdout, seed, workers, scheduler)
@@ -163,11 +164,11 @@ def train(
             "(default: 4, or more when lit)",
         ),
     ] = None,
-    renderer: options.SampleRendererName = choices.SampleRenderer.RAYCAST,
-    lighting: options.LightingName = choices.LightingOption.NONE,
+    renderer: options.SampleRendererName = "raycast",
+    lighting: options.LightingName = "none",
     movable_light: options.MovableLight = False,
     family: Annotated[
-        choices.TFFamilyOption | None,
+        TFFamily | None,
         typer.Option(
             "--tf-family",
             help=f"{options.FAMILY_HELP} (default: drawn; with --faithful, paper)",
@@ -177,8 +178,8 @@ def train(
     up: options.UpAxis = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
-    device: options.DeviceName = choices.Device.AUTO,
-    precision: options.TrainingPrecisionName = choices.TrainingPrecision.AUTO,
+    device: options.DeviceName = "auto",
+    precision: options.TrainingPrecisionName = "auto",
     job: Annotated[
         Path | None,
         typer.Option(
@@ -225,11 +226,11 @@ def train(
         ask_to_stop(out)
         typer.echo(f"The run in {out} will be saved and end after its present step.")
         return
-    preset = preset or (choices.Preset.PAPER if faithful else choices.Preset.COMPACT)
+    preset = preset or ("paper" if faithful else "compact")
     if family is None:
         # Those of a stored data set are what they are.
         of_paper = faithful and store is None
-        family = choices.TFFamilyOption.PAPER if of_paper else choices.TFFamilyOption.DRAWN
+        family = "paper" if of_paper else "drawn"
     if epochs is not None and (minutes is not None or samples is not None):
         raise TrainingError("Give one of --epochs, --minutes and --samples.")
     if faithful and minutes is None and samples is None:
@@ -255,25 +256,25 @@ def train(
         out=out,
         volume=source,
         store=store,
-        preset=str(preset),
+        preset=preset,
         color_attention=color_attention,
         width=width,
         faithful=faithful,
         settings=changes,
         minutes=choices.minutes_of(minutes, samples, 60.0),
         samples=samples,
-        lighting=choices.lighting(lighting),
+        lighting=lighting,
         movable_light=movable_light,
-        tf_family=choices.family_name(family),
-        renderer=choices.renderer_name(renderer),
+        tf_family=family,
+        renderer=renderer,
         window=values.scalar_window(window),
         up=up or "",
         reuse=reuse,
         start=start,
         seed=seed,
         workers=workers,
-        device=str(device),
-        precision=str(precision),
+        device=device,
+        precision=precision,
         resume=resume,
     )
     if job is not None:
@@ -336,7 +337,7 @@ def evaluate(
         bool,
         typer.Option("--record", help="Also write the errors into the model's card."),
     ] = False,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
     workers: options.Workers = None,
 ) -> None:
     """Measure a model on hold-out samples, beside the nearest training image."""
@@ -351,7 +352,7 @@ def evaluate(
         neighbors=neighbors,
         sensitivities=sensitivities,
         workers=workers,
-        device=str(device),
+        device=device,
         illustrated=report is not None,
     )
     evaluate_model(job, json, report, record)
@@ -373,8 +374,8 @@ def study(
     source: VolumeSource,
     preset: Annotated[
         choices.Preset, typer.Option("--preset", help="Size of all networks.")
-    ] = choices.Preset.DRAFT,
-    lighting: options.LightingName = choices.LightingOption.NONE,
+    ] = "draft",
+    lighting: options.LightingName = "none",
     faithful: Annotated[
         bool,
         typer.Option("--faithful", help="All models by the paper's recipe, see 'train'."),
@@ -403,8 +404,8 @@ def study(
     ] = None,
     seed: options.Seed = 0,
     workers: options.Workers = None,
-    device: options.DeviceName = choices.Device.AUTO,
-    precision: options.TrainingPrecisionName = choices.TrainingPrecision.AUTO,
+    device: options.DeviceName = "auto",
+    precision: options.TrainingPrecisionName = "auto",
 ) -> None:
     """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
     from model.training.job import TrainingJob
@@ -412,20 +413,20 @@ def study(
     job = TrainingJob(
         out=out,
         volume=source,
-        preset=str(preset),
+        preset=preset,
         faithful=faithful,
-        lighting=choices.lighting(lighting),
+        lighting=lighting,
         settings=tuple(settings or ()),
         minutes=choices.minutes_of(minutes, samples, 10.0),
         samples=samples,
         seed=seed,
         workers=workers,
-        device=str(device),
-        precision=str(precision),
+        device=device,
+        precision=precision,
     )
     from app.cli.study import StudyOrder, study_models
 
-    for path in study_models(StudyOrder(str(study), job, images, count, sensitivities)):
+    for path in study_models(StudyOrder(study, job, images, count, sensitivities)):
         typer.echo(f"{study}: {path}")
 
 

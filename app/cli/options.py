@@ -11,6 +11,8 @@ from app.cli import choices, values
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.region import Region
+from model.scene.scene import Lighting, RendererName, TFFamily
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 
 VolumeFile = Annotated[
@@ -83,7 +85,7 @@ ScalarRange = Annotated[
     ),
 ]
 ScaleName = Annotated[
-    choices.ScaleOption | None,
+    ValueScale | None,
     typer.Option(
         "--scale",
         help="Scale of the scalar axis: values as they are, or their logarithm. "
@@ -96,14 +98,14 @@ ModelFolder = Annotated[
 ]
 DeviceName = Annotated[choices.Device, typer.Option("--device", help="Where the generator runs.")]
 BackendName = Annotated[
-    choices.BackendOption,
+    choices.Backend,
     typer.Option(
         "--backend",
         help="What draws the generator's images. (auto: the fastest here)",
     ),
 ]
 PrecisionName = Annotated[
-    choices.PrecisionOption,
+    choices.Precision,
     typer.Option(
         "--precision",
         help="In bfloat16 images come faster and are off by some 1/255. (auto: where that is "
@@ -111,13 +113,13 @@ PrecisionName = Annotated[
     ),
 ]
 TrainingPrecisionName = Annotated[
-    choices.TrainingPrecision,
+    choices.Precision,
     typer.Option(
         "--precision", help="Digits that steps are computed in. (auto: the faster one here)"
     ),
 ]
 LightingName = Annotated[
-    choices.LightingOption,
+    Lighting,
     typer.Option(
         "--lighting",
         help="Emission-absorption alone, gradient shading, shadows and ambient light from a "
@@ -144,9 +146,9 @@ FAMILY_HELP = (
     "Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, plateaus, steps, "
     "bands, free curves, constants and empty ones, as people draw them."
 )
-TFFamilyName = Annotated[choices.TFFamilyOption, typer.Option("--tf-family", help=FAMILY_HELP)]
+TFFamilyName = Annotated[TFFamily, typer.Option("--tf-family", help=FAMILY_HELP)]
 SampleRendererName = Annotated[
-    choices.SampleRenderer,
+    RendererName,
     typer.Option(
         "--renderer",
         help="What renders the samples: the fast ray caster, or VTK. They differ in global "

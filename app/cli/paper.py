@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 from math import inf
 from pathlib import Path
+from typing import get_args
 
 from app.cli.choices import PaperItem
 from app.cli.console import about, console, counting, print_table
@@ -45,8 +46,8 @@ QUICK_BLOCKS = 4
 
 def make_items(order: PaperOrder) -> None:
     """Make one item, or all."""
-    wanted = [i for i in PaperItem if i is not PaperItem.ALL]
-    if order.item is not PaperItem.ALL:
+    wanted = [item for item in get_args(PaperItem) if item != "all"]
+    if order.item != "all":
         wanted = [order.item]
     with _Maker(order) as maker:
         for item in wanted:
@@ -71,22 +72,22 @@ class _Maker:
     def make(self, item: PaperItem) -> list[Path]:
         """Make an item, and return its files."""
         make: dict[PaperItem, Callable[[Path], None]] = {
-            PaperItem.TEASER: self._teaser,
-            PaperItem.OVERVIEW: self._overview,
-            PaperItem.SENSITIVITY: self._sensitivity,
-            PaperItem.VALUE_FIELDS: self._value_fields,
-            PaperItem.EXPLORATION: self._exploration,
-            PaperItem.INTERPOLATION: self._interpolation,
-            PaperItem.QUALITATIVE: self._qualitative,
+            "teaser": self._teaser,
+            "overview": self._overview,
+            "sensitivity": self._sensitivity,
+            "value-fields": self._value_fields,
+            "exploration": self._exploration,
+            "interpolation": self._interpolation,
+            "qualitative": self._qualitative,
         }
         if item in make:
             path = self._order.out / f"{item}.png"
             make_room_for(path)
             make[item](path)
             return [path]
-        if item is PaperItem.TABLE1:
+        if item == "table1":
             return self._write(item, self._table_1())
-        if item is PaperItem.TABLE2:
+        if item == "table2":
             quick = self._order.quick
             table = table_2(
                 self._subject, 3 if quick else REPEATS, QUICK_BLOCKS if quick else PAPER_R

@@ -81,7 +81,7 @@ def paper(
         typer.Option("--quick", help="Few samples and steps: shows that all works, in minutes."),
     ] = False,
     workers: options.Workers = None,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
 ) -> None:
     """Make the paper's figures and tables anew, from a trained model or small studies."""
     # Late: with it comes torch.
@@ -91,6 +91,6 @@ def paper(
         PaperOrder(
             item=item, out=out, models=tuple(model or ()), volume=source, view=view, tf=tf,
             count=count, dataset=dataset, minutes=minutes, quick=quick, workers=workers,
-            device=str(device),
+            device=device,
         )
     )  # fmt: skip

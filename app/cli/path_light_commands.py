@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli import choices, options
+from app.cli import options
 
 light = typer.Typer(
     help="The network behind the denoiser of path-traced light: pairs of pictures, and training."
@@ -62,7 +62,7 @@ def train(
             help="Begin with this network's weights and size, at a third of the rate.",
         ),
     ] = None,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
     seed: options.Seed = 0,
 ) -> None:
     """Train the network on pairs; one that was stopped goes on."""
@@ -86,7 +86,7 @@ def evaluate(
             help="Pairs that were learned, among which the nearest picture is looked for.",
         ),
     ] = None,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
     json: options.JsonFile = None,
 ) -> None:
     """Compare finished pictures with what could be shown in their place."""

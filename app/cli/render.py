@@ -10,7 +10,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli import choices
 from app.cli.captions import range_text
 from app.cli.console import console, warn
 from app.cli.render_order import Drawer, RenderOrder
@@ -44,7 +43,7 @@ MODEL_RANGE = (
 
 def render_to_file(order: RenderOrder) -> None:
     """Render an image and write it, replacing an existing file."""
-    if order.light is not None and order.lighting == choices.LightingOption.NONE:
+    if order.light is not None and order.lighting == "none":
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
     if order.code is not None and order.renderer != "generator":
         raise RenderError("A latent code is a model's.", renderer="generator")
@@ -140,7 +139,7 @@ def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
 def _volume_drawer(order: RenderOrder) -> Drawer:
     scene = load_card(order.model).scene if order.model else None
     if order.lighting is not None:
-        lighting = choices.lighting(order.lighting)
+        lighting = order.lighting
         light = None if lighting == "none" else LightDirection()
     else:
         lighting = scene.lighting if scene else "none"
@@ -305,7 +304,7 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
         raise RenderError(MODEL_RANGE)
     folder = order.model or model_folder(None, order.volume.read())
     scene = load_card(folder).scene
-    if order.lighting is not None and choices.lighting(order.lighting) != scene.lighting:
+    if order.lighting is not None and order.lighting != scene.lighting:
         raise RenderError(
             f"The model was trained with the lighting '{scene.lighting}'; "
             "leave another one out, or train a model with it."

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli import choices
 from app.cli.captions import range_text, view_text
 from model.rendering.raster import Raster
 from model.scene.crop import CropBox
@@ -47,7 +46,7 @@ class RenderOrder:
     model: Path | None
     view: View
     tf: Path | None
-    lighting: choices.LightingOption | None
+    lighting: Lighting | None
     samples: int | None
     error: float | None
     budget: float | None

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli import choices
 from app.cli.captions import range_text, tf_text, view_text
+from app.cli.choices import SensitivityEngine
 from app.cli.console import console
 from app.cli.outputs import make_room_for
 from app.cli.render import (
@@ -22,7 +22,7 @@ from app.cli.render import (
     model_folder,
     warn_outside,
 )
-from app.cli.sensitivity_order import EngineName, SensitivityOrder
+from app.cli.sensitivity_order import SensitivityOrder
 from model.errors import RenderError
 from model.networks.card import load_card
 from model.scene.inputs import SceneInputs
@@ -113,7 +113,7 @@ def save_sensitivity(order: SensitivityOrder) -> None:
         _save(order, volume, question, answer)
         return
     question = _question(order, volume, tf)
-    ways: dict[EngineName, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
+    ways: dict[SensitivityEngine, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
         "exact": _by_renderer,
         "learned": _by_generator,
         "blockwise": _by_generator,
@@ -145,7 +145,7 @@ def _check_question(order: SensitivityOrder) -> None:
         )
 
 
-def _check_trade(order: SensitivityOrder, engine: EngineName) -> None:
+def _check_trade(order: SensitivityOrder, engine: SensitivityEngine) -> None:
     if engine != "exact":
         raise RenderError(
             "A model answers in one time, with one error; leave --budget-ms and --error out, or "
@@ -225,7 +225,7 @@ def _renderer(
     lighting: Lighting = scene.lighting if scene else "none"
     light = scene.light if scene else None
     if order.lighting is not None:
-        lighting, light = choices.lighting(order.lighting), None
+        lighting, light = order.lighting, None
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     renderer = RaycastRenderer(volume, lighting, light, step)
     try:

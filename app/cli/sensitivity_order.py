@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
 
-from app.cli import choices
+from app.cli.choices import SensitivityEngine
 from model.scene.crop import CropBox
 from model.scene.region import Region
+from model.scene.scene import Lighting
 from model.scene.view import View
 from model.sensitivity.measure import Measure
 from model.volume_files.source import VolumeSource
-
-EngineName = Literal["exact", "learned", "blockwise"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +29,7 @@ class SensitivityOrder:
 
     volume: VolumeSource
     model: Path | None
-    engine: EngineName | None
+    engine: SensitivityEngine | None
     view: View
     tf: Path | None
     size: int | None
@@ -41,7 +39,7 @@ class SensitivityOrder:
     block: int | None
     width: float | None
     measure: Measure
-    lighting: choices.LightingOption | None
+    lighting: Lighting | None
     device: str
     out: Path
     by_all_values: bool = False

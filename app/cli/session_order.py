@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from app.cli import choices
 from app.cli.render_order import RenderOrder
 from app.state.session import Session
 from model.errors import RenderError
@@ -39,8 +38,8 @@ def of_session(order: RenderOrder, path: Path, has_view: bool) -> RenderOrder:
     look = session.look
     lighting = order.lighting
     if lighting is None and look.get("lighting", "auto") != "auto":
-        lighting = choices.LightingOption(look["lighting"])
-    is_lit = lighting not in (None, choices.LightingOption.NONE)
+        lighting = look["lighting"]
+    is_lit = lighting not in (None, "none")
     light, crop, view = look.get("light", ()), look.get("crop", ()), look.get("view", ())
     is_model = order.renderer == "generator"
     filled = replace(

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from app.cli import choices
 from app.cli.outputs import check_output, check_output_folder
 from model.errors import DatasetError, TfscopeError, VolumeError
 from model.networks.card import read_header
@@ -17,6 +16,7 @@ from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
 from model.scene.region import Region
 from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
@@ -43,6 +43,20 @@ def crop_box(text: str) -> CropBox:
 def region(text: str) -> Region:
     """Parse a rectangle of pixels; see :meth:`model.scene.region.Region.parse`."""
     return Region.parse(text)
+
+
+def one_of(names: tuple[str, ...]) -> Callable[[str], str]:
+    """Return a parser of one of some names, for options that may be repeated.
+
+    typer has none of its own for lists.
+    """
+
+    def parse(text: str) -> str:
+        if text not in names:
+            raise TfscopeError(f"{text!r} is not one of {', '.join(names)}; give one of these.")
+        return text
+
+    return parse
 
 
 def numbers(text: str | None, count: int, name: str) -> tuple[float, ...] | None:
@@ -201,12 +215,10 @@ def source(
     array: str | None = None,
     time: str | None = None,
     channel: str | None = None,
-    scale: choices.ScaleOption | None = None,
+    scale: ValueScale | None = None,
 ) -> VolumeSource:
     """Return the source of a volume, checked as far as that goes without reading it."""
-    found = VolumeSource(
-        path, raw, component, scalar_range, series, array, time, channel, choices.scale(scale)
-    )
+    found = VolumeSource(path, raw, component, scalar_range, series, array, time, channel, scale)
     found.check()
     return found
 

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, cast, get_args
 
 import typer
 
 from app.cli import choices, options, values
 from app.cli.volume_options import takes_volume
+from model.scene.scene import Lighting
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
 bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
 
 Lightings = Annotated[
-    list[choices.LightingOption] | None,
-    typer.Option("--lighting", help="May be repeated. (default: none)"),
+    list[str] | None,
+    typer.Option(
+        "--lighting",
+        help="May be repeated. (default: none)",
+        metavar="|".join(get_args(Lighting)),
+        parser=values.one_of(get_args(Lighting)),
+    ),
+]
+Presets = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--preset",
+        help="May be repeated.",
+        metavar="|".join(get_args(choices.Preset)),
+        parser=values.one_of(get_args(choices.Preset)),
+    ),
 ]
 SceneCount = Annotated[int, typer.Option("--count", min=1, help="Random views and TFs per volume.")]
 WithVtk = Annotated[
@@ -59,7 +74,7 @@ def renderers(
     size: Annotated[
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
-    lighting: options.LightingName = choices.LightingOption.NONE,
+    lighting: options.LightingName = "none",
     seed: options.Seed = 0,
     distance: Annotated[
         list[float] | None,
@@ -94,7 +109,7 @@ def renderers(
         volume,
         count,
         size,
-        choices.lighting(lighting),
+        lighting,
         seed,
         distance,
         reference,
@@ -142,7 +157,7 @@ def tradeoff(
     """Settings of a picture: time against error, and those worth having."""
     from app.cli.bench.tradeoff import bench_tradeoff
 
-    lightings = [choices.lighting(each) for each in lighting or [choices.LightingOption.NONE]]
+    lightings = cast("list[Lighting]", lighting or ["none"])
     bench_tradeoff(volume, lightings, count, size, view, tf, seed, vtk, threads, json, plot)
 
 
@@ -161,7 +176,7 @@ def prediction(
     """Times and errors of settings as `render` predicts them, beside those measured."""
     from app.cli.bench.prediction import bench_prediction
 
-    lightings = [choices.lighting(each) for each in lighting or [choices.LightingOption.NONE]]
+    lightings = cast("list[Lighting]", lighting or ["none"])
     bench_prediction(volume, lightings, count, size, seed, vtk, json)
 
 
@@ -249,7 +264,7 @@ def sensitivity(
         int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
     ] = 256,
     count: Annotated[int, typer.Option("--count", min=1, help="Random views and TFs.")] = 10,
-    lighting: options.LightingName = choices.LightingOption.NONE,
+    lighting: options.LightingName = "none",
     seed: options.Seed = 0,
     window: Annotated[
         bool, typer.Option("--window", help="Also drag and hover in the real window, off screen.")
@@ -259,7 +274,7 @@ def sensitivity(
     """Sensitivities of the ray caster and the shipped models: their time in images."""
     from app.cli.bench.sensitivity import bench_sensitivity
 
-    bench_sensitivity(volume, size, count, choices.lighting(lighting), seed, window, json)
+    bench_sensitivity(volume, size, count, lighting, seed, window, json)
 
 
 @bench.command()
@@ -337,10 +352,7 @@ def sizes(
 
 @bench.command()
 def generator(
-    preset: Annotated[
-        list[choices.Preset] | None,
-        typer.Option("--preset", help="Of untrained networks; may be repeated. (default: all)"),
-    ] = None,
+    preset: Presets = None,
     model: Annotated[
         Path | None,
         typer.Option("--model", help="A trained model, instead of presets.", callback=values.model),
@@ -349,20 +361,17 @@ def generator(
         float, typer.Option("--seconds", min=0.1, help="Least time of each measurement.")
     ] = 2.0,
     json: options.JsonFile = None,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
 ) -> None:
     """Latency of the generator by backend and precision, and its distance from torch."""
     from app.cli.bench.generator import bench_generator
 
-    bench_generator([str(p) for p in preset or []], model, str(device), seconds, json)
+    bench_generator(preset or [], model, device, seconds, json)
 
 
 @bench.command()
 def training(
-    preset: Annotated[
-        list[choices.Preset] | None,
-        typer.Option("--preset", help="May be repeated. (default: draft and compact)"),
-    ] = None,
+    preset: Presets = None,
     steps: Annotated[int, typer.Option("--steps", min=1, help="That are timed each way.")] = 10,
     batch: Annotated[
         list[int] | None,
@@ -378,14 +387,14 @@ def training(
         typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe, as in 'train'."),
     ] = None,
     json: options.JsonFile = None,
-    device: options.DeviceName = choices.Device.AUTO,
+    device: options.DeviceName = "auto",
 ) -> None:
     """Speed of training by precision, order of channels, optimizer, compilation, batch size."""
     from app.cli.bench.training import bench_training
 
     bench_training(
-        [str(p) for p in preset or []],
-        str(device),
+        preset or [],
+        device,
         steps,
         batch or [],
         settings or [],
@@ -469,6 +478,4 @@ def codec(
     if model is not None:
         measure_model(model, [name for name, value in trial.items() if value], json)
     else:
-        train_alone(
-            volume, str(preset or "compact"), steps or 3000, tuple(settings or ()), seed, json
-        )
+        train_alone(volume, preset or "compact", steps or 3000, tuple(settings or ()), seed, json)
