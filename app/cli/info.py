@@ -10,6 +10,7 @@ from app.cli.console import print_facts
 from model.networks.card import MODEL_FILE, ModelCard, verdict_of
 from model.networks.recorded_errors import errors_by_kind
 from model.scene.robust_range import robust_range
+from model.scene.scene import RENDERER_NAMES
 from model.scene.value_scale import LOGARITHM_OFFER, SCALE_NAMES, suits_logarithm, values_at
 from model.volume_files.description import as_data, describe
 from model.volume_files.source import VolumeSource
@@ -66,7 +67,7 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
         ),
         ("lighting", scene.lighting + (", movable light" if scene.light_range else "")),
         ("views", f"with {scene.view_range.up} up"),
-        ("rendered by", {"vtk": "VTK", "raycast": "the ray caster"}[scene.renderer]),
+        ("rendered by", RENDERER_NAMES[scene.renderer]),
         ("preset", f"{card.preset} (width {size.width:g} of the paper's)"),
         ("colour image", f"{size.image_size} x {size.image_size}"),
         ("opacity image", f"{size.opacity_size} x {size.opacity_size}"),

@@ -77,7 +77,7 @@ class ReferenceSettings:
     sample_distance : float
         Sample distance of VTK's final images and of derivatives, in voxels; see
         :func:`model.rendering.setting.smooth_distance` for the ray caster's.
-    renderer : {"auto", "vtk", "raycast"}
+    renderer : "auto" or a renderer's name
         "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
     denoises : bool
         Whether path-traced pictures are denoised, where the package for it is installed.
@@ -270,15 +270,16 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         cleaning, release = cleaning_of(volume, settings.light, settings.denoises)
         refining = RefiningRenderer(tracer, cleaning, settings.samples)
         return PathTracingEngine(refining, settings.sample_distance, release)
-    if settings.renderer == "raycast":
+    distances = settings.sample_distance, settings.smooth_distance
+    if settings.renderer not in ("auto", "vtk"):
         from model.rendering.renderer import open_renderer
 
-        renderer = open_renderer("raycast", *place)
-        return RendererEngine(renderer, settings.sample_distance, smooth=settings.smooth_distance)
+        name = settings.renderer
+        return RendererEngine(open_renderer(name, *place), distances[0], name, distances[1])
     from model.rendering.fallback import FallbackRenderer
 
     vtk = FallbackRenderer(*place, spares_processor=settings.renderer == "auto")
-    return RendererEngine(vtk, settings.sample_distance, "vtk", settings.smooth_distance)
+    return RendererEngine(vtk, distances[0], "vtk", distances[1])
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:

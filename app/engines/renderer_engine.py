@@ -28,7 +28,7 @@ from app.engines.requests import (
     Watch,
 )
 from model.errors import NotOfferedError
-from model.scene.scene import RendererName
+from model.scene.scene import RENDERER_NAMES, RendererName
 from model.scene.tf_perturbation import edit_over, edits_within
 
 if TYPE_CHECKING:
@@ -49,8 +49,6 @@ A final image is given up between two bands.
 TILE = 1024
 """Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
 
-RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
-
 
 class RendererEngine:
     """VTK or the ray caster as an engine.
@@ -60,7 +58,7 @@ class RendererEngine:
     renderer : Renderer
     sample_distance : float
         Of VTK's images, in voxels.
-    name : {"vtk", "raycast"}
+    name : str
         Which renderer it is, where it does not know itself.
     smooth : float, optional
         Sample distance of the ray caster's images; by default the same.
@@ -86,7 +84,7 @@ class RendererEngine:
     @property
     def description(self) -> str:
         """Name of the renderer; where another one had to draw, the sentence that says so."""
-        name = RENDERER_NAMES["raycast" if self.by_raycast else "vtk"]
+        name = RENDERER_NAMES["raycast" if self.by_raycast else self._name]
         return getattr(self._renderer, "reason", "") or name
 
     @property

@@ -24,7 +24,7 @@ from app.state.viewer_state import ViewerState
 from model.rendering.brightness import usual_brightness
 from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange
-from model.scene.scene import Lighting
+from model.scene.scene import RENDERER_NAMES, Lighting
 
 LIGHTINGS = {
     "auto": "Automatic: shadows or direct, or as the model beside",
@@ -55,8 +55,7 @@ SIZES = {
 
 DRAWINGS = {
     "auto": "Automatic: the faster while moving; at rest VTK, if a graphics card draws it",
-    "vtk": "VTK alone",
-    "raycast": "Ray caster alone",
+    **{name: f"{text[:1].upper()}{text[1:]} alone" for name, text in RENDERER_NAMES.items()},
 }
 
 

@@ -23,7 +23,7 @@ from app.state.value_checks import (
 )
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import RENDERER_NAMES, Lighting, RendererName
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
@@ -400,7 +400,7 @@ def _trade(value: Any) -> KnownTrade:
     return KnownTrade(
         text(value.get("machine")),
         _lighting(value.get("lighting")),
-        one_of("vtk", "raycast")(value.get("renderer")),
+        one_of(*RENDERER_NAMES)(value.get("renderer")),
         number(1.0, 1e6)(value.get("size")),
         whole_number(1, 10**9)(value.get("scenes")),
         number(0.0, 1e6)(value.get("seconds")),
@@ -441,7 +441,7 @@ VOLUME_CHECKS: Checks = {
 }
 
 CHECKS: Checks = {
-    "drawing": one_of("auto", "vtk", "raycast"),
+    "drawing": one_of("auto", *RENDERER_NAMES),
     "exactness": whole_number(0, len(STEPS) - 1),
     "reference_size": either(one_of(None, "generator"), whole_number(16, 8192)),
     "shadows_first": _flag,

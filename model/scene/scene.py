@@ -43,6 +43,9 @@ Their images agree under each lighting; VTK does not draw "soft". Under "path" t
 in the ray caster's place, and VTK does not.
 """
 
+RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
+"""What they are called where images are captioned and chosen."""
+
 
 @dataclass(frozen=True)
 class Scene:
