@@ -271,10 +271,10 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         refining = RefiningRenderer(tracer, cleaning, settings.samples)
         return PathTracingEngine(refining, settings.sample_distance, release)
     distances = settings.sample_distance, settings.smooth_distance
-    if settings.renderer not in ("auto", "vtk"):
+    name = settings.renderer
+    if name != "auto" and name != "vtk":
         from model.rendering.renderer import open_renderer
 
-        name = settings.renderer
         return RendererEngine(open_renderer(name, *place), distances[0], name, distances[1])
     from model.rendering.fallback import FallbackRenderer
 

@@ -53,7 +53,7 @@ SIZES = {
     2048: "2048 × 2048",
 }
 
-DRAWINGS = {
+DRAWINGS: dict[Any, str] = {
     "auto": "Automatic: the faster while moving; at rest VTK, if a graphics card draws it",
     **{name: f"{text[:1].upper()}{text[1:]} alone" for name, text in RENDERER_NAMES.items()},
 }
