@@ -24,12 +24,8 @@ from app.state.window_start import WindowStart
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
 from model.errors import RenderError
-from model.kernel_cache import path_traced_seconds
 
 ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
-
-SOON_S = 0.25
-"""Time of a path-traced picture up to which the first volume is shown in that light."""
 
 SCREENSHOT_PATIENCE_S = 300
 """Time after which a screenshot is taken even if an image is missing."""
@@ -123,8 +119,8 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     }
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)
-    if start.is_unasked and path_traced_seconds() <= SOON_S:
-        workspace.reference.propose("path")
+    if start.proposed is not None:
+        workspace.reference.propose(start.proposed)
     # The volume's range and its first view are known only then.
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection

@@ -21,6 +21,8 @@ def main() -> int:
     """Prepare the common kernels unless that was done before; return the exit code 0."""
     if stamp().exists():
         return 0
+    # As in the window: threads that wait busily would slow others down.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     # Late: mostly there is nothing to do.
     from app.engines.preparation import measure_path_light, prepare
 

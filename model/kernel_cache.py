@@ -64,7 +64,7 @@ def stamp() -> Path:
 def path_traced_seconds() -> float:
     """Return how long a path-traced picture of one sample took when kernels were compiled ahead.
 
-    Of 256 x 256 pixels of the first shipped volume, finished; infinite where it was not measured.
+    Of 256 x 256 pixels of the shipped scan, finished; infinite where it was not measured.
     """
     try:
         return float(stamp().read_text())

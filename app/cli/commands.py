@@ -127,7 +127,7 @@ def window(
     FILE is opened in the window: a volume, a model's folder, a TF file, or a session.
     """
     if context.invoked_subcommand is None:
-        from app.cli.window import open_window, window_volume
+        from app.cli.window import first_look, open_window, window_volume
         from app.state.exactness import step_for
 
         choice = Choice(series, array, time, channel, component)
@@ -146,8 +146,9 @@ def window(
             choice=choice if choice.text else None,
             session=session,
             exactness=step_for(budget_ms, error),
-            is_unasked=not any((volume, model, session, tf, view, lighting, renderer, screenshot)),
         )
+        if not any((volume, model, session, tf, view, crop, scalar_range, screenshot)):
+            start = first_look(start)
         code = open_window(start, device, backend, precision, screenshot)
         raise typer.Exit(code)
     given = [

@@ -29,7 +29,7 @@ from model.scene.scene import Lighting
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files import read_volume
-from model.volume_files.shipped import DEFAULT_VOLUME
+from model.volume_files.shipped import SCAN
 
 EDGE, PIXELS = 24, 16
 
@@ -61,11 +61,11 @@ def prepare(voxels: str, lighting: str) -> None:
 def measure_path_light() -> float:
     """Return the seconds of a path-traced picture of one sample, as while something moves.
 
-    Of 256 x 256 pixels of the first shipped volume, with what finishes it; infinite where nothing
-    does, or it cannot be drawn.
+    Of 256 x 256 pixels of the shipped scan, with what finishes it; infinite where nothing does, or
+    it cannot be drawn.
     """
     try:
-        volume = read_volume(DEFAULT_VOLUME)
+        volume = read_volume(SCAN)
         if not denoising.installed():
             return math.inf
         engine = REAL_BUILDERS.reference(volume, ReferenceSettings("path", LightDirection()))

@@ -42,8 +42,8 @@ class WindowStart:
         A session's file; its volume is `volume`.
     exactness : int or None
         Number of one of :data:`app.state.exactness.STEPS`.
-    is_unasked : bool
-        Whether the user has named nothing that is to be seen; then it is what is shown best.
+    proposed : {"none", "direct", "soft", "shadows", "path"} or None
+        Light of a volume that was seen in none before.
     size : tuple of int, or None
         Width and height of the window in pixels.
 
@@ -67,7 +67,7 @@ class WindowStart:
     choice: Choice | None = None
     session: Path | None = None
     exactness: int | None = None
-    is_unasked: bool = False
+    proposed: Lighting | None = None
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":

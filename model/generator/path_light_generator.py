@@ -163,8 +163,9 @@ class FinishedPicture:
         self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
     ) -> NDArray[np.float32]:
         """Denoise, and finish what has few samples."""
-        clean = denoise(radiance, estimate.albedo)
-        if estimate.samples > MOST_SAMPLES:
+        finishes = estimate.samples <= MOST_SAMPLES
+        clean = denoise(radiance, estimate.albedo, quick=finishes)
+        if not finishes:
             return clean
         if self._soft is None:
             self._soft = self._draw_soft()

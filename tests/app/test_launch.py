@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import math
 import os
 import signal
 import subprocess
@@ -60,27 +59,11 @@ def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path)
         assert engine.requests[-1].inputs.transfer_function == tf
 
 
-@pytest.mark.parametrize(
-    ("seconds", "is_unasked", "lighting"),
-    [
-        (0.2, True, "path"),
-        (0.3, True, "shadows"),
-        (math.inf, True, "shadows"),
-        (0.2, False, "shadows"),
-    ],
-)
-def test_the_first_picture_is_path_traced_where_that_is_fast(
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    seconds: float,
-    is_unasked: bool,
-    lighting: str,
-) -> None:
-    monkeypatch.setattr(launch, "path_traced_seconds", lambda: seconds)
-    start = WindowStart(Path("ramp"), is_unasked=is_unasked)
-    assert run_window(start, FASTEST, tmp_path / "window.png", builders.make()) == 0
-    assert builders.settings[-1].lighting == lighting
+def test_a_light_is_proposed(builders: FakeBuilders, tmp_path: Path) -> None:
+    for proposed, lighting in ((None, "shadows"), ("path", "path")):
+        start = WindowStart(Path("ramp"), proposed=proposed)
+        assert run_window(start, FASTEST, tmp_path / "window.png", builders.make()) == 0
+        assert builders.settings[-1].lighting == lighting
 
 
 def test_a_screenshot_needs_no_model(builders: FakeBuilders, tmp_path: Path) -> None:
