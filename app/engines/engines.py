@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -288,9 +289,12 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         import_module(library)
     if settings.lighting == "path":
         from app.engines.stand_in import StandInEngine
+        from model.rendering.path_tracing import denoising
 
+        is_clean = settings.denoises and denoising.installed()
+        tracing = partial(_reference_engine, volume, settings) if is_clean else None
         place = settings.light, settings.sample_distance
-        engine: Engine = StandInEngine.of(volume, *place)
+        engine: Engine = StandInEngine.of(volume, *place, tracing)
     else:
         engine = _reference_engine(volume, replace(settings, renderer="raycast"))
     # On the first start the ray caster is compiled here, while VTK draws: once this engine is

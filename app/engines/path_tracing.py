@@ -16,7 +16,7 @@ from model.rendering.path_tracing.renderer import PIXELS_PER_TASK
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
-FEW_CLEAN, FEW = 2, 16
+FEW_CLEAN, FEW = 1, 16
 """Samples of each pixel of small pictures, where they are cleaned and where they are not."""
 
 MARGIN = 64

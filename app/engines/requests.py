@@ -128,10 +128,14 @@ class BatchRequest(Request):
     codes : tuple of tuple of float
         N latent codes of a generator that draws them, in place of the opacity TFs of the N
         inputs; all else in these is the same. Empty to draw the TFs.
+    traced : bool
+        Whether path-traced light is wanted where it is that of the volume, and there is time; else
+        another one stands in. No part of the question.
     """
 
     more: tuple[SceneInputs, ...] = ()
     codes: tuple[tuple[float, ...], ...] = ()
+    traced: bool = field(default=False, compare=False)
 
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Draw them."""

@@ -187,6 +187,7 @@ class LatentPictures(QObject):
         self.clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._pace = Pace()
         self._patience = 1.0
+        self._is_path_traced = False
         self._warm: set[EngineName] = set()
         self._grids = self._opened("grid", self._take_grid)
         self._hovers = self._opened("hover", self._take_hover)
@@ -254,6 +255,10 @@ class LatentPictures(QObject):
     def allow(self, patience: float) -> None:
         """Have live pictures take so many times the usual time, from the next on."""
         self._patience = patience
+
+    def trace(self, is_path_traced: bool) -> None:
+        """Have pictures at rest traced, where the volume is seen in path-traced light."""
+        self._is_path_traced = is_path_traced
 
     def start_volume(self) -> None:
         """Forget all pictures and how long they took."""
@@ -417,6 +422,9 @@ class LatentPictures(QObject):
         sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
         return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
 
+    def _traces(self, quality: Quality) -> bool:
+        return self._is_path_traced and not quality.live
+
     def _opened(
         self, name: str, take: Callable[[EngineName, Result], None]
     ) -> dict[EngineName, Channel]:
@@ -435,7 +443,9 @@ class LatentPictures(QObject):
         """Ask for pictures of some TFs with their codes (n, d), and return the request's number."""
         source = self.source
         quality = replace(quality, size=self.size_of(source, quality.size))
-        request = BatchRequest(inputs[0], quality, tuple(inputs[1:]), self._drawn(codes))
+        request = BatchRequest(
+            inputs[0], quality, tuple(inputs[1:]), self._drawn(codes), self._traces(quality)
+        )
         return channels[source].ask(request).sequence
 
     def _drawn(self, codes: NDArray[np.float32]) -> tuple[tuple[float, ...], ...]:
@@ -448,9 +458,10 @@ class LatentPictures(QObject):
     def _take(
         self, source: EngineName, take: Callable[[EngineName, Result], None], result: Result
     ) -> None:
-        if result.value is not None:
+        quality = result.request.quality
+        if result.value is not None and not self._traces(quality):
             seconds = result.seconds / len(result.value)
-            self._note_pace(source, result.request.quality.size, seconds)
+            self._note_pace(source, quality.size, seconds)
         take(source, result)
         if result.value is None:
             self.problem.emit(result.error or "The engine returned no pictures.")

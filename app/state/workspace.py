@@ -560,6 +560,7 @@ class Workspace(QObject):
     def _relight(self) -> None:
         """Adapt the generator and the panels to another light of the reference."""
         before = self._model.draws_path
+        self.latent.pictures.trace(self.reference.settings.lighting == "path")
         self._follow_light()
         if self._model.draws_path != before:
             self._follow_scene()

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from ramp import make_volume
-from window_fakes import make_request
+from window_fakes import FakeEngine, make_request
 
-from app.engines import path_tracing
+from app.engines import path_tracing, stand_in
 from app.engines.engines import (
     GeneratorEngine,
     ReferenceSettings,
@@ -219,6 +219,34 @@ def test_a_generator_says_where_and_by_what_it_runs(
 ) -> None:
     generator = SimpleNamespace(device=SimpleNamespace(type=kind), scene=None, backend=backend)
     assert GeneratorEngine(cast(Any, generator)).description == words
+
+
+def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    volume, light = make_volume(), LightDirection()
+    built: list[FakeEngine] = []
+
+    def tracing() -> Any:
+        built.append(FakeEngine())
+        return built[-1]
+
+    engine = StandInEngine.of(volume, light, 0.5, tracing)
+    inputs = replace(make_request(1).inputs, light=light)
+    soft = RaycastRenderer(volume, "soft", light)
+    request = BatchRequest(inputs, Quality(24), (inputs,))
+    np.testing.assert_array_equal(engine.images(request)[1], soft.render(inputs, 24))
+    assert not built
+    # The fake's second image is grey.
+    wanted = replace(request, traced=True)
+    np.testing.assert_allclose(engine.images(wanted)[1], 0.1)
+    assert len(built) == 1 and engine.images(wanted).shape == (2, 24, 24, 4)
+    # As many pixels as would take too long are drawn in soft light again.
+    monkeypatch.setattr(stand_in, "TRACED_SECONDS", 0.0)
+    np.testing.assert_array_equal(engine.images(wanted)[1], soft.render(inputs, 24))
+    engine.close()
+    soft.close()
+    assert built[0].closed
 
 
 def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit() -> None:
