@@ -257,7 +257,7 @@ class LatentPictures(QObject):
         self._patience = patience
 
     def trace(self, is_path_traced: bool) -> None:
-        """Have pictures at rest traced, where the volume is seen in path-traced light."""
+        """Have pictures at rest followed by traced ones, in path-traced light."""
         self._is_path_traced = is_path_traced
 
     def start_volume(self) -> None:
@@ -422,9 +422,6 @@ class LatentPictures(QObject):
         sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
         return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
 
-    def _traces(self, quality: Quality) -> bool:
-        return self._is_path_traced and not quality.live
-
     def _opened(
         self, name: str, take: Callable[[EngineName, Result], None]
     ) -> dict[EngineName, Channel]:
@@ -443,9 +440,7 @@ class LatentPictures(QObject):
         """Ask for pictures of some TFs with their codes (n, d), and return the request's number."""
         source = self.source
         quality = replace(quality, size=self.size_of(source, quality.size))
-        request = BatchRequest(
-            inputs[0], quality, tuple(inputs[1:]), self._drawn(codes), self._traces(quality)
-        )
+        request = BatchRequest(inputs[0], quality, tuple(inputs[1:]), self._drawn(codes))
         return channels[source].ask(request).sequence
 
     def _drawn(self, codes: NDArray[np.float32]) -> tuple[tuple[float, ...], ...]:
@@ -458,10 +453,9 @@ class LatentPictures(QObject):
     def _take(
         self, source: EngineName, take: Callable[[EngineName, Result], None], result: Result
     ) -> None:
-        quality = result.request.quality
-        if result.value is not None and not self._traces(quality):
+        if result.value is not None and not _is_traced(result.request):
             seconds = result.seconds / len(result.value)
-            self._note_pace(source, quality.size, seconds)
+            self._note_pace(source, result.request.quality.size, seconds)
         take(source, result)
         if result.value is None:
             self.problem.emit(result.error or "The engine returned no pictures.")
@@ -474,6 +468,8 @@ class LatentPictures(QObject):
         self._compare(source, result)
         if asked is not None:
             self._show_grid(asked, result.value, result.seconds, source, result.request)
+            number = self._trace(self._grids[source], result.request)
+            self._asked_grids |= {} if number is None else {number: asked}
 
     def _take_hover(self, source: EngineName, result: Result) -> None:
         asked = _pop(self._asked_hovers, result.request.sequence)
@@ -486,6 +482,22 @@ class LatentPictures(QObject):
                 result.seconds, source, _is_of_codes(result.request),
             )  # fmt: skip
             self.hoverDrawn.emit(self.hover)
+            number = self._trace(self._hovers[source], result.request)
+            self._asked_hovers |= {} if number is None else {number: asked}
+
+    def _trace(self, channel: Channel, request: Request) -> int | None:
+        """Have pictures in path-traced light that were drawn in the one which stands in.
+
+        Returns
+        -------
+        int or None
+            Number of the request; None where there is none.
+        """
+        stands_in = self._is_path_traced and channel.client is self.clients["exact"]
+        is_due = stands_in and not (request.quality.live or channel.is_pending)
+        if not is_due or not isinstance(request, BatchRequest) or request.traced:
+            return None
+        return channel.ask(replace(request, traced=True)).sequence
 
     def _compare(self, source: EngineName, result: Result) -> None:
         assert result.value is not None
@@ -536,6 +548,10 @@ def thumbnail(image: Images) -> Images:
     """Some of the pixels of a picture (S, S, 4), about 64 x 64 of them."""
     step = max(len(image) // THUMBNAIL_SIZE, 1)
     return image[::step, ::step].copy()
+
+
+def _is_traced(request: Request) -> bool:
+    return isinstance(request, BatchRequest) and request.traced
 
 
 def _is_of_codes(request: Request) -> bool:

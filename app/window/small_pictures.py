@@ -70,7 +70,7 @@ class SmallPictures(QObject):
     def ask(self, wanted: Sequence[SceneInputs]) -> None:
         """Ask for the pictures of some inputs."""
         first, *more = wanted
-        self._wanted = BatchRequest(first, self._quality, tuple(more), traced=True)
+        self._wanted = BatchRequest(first, self._quality, tuple(more))
         self._reference.cancel()
         self._analyst.ask(self._wanted)
         self._patience.start()

@@ -150,6 +150,27 @@ def test_the_grid_shows_the_mean_of_each_cell(
     assert len(window.browser.grid.images) == len(asked)
 
 
+def test_in_path_traced_light_traced_pictures_follow_at_rest(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    def traced(channel: str) -> list[bool]:
+        found = [r for r in builders.analysts[-1].others if r.channel == channel]
+        return [r.traced for r in found if not r.quality.live]
+
+    assert traced("grid") and not any(traced("grid"))
+    window.workspace.reference.choose(lighting="path")
+    qtbot.waitUntil(lambda: traced("grid")[-2:] == [False, True])
+    grids = [r for r in builders.analysts[-1].others if r.channel == "grid"]
+    assert grids[-1] == grids[-2]
+    move(qtbot, window.browser.map, (-0.3, 0.2))
+    qtbot.waitUntil(lambda: traced("hover")[-2:] == [False, True])
+    # They are shown, and not asked for again.
+    pictures = window.workspace.latent.pictures
+    qtbot.waitUntil(lambda: not any(c.is_pending for c in pictures._hovers.values()))
+    qtbot.wait(50)
+    assert traced("hover").count(True) == 1
+
+
 def test_hovering_shows_picture_and_tf(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
