@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Signal
 
@@ -11,15 +11,11 @@ from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import ImageRequest
-from app.state.exactness import STEPS, USUAL
+from app.state.drawing_plan import NO_MODEL_SIZE, DrawingPlan
 from app.state.live_drawer import LiveDrawer
 from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
-from model.scene.value_scale import ValueScale
-
-NO_MODEL_SIZE = 512
-"""Size of the reference image until its pane's is known, in pixels."""
 
 LIVE_COARSENESS = 4.0
 """Factor of the sample distance in VTK's live images.
@@ -76,33 +72,8 @@ class Dispatcher(QObject):
 
     Attributes
     ----------
-    raster : Raster
-        Pixels of the reference at rest.
-    is_fixed : bool
-        Whether the number of pixels at rest is the user's choice, however long they take.
-    may_stand_in : bool
-        Whether the ray caster may draw in VTK's place.
-    begins_coarse : bool
-        Whether the first image at rest follows one of few pixels, as it takes long. Coarse
-        images keep the sample distance then: shadows depend on it, and surfaces that
-        are lit at 2 voxels lie in the dark at half a voxel.
-    most_samples : int
-        Of each pixel in path-traced light, which images at rest come to in several steps; 1 for
-        other light.
-    draws_live : bool
-        Whether the reference itself draws while something moves, though the ray caster might
-        stand in: path-traced light that is denoised.
-    exactness : Exactness
-        What images may take while something moves, and owe at rest.
-    generator_follows : bool
-        Whether the generator draws as many pixels as the reference does, after one sample of each:
-        that of path-traced light. While something moves it draws alone, where it is in sight: the
-        reference would draw the same twice.
-    hidden : set of EngineClient
-        Clients whose images nobody sees: they are asked for none.
-    scale : {"linear", "log"}
-        Scale of the volume that the reference draws. Nothing is asked for under a TF of another
-        one, which is there for a moment until the volume follows it.
+    plan : DrawingPlan
+        What is drawn, and how.
     """
 
     liveDrawerChanged = Signal(str)
@@ -117,16 +88,7 @@ class Dispatcher(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self.raster = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE)
-        self.is_fixed = False
-        self.may_stand_in = False
-        self.begins_coarse = False
-        self.most_samples = 1
-        self.draws_live = False
-        self.exactness = STEPS[USUAL]
-        self.generator_follows = False
-        self.hidden: set[EngineClient] = set()
-        self.scale: ValueScale = "linear"
+        self.plan = DrawingPlan()
         self._state = state
         self._generator, self._reference, self._stand_in = generator, reference, stand_in
         self._pace = Pace()
@@ -139,14 +101,19 @@ class Dispatcher(QObject):
         reference.images.answered.connect(self._note)
         stand_in.answered.connect(self._note)
 
+    def change(self, **changes: Any) -> None:
+        """Change some of the :class:`DrawingPlan`, by name; nothing is drawn anew yet."""
+        self.plan = replace(self.plan, **changes)
+
     @property
     def final_raster(self) -> Raster:
         """Pixels of the reference at rest; a larger one follows, once its time is known."""
-        if self.is_fixed:
-            return self.raster
-        first = FIRST_SCALE if self.begins_coarse else min(1.0, FIRST_SIZE / self.raster.side)
-        scale = self._pace.scale(AT_REST, self.raster.side, REST_SECONDS, first)
-        return self.raster.scaled(scale)
+        raster = self.plan.raster
+        if self.plan.is_fixed:
+            return raster
+        first = FIRST_SCALE if self.plan.begins_coarse else min(1.0, FIRST_SIZE / raster.side)
+        scale = self._pace.scale(AT_REST, raster.side, REST_SECONDS, first)
+        return raster.scaled(scale)
 
     def forget_times(self) -> None:
         """Forget how long images took, as another volume, light or renderer is drawn."""
@@ -168,8 +135,8 @@ class Dispatcher(QObject):
             self._asked.clear()
         raster = self.final_raster
         final = self._of(raster)
-        is_alone = generator_only or self._reference in self.hidden
-        if is_alone or not self.generator_follows:
+        is_alone = generator_only or self._reference in self.plan.hidden
+        if is_alone or not self.plan.generator_follows:
             self._ask_generator(final)
         if is_alone:
             return
@@ -177,13 +144,13 @@ class Dispatcher(QObject):
         is_slow = expected is None or expected > SOON_SECONDS
         # Where the ray caster draws in VTK's place, it would draw the same twice.
         stands_in = self._stands_in() and not self._reference.by_raycast
-        if is_slow and (stands_in or (self.may_stand_in and self._reference.is_held)):
+        if is_slow and (stands_in or (self.plan.may_stand_in and self._reference.is_held)):
             sharp = self._stand_in_raster
             self._ask_stand_in(Quality(sharp.shorter, raster=sharp))
-            if sharp.width >= raster.width and self._takes_not_too_long(self.raster):
+            if sharp.width >= raster.width and self._takes_not_too_long(self.plan.raster):
                 # A coarse image of VTK's would take the place of a sharper one.
-                final = self._of(self.raster)
-        if self.begins_coarse and is_slow and not stands_in:
+                final = self._of(self.plan.raster)
+        if self.plan.begins_coarse and is_slow and not stands_in:
             self._ask_reference(self._live("reference"))
         else:
             self._ask_reference(final)
@@ -194,7 +161,7 @@ class Dispatcher(QObject):
         So one sees what has been traded, and both are measured.
         """
         self._choose_live_drawer()
-        if self._reference in self.hidden:
+        if self._reference in self.plan.hidden:
             return
         self._asked.clear()
         channel, quality = self._moving_image()
@@ -205,7 +172,7 @@ class Dispatcher(QObject):
 
     def live_at(self, scale: float) -> tuple[EngineClient, Quality]:
         """Return who draws while something moves, and at which quality with a part of the width."""
-        raster = self.raster.scaled(scale)
+        raster = self.plan.raster.scaled(scale)
         channel, quality = self._moving_image()
         return channel.client, replace(quality, size=raster.shorter, raster=raster)
 
@@ -213,18 +180,19 @@ class Dispatcher(QObject):
     def _stand_in_raster(self) -> Raster:
         """Pixels of the ray caster's image at rest."""
         # At a start, something soon.
-        first = min(1.0, FIRST_SIZE / self.raster.side) if self._reference.is_held else 1.0
-        scale = self._pace.scale(("stand-in", False), self.raster.side, STAND_IN_SECONDS, first)
-        return self.raster.scaled(scale)
+        raster = self.plan.raster
+        first = min(1.0, FIRST_SIZE / raster.side) if self._reference.is_held else 1.0
+        scale = self._pace.scale(("stand-in", False), raster.side, STAND_IN_SECONDS, first)
+        return raster.scaled(scale)
 
     def _takes_not_too_long(self, raster: Raster) -> bool:
         expected = self._pace.expected(AT_REST, raster.side)
-        return self.is_fixed or expected is None or expected <= LONGEST_SECONDS
+        return self.plan.is_fixed or expected is None or expected <= LONGEST_SECONDS
 
     def _ask_reference(self, quality: Quality) -> None:
         self._sent = quality
         self._submit(self._reference.images, quality)
-        if self.generator_follows and quality.samples == 1:
+        if self.plan.generator_follows and quality.samples == 1:
             self._ask_generator(quality)
 
     def _ask_generator(self, quality: Quality) -> None:
@@ -241,12 +209,12 @@ class Dispatcher(QObject):
         self._sent = None
         size = min(self.final_raster.shorter, NO_MODEL_SIZE)
         quality = Quality(size, LIVE_COARSENESS, live=True)
-        is_alone = self.generator_follows and self._generator not in self.hidden
+        is_alone = self.plan.generator_follows and self._generator not in self.plan.hidden
         if is_alone:
             quality = self._live("reference")
             self._reference.images.cancel()
         self._ask_generator(quality)
-        if is_alone or self._reference in self.hidden:
+        if is_alone or self._reference in self.plan.hidden:
             return
         channel, quality = self._moving_image()
         if channel is self._stand_in:
@@ -258,12 +226,13 @@ class Dispatcher(QObject):
         self._submit(channel, quality)
 
     def _submit(self, channel: Channel, quality: Quality, stands_in: bool = False) -> None:
-        if channel.client not in self.hidden and self._state.scale == self.scale:
+        if channel.client not in self.plan.hidden and self._state.scale == self.plan.scale:
             request = ImageRequest(self._state.inputs, quality, stands_in=stands_in)
             self._asked.add(channel.ask(request).sequence)
 
     def _stands_in(self) -> bool:
-        return self.may_stand_in and self._stand_in.client.is_ready and not self.draws_live
+        may = self.plan.may_stand_in and not self.plan.draws_live
+        return may and self._stand_in.client.is_ready
 
     def _moving_image(self) -> tuple[Channel, Quality]:
         """Return who draws while something moves, and at which quality."""
@@ -274,30 +243,30 @@ class Dispatcher(QObject):
         return self._stand_in, self._live("stand-in")
 
     def _live(self, drawer: Drawer) -> Quality:
-        seconds = self.exactness.live_seconds
-        first = FIRST_SCALE if self.begins_coarse else 0.35
-        scale = self._pace.scale((drawer, True), self.raster.side, seconds, first)
-        raster = self.raster.scaled(scale)
+        seconds = self.plan.exactness.live_seconds
+        first = FIRST_SCALE if self.plan.begins_coarse else 0.35
+        scale = self._pace.scale((drawer, True), self.plan.raster.side, seconds, first)
+        raster = self.plan.raster.scaled(scale)
         by_vtk = drawer == "reference" and not self._reference.by_raycast
-        coarseness = LIVE_COARSENESS if by_vtk and not self.begins_coarse else 1.0
+        coarseness = LIVE_COARSENESS if by_vtk and not self.plan.begins_coarse else 1.0
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
     @property
     def _live_of_vtk(self) -> Quality:
         """VTK's live image, where it is the faster: all samples, and as many pixels as keep up."""
         scale = self._pace.scale(
-            AT_REST, self.raster.side, self.exactness.live_seconds, FIRST_SCALE
+            AT_REST, self.plan.raster.side, self.plan.exactness.live_seconds, FIRST_SCALE
         )
-        raster = self.raster.scaled(scale)
+        raster = self.plan.raster.scaled(scale)
         return Quality(raster.shorter, live=True, raster=raster)
 
     def _choose_live_drawer(self) -> None:
-        before, size = self._live_drawer.reason, self.raster.side
-        if self.may_stand_in and self.most_samples == 1 and not self._reference.by_raycast:
+        plan, before, size = self.plan, self._live_drawer.reason, self.plan.raster.side
+        if plan.may_stand_in and plan.most_samples == 1 and not self._reference.by_raycast:
             self._live_drawer.choose(
                 self._pace.expected(AT_REST, size),
                 self._pace.expected(("stand-in", True), size),
-                self.exactness.live_seconds,
+                self.plan.exactness.live_seconds,
             )
         else:
             self._live_drawer.forget()
@@ -337,24 +306,24 @@ class Dispatcher(QObject):
     def _note_generator(self, result: Result) -> None:
         """Note how long a live image took that the generator drew in the reference's place."""
         request = result.request
-        if request.quality.live and self.generator_follows:
+        if request.quality.live and self.plan.generator_follows:
             self._pace.note(("reference", True), request.quality.pixels.side, result.seconds)
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""
         raster = self.final_raster
         if not drawn.live and raster.width <= drawn.pixels.width:
-            raster = self.raster
+            raster = self.plan.raster
             if not self._takes_not_too_long(raster):
                 seconds = LONGEST_SECONDS / 2
                 scale = self._pace.scale(AT_REST, raster.side, seconds, FIRST_SCALE)
                 raster = raster.scaled(scale)
             if raster.width <= drawn.pixels.width:
-                if drawn.samples >= self.most_samples:
+                if drawn.samples >= self.plan.most_samples:
                     return None
                 return replace(drawn, samples=MORE_SAMPLES * drawn.samples)
         return self._of(raster)
 
     def _of(self, raster: Raster) -> Quality:
         """Quality of an image at rest, of its first sample."""
-        return Quality(raster.shorter, raster=raster, error=self.exactness.error)
+        return Quality(raster.shorter, raster=raster, error=self.plan.exactness.error)

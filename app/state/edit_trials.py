@@ -63,6 +63,8 @@ class EditTrials(QObject):
         Clients of the engines by name.
     field_of : callable
         Returns the newest field of a source, from which changes are predicted.
+    brightness : Brightness
+        Changes are measured as images are shown.
     """
 
     whatIfAnswered = Signal(object)
@@ -81,6 +83,7 @@ class EditTrials(QObject):
         chooser: EngineChooser,
         clients: dict[EngineName, EngineClient],
         field_of: Callable[[Source], FieldAnswer | None],
+        brightness: Brightness,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
@@ -88,15 +91,11 @@ class EditTrials(QObject):
         self._asked = asked
         self._chooser = chooser
         self._field_of = field_of
-        self._brightness: Brightness | None = None
+        self._brightness = brightness
+        brightness.changed.connect(self.outdated)
         self._shown: dict[Channel, Show] = {}
         self._what_ifs = {n: self._opened(n, c, "what if") for n, c in clients.items()}
         self._measured = {n: self._opened(n, c, "measured edits") for n, c in clients.items()}
-
-    def set_brightness(self, brightness: Brightness) -> None:
-        """Measure changes as images are shown, in this brightness."""
-        self._brightness = brightness
-        brightness.changed.connect(self.outdated)
 
     def forget(self) -> None:
         """Ignore the results of all trials so far."""
@@ -143,7 +142,7 @@ class EditTrials(QObject):
             choices.width,
             choices.height,
             choices.measure,
-            1.0 if self._brightness is None else self._brightness.value,
+            self._brightness.value,
         )
 
     def _opened(self, name: EngineName, client: EngineClient, purpose: str) -> Channel:
@@ -171,7 +170,7 @@ class EditTrials(QObject):
     ) -> None:
         field = self._field_of(source)
         predicted = None
-        as_computed = self._brightness is None or self._brightness.value == 1
+        as_computed = self._brightness.value == 1
         if as_computed and field is not None and field.is_of(self._state.inputs):
             request = field.request
             its_edit = edit_over(request.values, self._state.scalar_range, request.width)
@@ -190,8 +189,7 @@ class EditTrials(QObject):
         Where bright parts fade and dark ones shine, the brightness decides which of them count.
         """
         colors = np.clip(images[..., :3], 0, 1)
-        if self._brightness is not None:
-            brighten(colors, self._brightness.of("learned" if source == "learned" else "exact"))
+        brighten(colors, self._brightness.of("learned" if source == "learned" else "exact"))
         return colors
 
     def _show_intervals(self, trial: IntervalTrial, source: Source, images: Images) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,6 +14,7 @@ from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
+from app.state.brightness import Brightness
 from app.state.latent_pictures import EngineName, LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
@@ -77,11 +77,8 @@ class LatentPath(QObject):
     session : LatentSession
     pictures : LatentPictures
         Knows the engines, and which of them draws.
-
-    Attributes
-    ----------
-    brightness : callable
-        Returns the brightness of a movie, given the engine that draws it.
+    brightness : Brightness
+        Of movies.
     """
 
     frameDrawn = Signal(object)
@@ -95,10 +92,11 @@ class LatentPath(QObject):
         latent: LatentState,
         session: LatentSession,
         pictures: LatentPictures,
+        brightness: Brightness,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self.brightness: Callable[[EngineName], float] = lambda _engine: 1.0
+        self._brightness = brightness
         self._state = state
         self._latent = latent
         self._session = session
@@ -241,7 +239,7 @@ class LatentPath(QObject):
                     result.value[0],
                     self._tfs[number],
                     result.request.inputs.color_tf,
-                    self.brightness(self._engine),
+                    self._brightness.of(self._engine),
                 )
             )
             self._show()

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
 from app.engines.states import EngineState
+from app.state.brightness import Brightness
 from app.state.latent_errors import LatentErrors
 from app.state.latent_path import LatentPath
 from app.state.latent_pictures import LatentPictures
@@ -28,6 +29,8 @@ class LatentWork(QObject):
         Clients of a ray caster and of the generator.
     errors : LiveErrors
         Is told of pictures, live and at rest.
+    brightness : Brightness
+        Of movies.
     """
 
     def __init__(
@@ -37,6 +40,7 @@ class LatentWork(QObject):
         exact: EngineClient,
         learned: EngineClient,
         errors: LiveErrors,
+        brightness: Brightness,
         open_space: OpenSpace,
         parent: QObject,
     ) -> None:
@@ -48,7 +52,7 @@ class LatentWork(QObject):
         exact.stateChanged.connect(partial(self._check_failure, exact))
         self.search = LatentSearch(state, self.session, self.pictures, self)
         self.errors = LatentErrors(state, latent, self.session, self.pictures.clients, self)
-        self.path = LatentPath(state, latent, self.session, self.pictures, self)
+        self.path = LatentPath(state, latent, self.session, self.pictures, brightness, self)
 
     def _check_failure(self, client: EngineClient, state: EngineState) -> None:
         """End what waits for an engine that has failed."""

@@ -11,7 +11,8 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result
-from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
+from app.state.dispatcher import Dispatcher
+from app.state.drawing_plan import NO_MODEL_SIZE
 from app.state.exactness import STEPS
 from app.state.light_pictures import LightPictures
 from app.state.preferences import Preferences
@@ -131,7 +132,7 @@ class ReferenceWork(QObject):
     @property
     def reach(self) -> Reach:
         """Reach that the home view fits: the whole image's, or that of a model's square."""
-        return self._dispatcher.raster.reach if self._scene is None else SQUARE
+        return self._dispatcher.plan.raster.reach if self._scene is None else SQUARE
 
     def settings_at(self, exactness: int) -> ReferenceSettings:
         """Return the settings that another step from fast to exact would lead to."""
@@ -146,7 +147,7 @@ class ReferenceWork(QObject):
 
     def whole_raster(self) -> Raster:
         """Return the pixels of an image where nothing stands against it."""
-        return self._dispatcher.raster
+        return self._dispatcher.plan.raster
 
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
@@ -295,16 +296,18 @@ class ReferenceWork(QObject):
         size, dispatcher = self.choices.size, self._dispatcher
         if size == "generator" and self._scene is not None:
             size = self._scene.image_size
-        dispatcher.is_fixed = isinstance(size, int)
-        dispatcher.raster = (
-            Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
-        )
-        dispatcher.may_stand_in = self.choices.drawing == "auto"
-        dispatcher.exactness = step = STEPS[self.choices.exactness]
-        dispatcher.most_samples = step.samples if self.settings.lighting == "path" else 1
+        is_fixed, is_path = isinstance(size, int), self.settings.lighting == "path"
+        step = STEPS[self.choices.exactness]
         is_clean = self.settings.denoises and denoising.installed()
-        dispatcher.draws_live = self.settings.lighting == "path" and is_clean
-        dispatcher.begins_coarse = self.settings.lighting in ("soft", "shadows", "path")
+        dispatcher.change(
+            is_fixed=is_fixed,
+            raster=Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels),
+            may_stand_in=self.choices.drawing == "auto",
+            exactness=step,
+            most_samples=step.samples if is_path else 1,
+            draws_live=is_path and is_clean,
+            begins_coarse=self.settings.lighting in ("soft", "shadows", "path"),
+        )
         self.resized.emit(dispatcher.final_raster)
 
     def _follow_pane(self) -> None:
@@ -313,11 +316,11 @@ class ReferenceWork(QObject):
         self._pane_rest.start()
 
     def _take_pane_size(self) -> None:
-        before = self._dispatcher.raster
+        before = self._dispatcher.plan.raster
         self._size_images()
         self._fit_home()
         self.fits_view = False
-        if self._dispatcher.raster != before and self._volume is not None:
+        if self._dispatcher.plan.raster != before and self._volume is not None:
             self._dispatcher.send()
 
     def _offer_light(self) -> None:
@@ -347,7 +350,7 @@ class ReferenceWork(QObject):
     def _judge_light(self, result: Result) -> None:
         """Show a faster light in place of one that nobody has chosen and that takes too long."""
         lighting = self.settings.lighting
-        seconds = self._slow_lights.judge(lighting, result, self._dispatcher.raster)
+        seconds = self._slow_lights.judge(lighting, result, self._dispatcher.plan.raster)
         if seconds and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":
@@ -357,7 +360,9 @@ class ReferenceWork(QObject):
         assert self._volume is not None
         build = partial(self._builders.reference, self._volume, self.settings)
         # A ray caster that need not be compiled shows another volume first.
-        held = bool(busy_text) and self._dispatcher.may_stand_in and self._builders.is_compiled()
+        held = (
+            bool(busy_text) and self._dispatcher.plan.may_stand_in and self._builders.is_compiled()
+        )
         self._reference.start(build, busy_text, held)
 
     def _start_analyst(self) -> None:

@@ -25,6 +25,7 @@ from app.engines.requests import (
     ValueVisibilityRequest,
     VisibilityRequest,
 )
+from app.state.brightness import Brightness
 from app.state.edit_trials import EditTrials
 from app.state.engine_chooser import EngineChooser, EngineName
 from app.state.live_errors import Kind, LiveErrors
@@ -43,6 +44,7 @@ from app.state.sensitivity_answers import (
     same_question,
 )
 from app.state.sensitivity_state import Choices, SensitivityState
+from app.state.start_order import StartOrder
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.region import Outline
@@ -67,6 +69,10 @@ class SensitivityDispatcher(QObject):
         Client of a ray caster.
     learned : EngineClient
         Client of the generator.
+    order : StartOrder
+        Knows whether a volume's first pictures are drawn: all is asked after them.
+    brightness : Brightness
+        In which edits are measured.
     errors : LiveErrors
         Is told of answers, live and at rest.
 
@@ -82,8 +88,6 @@ class SensitivityDispatcher(QObject):
         fields of pixels. They are asked for where they are shown.
     seen : Answer or None
         Newest answer about where the band of values is visible.
-    is_starting : callable
-        Returns True while a volume's first pictures are drawn; all is asked after them.
     visibility, pick : Answer or None
         Visibility of the scalar values in the active region and the whole image, and at the
         clicked place.
@@ -102,6 +106,8 @@ class SensitivityDispatcher(QObject):
         sensitivity: SensitivityState,
         exact: EngineClient,
         learned: EngineClient,
+        order: StartOrder,
+        brightness: Brightness,
         errors: LiveErrors,
         parent: QObject,
     ) -> None:
@@ -117,7 +123,7 @@ class SensitivityDispatcher(QObject):
         self.window: Range = (0.0, 1.0)
         self._state = state
         self._asked = sensitivity
-        self._errors = errors
+        self._order, self._errors = order, errors
         clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._takers: dict[str, Callable[[Source, Answer[Any] | None], None]] = {
             "region": self._take_region,
@@ -132,8 +138,9 @@ class SensitivityDispatcher(QObject):
             for question in self._takers
         }
         self.chooser = EngineChooser(sensitivity)
-        self.trials = EditTrials(state, sensitivity, self.chooser, clients, self.fields.get, self)
-        self.is_starting: Callable[[], bool] = lambda: False
+        self.trials = EditTrials(
+            state, sensitivity, self.chooser, clients, self.fields.get, brightness, self
+        )
         self._follows_image = False
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
@@ -192,7 +199,7 @@ class SensitivityDispatcher(QObject):
 
     def ask(self) -> None:
         """Ask everything anew, at full quality."""
-        if not self.is_starting():
+        if not self._order.is_under_way:
             self._ask_region()
             self._ask_field()
             self._ask_pick()

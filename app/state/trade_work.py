@@ -136,7 +136,7 @@ class TradeWork(QObject):
     @property
     def predicted(self) -> tuple[Traded, ...]:
         """All that other scenes of the volume predict, the fewest pixels first; may be empty."""
-        side = self._dispatcher.raster.side
+        side = self._dispatcher.plan.raster.side
         return self._keeper.expected(self._renderer, side, self._rest_of(self._state.inputs))
 
     def at_rest(self, step: Exactness) -> tuple[float, float] | None:
@@ -162,14 +162,14 @@ class TradeWork(QObject):
     @property
     def scenes(self) -> int:
         """Number of the volume's scenes that were measured on this machine."""
-        return self._keeper.scenes(self._renderer, self._dispatcher.raster.side)
+        return self._keeper.scenes(self._renderer, self._dispatcher.plan.raster.side)
 
     @property
     def _renderer(self) -> RendererName:
         """Name of the renderer that draws while something moves."""
         client, _quality = self._dispatcher.live_at(1.0)
         is_vtk = client is self._reference and not client.by_raycast
-        return "vtk" if is_vtk and self._dispatcher.most_samples == 1 else "raycast"
+        return "vtk" if is_vtk and self._dispatcher.plan.most_samples == 1 else "raycast"
 
     def _rest_of(self, inputs: SceneInputs) -> AtRest | None:
         """Return time and error of the image at rest; None if it is not there."""
@@ -267,7 +267,7 @@ class TradeWork(QObject):
         self.found = (*self.found, found)
         rest = self._rest_of(result.request.inputs)
         if self.is_complete and rest is not None:
-            self._keeper.note(self._renderer, self._dispatcher.raster.side, rest, self.found)
+            self._keeper.note(self._renderer, self._dispatcher.plan.raster.side, rest, self.found)
         self._go_on()
         self.changed.emit()
 

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, GeneratorSettings
+from app.state.brightness import Brightness
 from app.state.decoded_tf import DecodedTF
 from app.state.dispatcher import Dispatcher
 from app.state.exactness import STEPS
@@ -57,6 +58,7 @@ class Workspace(QObject):
     generator, reference : EngineClient
     stand_in : Channel
         To the analyst, a ray caster whose images are shown until the reference's are there.
+    brightness : Brightness
     builders : Builders
         Functions that read volumes and build engines.
     store : TransferFunctionStore or None
@@ -100,6 +102,7 @@ class Workspace(QObject):
         generator: EngineClient,
         reference: EngineClient,
         stand_in: Channel,
+        brightness: Brightness,
         builders: Builders,
         store: TransferFunctionStore | None,
         preferences: Preferences,
@@ -119,10 +122,10 @@ class Workspace(QObject):
         self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
         self.live_errors = errors = LiveErrors(self)
         self.sensitivity = SensitivityDispatcher(
-            state, sensitivity, self._analyst, generator, errors, self
+            state, sensitivity, self._analyst, generator, self._order, brightness, errors, self
         )
         self.latent = LatentWork(
-            state, latent, self._analyst, generator, errors, builders.latent_space, self
+            state, latent, self._analyst, generator, errors, brightness, builders.latent_space, self
         )
         self.decoded = DecodedTF(state, generator, self)
         self.reference = ReferenceWork(
@@ -139,7 +142,6 @@ class Workspace(QObject):
         self._first_tf: TransferFunction | None = None
         self._is_restored = False
         self._reading = ""
-        self.sensitivity.is_starting = lambda: self._order.is_under_way
         self._connect()
 
     def _connect(self) -> None:
@@ -212,7 +214,7 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
-        drawn = all(c in self._dispatcher.hidden or c.is_settled for c in self._clients)
+        drawn = all(c in self._dispatcher.plan.hidden or c.is_settled for c in self._clients)
         return drawn and not self._opening.is_busy and not self._ranging.is_busy
 
     def open_volume(
@@ -296,9 +298,9 @@ class Workspace(QObject):
     def show_images(self, generator: bool, reference: bool) -> None:
         """Say which images are in sight; others are not drawn."""
         seen = zip(self._clients, (generator, reference), strict=True)
-        hidden = {client for client, shown in seen if not shown}
-        missed = self._dispatcher.hidden - hidden
-        self._dispatcher.hidden = hidden
+        hidden = frozenset(client for client, shown in seen if not shown)
+        missed = self._dispatcher.plan.hidden - hidden
+        self._dispatcher.change(hidden=hidden)
         if missed and self._opened is not None:
             self._dispatcher.send()
 
@@ -442,7 +444,7 @@ class Workspace(QObject):
             RESTORED if kept is not None and self._first_tf is None else "",
         ]
         self.news.emit(" ".join(filter(None, notes)))
-        self._dispatcher.scale = opened.volume.scale
+        self._dispatcher.change(scale=opened.volume.scale)
         volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
         up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
         self._state.start_view(
@@ -498,7 +500,7 @@ class Workspace(QObject):
     def _range_taken(self, opened: OpenedVolume) -> None:
         is_rescaled = self._opened is None or self._opened.volume.scale != opened.volume.scale
         self._opened = opened
-        self._dispatcher.scale = opened.volume.scale
+        self._dispatcher.change(scale=opened.volume.scale)
         self.latent.session.start_volume(opened.volume, opened.window)
         self.reference.start(opened.volume, self._model.scene_for(self._opened))
         if is_rescaled:
@@ -512,7 +514,7 @@ class Workspace(QObject):
         self._dispatcher.send()
 
     def _generator_ready(self) -> None:
-        before = self._dispatcher.raster
+        before = self._dispatcher.plan.raster
         self._follow_scene()
         self._note_model()
         scene, tf = self._model.scene_for(self._opened), self._state.transfer_function
@@ -526,7 +528,7 @@ class Workspace(QObject):
             # As if the model had been there before the volume.
             wanted = scene.scalar_range, scene.scale
             self._ranging.show_over(self._opened, *wanted, self._range_taken, self._volume_failed)
-        self._dispatcher.send(generator_only=before == self._dispatcher.raster)
+        self._dispatcher.send(generator_only=before == self._dispatcher.plan.raster)
 
     @property
     def _is_untouched(self) -> bool:
@@ -568,7 +570,7 @@ class Workspace(QObject):
 
     def _follow_light(self) -> None:
         self._model.follow_light(self._opened, self.reference.settings)
-        self._dispatcher.generator_follows = self._model.draws_path
+        self._dispatcher.change(generator_follows=self._model.draws_path)
 
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""
@@ -593,11 +595,13 @@ class Workspace(QObject):
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""
-        opening = self._opening.is_busy and self._clients[1] not in self._dispatcher.hidden
+        opening = self._opening.is_busy and self._clients[1] not in self._dispatcher.plan.hidden
         return opening or (self._opened is not None and self._draws_reference())
 
     def _draws_reference(self) -> bool:
-        return self._clients[1] not in self._dispatcher.hidden and not self._clients[1].is_settled
+        return (
+            self._clients[1] not in self._dispatcher.plan.hidden and not self._clients[1].is_settled
+        )
 
     def _report_settled(self) -> None:
         if self.is_settled:

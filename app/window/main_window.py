@@ -138,6 +138,7 @@ class MainWindow(QMainWindow):
             generator,
             reference,
             stand_in,
+            self.brightness,
             builders,
             store,
             self.preferences,
@@ -310,8 +311,6 @@ class MainWindow(QMainWindow):
         self.workspace.reference.settingsChanged.connect(lambda _settings: self._name_light())
         self.workspace.reference.liveDrawerChanged.connect(self.reference.set_live_drawer)
         self._name_light()
-        self.workspace.latent.path.brightness = self.brightness.of
-        self.workspace.sensitivity.trials.set_brightness(self.brightness)
         self.workspace.rangeChanged.connect(self._show_range)
         self.workspace.scaleChanged.connect(self._show_scale)
         # A band kept over the plot would be one of other values.

@@ -68,7 +68,7 @@ def dispatcher(state: ViewerState, clients: list[Client]) -> Dispatcher:
     generator, reference, analyst = clients
     stand_in = Channel(analyst, STAND_IN, analyst)  # type: ignore[arg-type]
     dispatcher = Dispatcher(state, generator, reference, stand_in, state)  # type: ignore[arg-type]
-    dispatcher.raster = PANE
+    dispatcher.change(raster=PANE)
     return dispatcher
 
 
@@ -96,7 +96,7 @@ def test_every_pixel_of_the_pane_is_drawn_in_the_end(
 def test_what_takes_minutes_is_left_coarse(dispatcher: Dispatcher, clients: list[Client]) -> None:
     reference = clients[1]
     slow = 2.1 * LONGEST_SECONDS / (PANE.width * PANE.height)
-    dispatcher.begins_coarse = True
+    dispatcher.change(begins_coarse=True)
     dispatcher.send()
     coarse = reference.answer(slow)
     for _ in range(10):
@@ -105,7 +105,7 @@ def test_what_takes_minutes_is_left_coarse(dispatcher: Dispatcher, clients: list
     assert coarse.quality.pixels.width < pixels.width < PANE.width
     assert LONGEST_SECONDS / 8 < slow * pixels.width * pixels.height <= LONGEST_SECONDS / 2
     # Unless the user has chosen the number of pixels.
-    dispatcher.is_fixed, dispatcher.begins_coarse = True, False
+    dispatcher.change(is_fixed=True, begins_coarse=False)
     dispatcher.send()
     assert reference.asked[-1].quality.pixels == PANE
 
@@ -114,7 +114,7 @@ def test_the_ray_casters_sharp_image_comes_before_vtks(
     dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = True
+    dispatcher.change(may_stand_in=True)
     slow = 2 * REST_SECONDS / (PANE.width * PANE.height)
     dispatcher.send()
     assert stand_in.asked[-1].quality.pixels == PANE
@@ -140,7 +140,7 @@ def test_a_held_reference_leaves_the_first_image_to_the_ray_caster(
     dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     generator, reference, stand_in = clients
-    dispatcher.may_stand_in = True
+    dispatcher.change(may_stand_in=True)
     reference.is_held, reference.is_ready, stand_in.is_ready = True, False, False
     dispatcher.send()
     first = stand_in.answer(1e-7)
@@ -162,7 +162,7 @@ def test_an_image_that_takes_long_begins_coarse(
     dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     reference, stand_in = clients[1:]
-    dispatcher.begins_coarse = True
+    dispatcher.change(begins_coarse=True)
     dispatcher.send()
     first = reference.answer(1e-4)
     assert first.quality.live and first.quality.pixels.width < PANE.width / 3
@@ -179,7 +179,7 @@ def test_a_drag_calls_off_what_is_being_refined(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = True
+    dispatcher.change(may_stand_in=True)
     dispatcher.send()
     count = len(reference.asked)
     state.move_view(View(azimuth=10.0))
@@ -196,7 +196,8 @@ def test_what_the_ray_caster_draws_in_vtks_place_is_not_drawn_twice(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = reference.by_raycast = True
+    reference.by_raycast = True
+    dispatcher.change(may_stand_in=True)
     dispatcher.send()
     assert (len(reference.asked), len(stand_in.asked)) == (1, 0)
     # While something moves it is drawn as it always is.
@@ -209,7 +210,7 @@ def test_an_image_at_rest_gets_ever_more_samples_up_to_the_most(
     dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     reference = clients[1]
-    dispatcher.most_samples = 64
+    dispatcher.change(most_samples=64)
     dispatcher.send()
     asked = []
     while not asked or reference.asked[-1] is not asked[-1]:
@@ -234,12 +235,12 @@ def test_path_traced_light_is_seen_while_something_moves_where_it_is_denoised(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = dispatcher.begins_coarse = True
-    dispatcher.most_samples = 8
+    dispatcher.change(may_stand_in=True, begins_coarse=True)
+    dispatcher.change(most_samples=8)
     state.move_view(View(azimuth=10.0))
     # Noisy as it would be, soft light is seen in its place.
     assert stand_in.asked[-1].quality.live and not reference.asked
-    dispatcher.draws_live = True
+    dispatcher.change(draws_live=True)
     state.move_view(View(azimuth=20.0))
     moved = reference.asked[-1]
     assert moved.quality.live and moved.quality.samples == 1
@@ -258,8 +259,8 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     generator, reference, _ = clients
-    dispatcher.begins_coarse = dispatcher.draws_live = dispatcher.generator_follows = True
-    dispatcher.most_samples = 8
+    dispatcher.change(begins_coarse=True, draws_live=True, generator_follows=True)
+    dispatcher.change(most_samples=8)
     # While something moves it draws alone, at its own pace, and the reference stops.
     for azimuth in range(10, 40):
         state.move_view(View(azimuth=float(azimuth)))
@@ -276,7 +277,7 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     assert generator.asked[-1].quality.samples == 1
     assert generator.asked[-1].quality.pixels == PANE
     # Alone in sight, it is drawn all the same.
-    dispatcher.hidden = {reference}  # type: ignore[arg-type]
+    dispatcher.change(hidden=frozenset({reference}))  # type: ignore[arg-type]
     state.move_view(View(azimuth=20.0))
     state.finish_view()
     assert generator.asked[-1].inputs.view.azimuth == 20
@@ -287,7 +288,7 @@ def test_where_vtk_is_fast_it_draws_all_pixels_with_all_samples_while_something_
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = True
+    dispatcher.change(may_stand_in=True)
     told: list[str] = []
     dispatcher.liveDrawerChanged.connect(told.append)
     # Before anything is known, the ray caster.
@@ -314,7 +315,7 @@ def test_a_vtk_that_fails_leaves_what_moves_to_the_ray_caster(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = True
+    dispatcher.change(may_stand_in=True)
     dispatcher.send()
     reference.answer(1e-8)
     assert drag(state, clients) is reference
@@ -328,14 +329,14 @@ def test_times_of_another_volume_or_light_choose_nobody(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = True
+    dispatcher.change(may_stand_in=True)
     dispatcher.send()
     reference.answer(1e-8)
     dispatcher.forget_times()
     assert drag(state, clients) is stand_in
     # Where the user has chosen who draws, no time matters.
     state.finish_view()
-    dispatcher.may_stand_in = False
+    dispatcher.change(may_stand_in=False)
     reference.answer(1e-8)
     assert drag(state, clients) is reference
     assert reference.asked[-1].quality.coarseness > 1
@@ -345,10 +346,10 @@ def test_times_of_another_volume_or_light_choose_nobody(
 def test_an_image_that_moves_takes_as_long_as_is_chosen(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client], lit: bool
 ) -> None:
-    dispatcher.begins_coarse = lit
+    dispatcher.change(begins_coarse=lit)
     widths = []
     for step in STEPS:
-        dispatcher.exactness = step
+        dispatcher.change(exactness=step)
         for _ in range(4):
             drag(state, clients).answer(1e-6)
         pixels = drag(state, clients).asked[-1].quality.pixels
@@ -369,7 +370,7 @@ def test_a_choice_is_drawn_as_while_something_moves_and_then_at_rest(
     dispatcher: Dispatcher, clients: list[Client], stands_in: bool
 ) -> None:
     _, reference, stand_in = clients
-    dispatcher.may_stand_in = stands_in
+    dispatcher.change(may_stand_in=stands_in)
     dispatcher.show_trade()
     drawer = stand_in if stands_in else reference
     moving = drawer.answer(1e-6)
@@ -380,6 +381,6 @@ def test_a_choice_is_drawn_as_while_something_moves_and_then_at_rest(
         rest = reference.answer(1e-9)
     # What nobody sees is not drawn.
     asked = len(drawer.asked)
-    dispatcher.hidden = {reference}
+    dispatcher.change(hidden=frozenset({reference}))
     dispatcher.show_trade()
     assert len(drawer.asked) == asked

@@ -641,7 +641,7 @@ def test_in_shadows_vtk_that_is_chosen_draws_coarser_itself(
     window.state.move_view(View(azimuth=10.0))
     qtbot.waitUntil(lambda: reference.requests[-1].quality.live)
     # By fewer pixels alone: shadows depend on the sample distance.
-    pixels = window.workspace._dispatcher.raster
+    pixels = window.workspace._dispatcher.plan.raster
     assert reference.requests[-1].quality.coarseness == 1
     assert reference.requests[-1].quality.pixels.width <= max(pixels.width / 4, 16)
     window.state.finish_view()
