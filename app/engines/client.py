@@ -39,6 +39,8 @@ class Channel(QObject):
     """Emitted with each :class:`Result`, in the order of the requests."""
     progressed = Signal(float)
     """Emitted with the part of the newest answer that is there, 0 to 1, where that is known."""
+    pendingChanged = Signal(bool)
+    """Emitted when an answer is awaited, and when none is any more."""
 
     def __init__(self, client: EngineClient, name: str, parent: QObject) -> None:
         super().__init__(parent)
@@ -66,18 +68,18 @@ class Channel(QObject):
 
     def cancel(self) -> None:
         """Call off what was asked: no answer to it is wanted."""
-        self._pending = None
         self._cancelled = next(_numbers)
         self.client.abandon(self.name)
+        self._await(None)
 
     def accept(self, request: Request) -> None:
         """Note that the engine will answer a request."""
-        self._pending = request
+        self._await(request)
         self.asked.emit(request)
 
     def drop(self) -> None:
         """Note that nothing will be answered any more, as the engine ends."""
-        self._pending = None
+        self._await(None)
 
     def note(self, progress: Progress) -> None:
         """Tell the asker how far an answer has got."""
@@ -88,9 +90,14 @@ class Channel(QObject):
         """Hand an answer over to the asker, unless it was called off."""
         number = result.request.sequence
         if self._pending is not None and number >= self._pending.sequence:
-            self._pending = None
+            self._await(None)
         if number >= self._cancelled:
             self.answered.emit(result)
+
+    def _await(self, request: Request | None) -> None:
+        before, self._pending = self._pending, request
+        if (before is None) != (request is None):
+            self.pendingChanged.emit(self.is_pending)
 
 
 class EngineClient(QObject):

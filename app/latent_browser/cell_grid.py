@@ -26,6 +26,9 @@ from model.latent.interpolation import CELLS
 GAP = 3
 STALE_OPACITY = 0.45
 
+PROGRESS_HEIGHT, LEAST_PROGRESS = 2, 0.06
+"""Height in pixels, and least part, of the line that says how far the next pictures are."""
+
 STEPS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
@@ -55,6 +58,7 @@ class CellGrid(QWidget):
         self._picture: GridPicture | None = None
         self._images: dict[int, QImage] = {}
         self._stale = False
+        self._progress: float | None = None
         self._cell: int | None = None
         self._turned = 0.0
         self._is_ringed = False
@@ -94,6 +98,17 @@ class CellGrid(QWidget):
             self._stale = stale
             self.update()
 
+    @property
+    def progress(self) -> float | None:
+        """Part of the pictures that is there, 0 to 1, where they take long; else None."""
+        return self._progress
+
+    def set_progress(self, progress: float | None) -> None:
+        """Show how many of the next pictures are there; None where they do not take long."""
+        if progress != self._progress:
+            self._progress = progress
+            self.update()
+
     def cell_rect(self, cell: int) -> QRectF:
         """Rectangle of a cell in pixels."""
         side = min(self.width(), self.height())
@@ -126,6 +141,12 @@ class CellGrid(QWidget):
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
+        if self._progress is not None:
+            first = self.cell_rect(0)
+            whole = self.cell_rect(CELLS - 1).right() - first.left()
+            done = max(self._progress, LEAST_PROGRESS) * whole
+            line = QRectF(first.left(), first.top(), done, PROGRESS_HEIGHT)
+            painter.fillRect(line, QColor(theme.ON_IMAGE.change))
         if self._is_ringed:
             paint_ring(painter, self.rect())
         painter.end()

@@ -205,6 +205,7 @@ class LatentBrowser(QWidget):
         latent.hoverChanged.connect(lambda _place: self._tell())
         latent.brushChanged.connect(lambda _brush: self._brushes.clear())
         pictures.gridDrawn.connect(self._show_grid)
+        pictures.grid_at_work.changed.connect(self.grid.set_progress)
         pictures.hoverDrawn.connect(self._show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
         pictures.problem.connect(self.problem)

@@ -20,6 +20,7 @@ from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest, Request
+from app.state.at_work import AtWork
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentChoices, LatentState, Place
 from app.state.live_errors import LiveErrors
@@ -148,6 +149,8 @@ class LatentPictures(QObject):
     draws_codes : bool
         Whether that generator draws the codes of its own codec.
     grid : GridPicture or None
+    grid_at_work : AtWork
+        Tells that the grid's pictures take long.
     hover : HoverPicture or None
     thumbnails : dict of int to ndarray
         Small pictures (S, S, 4) of samples in the present view, light and colours.
@@ -190,6 +193,7 @@ class LatentPictures(QObject):
         self._is_path_traced = False
         self._warm: set[EngineName] = set()
         self._grids = self._opened("grid", self._take_grid)
+        self.grid_at_work = AtWork(self._grids.values(), self)
         self._hovers = self._opened("hover", self._take_hover)
         self._thumbnails = self._opened("thumbnails", self._take_thumbnails)
         self._asked_hovers: dict[int, _AskedHover] = {}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QWidget
 
@@ -16,6 +16,7 @@ from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import PictureRequest
 from app.figures.picture import save_image
+from app.state.at_work import AtWork
 from app.state.viewer_state import ViewerState
 from app.window.figure import TITLES, Rgba, Subject, figure, panels
 from app.window.file_dialogs import FileDialogs
@@ -41,12 +42,7 @@ class _Drawing:
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
     error: float | None = None
     """Estimated error of the reference's image; None without an estimate."""
-    parts: dict[str, float] = field(default_factory=dict)
-    """How much of each image is there, 0 to 1."""
 
-
-PATIENCE_MS = 500
-"""Time after which it is shown how far a figure has got."""
 
 STEPS = 1000
 """Of a figure's progress."""
@@ -87,14 +83,13 @@ class PictureSaving(QObject):
         self._last: PictureChoice | None = None
         self._wanted: _Drawing | None = None
         self.progress: SaveProgress | None = None
-        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(self._show_progress)
         self._channels: dict[str, Channel] = {}
         for name, pane in shown.panes.items():
             self._channels[name] = Channel(pane.client, "figure", self)
             self._channels[name].answered.connect(partial(self._take, name))
-            self._channels[name].progressed.connect(partial(self._note, name))
             pane.client.stateChanged.connect(lambda _state, name=name: self._follow(name))
+        self._at_work = AtWork(self._channels.values(), self)
+        self._at_work.changed.connect(self._show_progress)
 
     @property
     def unfinished(self) -> str:
@@ -157,7 +152,6 @@ class PictureSaving(QObject):
             samples = choice.samples if name == "reference" else 0
             quality = Quality(raster.shorter, raster=raster, samples=max(samples, 1))
             self._channels[name].ask(PictureRequest(inputs, quality))
-        self._patience.start()
         self.news.emit(f"Drawing {choice.width} × {choice.height} pixels …")
 
     def cancel(self) -> None:
@@ -209,30 +203,21 @@ class PictureSaving(QObject):
             self._end()
             self.problem.emit(CHANGED)
 
-    def _note(self, name: str, part: float) -> None:
-        """Show how much of a figure is there; what takes longest is most of it."""
+    def _show_progress(self, part: float | None) -> None:
+        """Show how much of a figure is there, once it takes long."""
         wanted = self._wanted
-        if wanted is None:
+        if wanted is None or part is None:
             return
-        wanted.parts[name] = part
-        if self.progress is not None:
-            missing = [each for each in self._names(wanted.choice) if each not in wanted.images]
-            self.progress.setValue(
-                int(STEPS * min(wanted.parts.get(each, 0.0) for each in missing))
-            )
-
-    def _show_progress(self) -> None:
-        wanted = self._wanted
-        if wanted is not None and self.progress is None:
+        if self.progress is None:
             choice = wanted.choice
             name = "the figure" if wanted.place is None else wanted.place.name
             what = f"Drawing {name}, {choice.width} × {choice.height} pixels …"
             self.progress = SaveProgress("Save figure", what, STEPS, self.cancel, self._parent)
+        self.progress.setValue(int(STEPS * part))
 
     def _end(self) -> None:
         """Wait for nothing any more."""
         self._wanted = None
-        self._patience.stop()
         for channel in self._channels.values():
             channel.cancel()
         progress, self.progress = self.progress, None

@@ -1,0 +1,51 @@
+"""Answers that take long: that they are under way, and how far they have got."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.engines.client import Channel
+
+PATIENCE_MS = 500
+"""Time without an answer after which it is told that one is under way."""
+
+
+class AtWork(QObject):
+    """Watches the channels of one asker.
+
+    Parameters
+    ----------
+    channels : iterable of Channel
+    """
+
+    changed = Signal(object)
+    """Emitted with the part of an answer that is there, 0 to 1, once it takes long; None when
+    nothing is under way any more."""
+
+    def __init__(self, channels: Iterable[Channel], parent: QObject) -> None:
+        super().__init__(parent)
+        self._channels = tuple(channels)
+        self._part: float | None = None
+        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
+        self._patience.timeout.connect(lambda: self._tell(0.0))
+        for channel in self._channels:
+            channel.pendingChanged.connect(self._follow)
+            channel.progressed.connect(self._note)
+
+    def _follow(self) -> None:
+        if not any(channel.is_pending for channel in self._channels):
+            self._patience.stop()
+            self._tell(None)
+        elif self._part is None and not self._patience.isActive():
+            self._patience.start()
+
+    def _note(self, part: float) -> None:
+        if self._part is not None:
+            self._tell(part)
+
+    def _tell(self, part: float | None) -> None:
+        if part != self._part:
+            self._part = part
+            self.changed.emit(part)
