@@ -81,7 +81,11 @@ class ImageError(QObject):
         drawn, truth = self.compared
         difference = difference_of(drawn, truth)
         error = float(np.sqrt(np.mean(difference**2)))
-        self._generator.set_note(f"error {error:.3f}".replace(" 0.", " ."), TIP)
+        lighting = self._workspace.reference.settings.lighting
+        # Of one sample, the ground truth is the generator's own picture.
+        is_same = lighting == "path" and not difference.any()
+        said = "" if is_same else f"error {error:.3f}".replace(" 0.", " .")
+        self._generator.set_note(said, TIP)
         self._difference = None
         if self._is_wanted:
             colored, self._scale = in_colors(np.clip(drawn, 0, 1), difference)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
@@ -56,6 +57,19 @@ def test_it_draws_while_the_light_is_path_traced(
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.pictures.learned_size == 16
+
+
+def test_a_ground_truth_of_one_sample_says_nothing_of_the_generators_error(
+    qtbot: QtBot, make_window: Callable[..., MainWindow]
+) -> None:
+    window = make_window()
+    window.workspace.reference.choose(lighting="path")
+    settle(qtbot, window)
+    inputs, drawn = window.state.inputs, np.full((16, 16, 4), 0.5, np.float32)
+    for truth, note in ((drawn, ""), (drawn + np.float32(0.1), "error .100")):
+        window.generator.imageShown.emit(inputs, drawn)
+        window.reference.imageShown.emit(inputs, truth)
+        assert window.generator.note == note
 
 
 def test_live_questions_follow_live_images(
