@@ -36,8 +36,13 @@ def main() -> int:
                 voxels, lighting = jobs[job]
                 # The program runs without it all the same.
                 print(f"{voxels}, {lighting}: {job.exception()}", file=sys.stderr)
-    # With all processors, as in the window.
-    seconds = measure_path_light() if ("uint8", "path") in PREPARED else math.inf
+    seconds = math.inf
+    try:
+        if ("uint8", "path") in PREPARED:
+            # With all processors, as in the window.
+            seconds = measure_path_light()
+    except Exception as error:
+        print(f"path-traced light: {error}", file=sys.stderr)
     try:
         stamp().write_text(f"{seconds:.3f}")
     except OSError as error:

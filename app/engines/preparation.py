@@ -19,7 +19,6 @@ from app.engines.requests import (
     ValueVisibilityRequest,
     VisibilityRequest,
 )
-from model.errors import TfscopeError
 from model.rendering.path_tracing import denoising
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
@@ -61,16 +60,12 @@ def prepare(voxels: str, lighting: str) -> None:
 def measure_path_light() -> float:
     """Return the seconds of a path-traced picture of one sample, as while something moves.
 
-    Of 256 x 256 pixels of the shipped scan, with what finishes it; infinite where nothing does, or
-    it cannot be drawn.
+    Of 256 x 256 pixels of the shipped scan, with what finishes it; infinite where nothing does.
     """
-    try:
-        volume = read_volume(SCAN)
-        if not denoising.installed():
-            return math.inf
-        engine = REAL_BUILDERS.reference(volume, ReferenceSettings("path", LightDirection()))
-    except (TfscopeError, OSError):
+    if not denoising.installed():
         return math.inf
+    volume = read_volume(SCAN)
+    engine = REAL_BUILDERS.reference(volume, ReferenceSettings("path", LightDirection()))
     try:
         request = ImageRequest(_inputs(volume), Quality(MEASURED, live=True), is_measured=True)
         times = []

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app import prepare_kernels
 from app.engines import preparation
 
 ROOT = Path(__file__).parents[2]
@@ -43,6 +46,21 @@ def test_what_is_prepared_is_not_compiled_again(tmp_path: Path) -> None:
     _run(tmp_path, "main.py", *picture_of.split(), str(picture))
     assert picture.exists()
     assert _kernels(tmp_path) == compiled
+
+
+def test_what_cannot_be_measured_harms_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail() -> float:
+        raise RuntimeError("the denoiser broke")
+
+    monkeypatch.setattr(preparation, "measure_path_light", fail)
+    monkeypatch.setattr(preparation, "prepare", lambda _voxels, _light: None)
+    monkeypatch.setattr(prepare_kernels, "ProcessPoolExecutor", lambda *_: ThreadPoolExecutor(1))
+    monkeypatch.setattr(prepare_kernels, "stamp", lambda: tmp_path / "prepared")
+    assert prepare_kernels.main() == 0
+    assert "the denoiser broke" in capsys.readouterr().err
+    assert float((tmp_path / "prepared").read_text()) == math.inf
 
 
 def test_its_volume_is_seen() -> None:
