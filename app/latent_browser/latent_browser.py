@@ -24,8 +24,9 @@ from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
 from app.latent_browser.search_control import SearchControl
 from app.state.latent_path import Frame
-from app.state.latent_pictures import GridPicture, HoverPicture, thumbnail
+from app.state.latent_pictures import GridPicture, HoverPicture
 from app.state.latent_state import LatentChoices, Place
+from app.state.latent_thumbnails import thumbnail
 from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -91,7 +92,7 @@ class LatentBrowser(QWidget):
         self.bar = BrowserBar(self._latent)
         self.cancel, self.keep = self.bar.stop, self.bar.take
         brightness = reference.brightness
-        self.map = MapView(self._latent, work.session, work.pictures, brightness)
+        self.map = MapView(self._latent, work.session, work.pictures, work.thumbnails, brightness)
         self.grid = CellGrid(brightness)
         self.preview = Preview(reference, editor.area)
         self._frame: Frame | None = None

@@ -43,6 +43,7 @@ from app.state.brightness import Brightness
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
+from app.state.latent_thumbnails import LatentThumbnails
 from model.latent.interpolation import Brush
 
 Grip = Literal["new", "move", "pan", "lasso", "left", "right", "lower", "upper"]
@@ -76,6 +77,7 @@ class MapView(QWidget):
     latent : LatentState
     session : LatentSession
     pictures : LatentPictures
+    thumbnails : LatentThumbnails
     brightness : Brightness
     """
 
@@ -89,12 +91,13 @@ class MapView(QWidget):
         latent: LatentState,
         session: LatentSession,
         pictures: LatentPictures,
+        thumbnails: LatentThumbnails,
         brightness: Brightness,
     ) -> None:
         super().__init__()
         self._latent = latent
         self._session = session
-        self._pictures = pictures
+        self._pictures, self._small = pictures, thumbnails
         self._brightness = brightness
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
@@ -124,7 +127,7 @@ class MapView(QWidget):
         latent.placesChanged.connect(self.update)
         session.filterChanged.connect(self._take_thumbnails)
         latent.trailChanged.connect(self.update)
-        pictures.thumbnailsDrawn.connect(self._take_thumbnails)
+        thumbnails.drawn.connect(self._take_thumbnails)
         brightness.changed.connect(self._brighten)
 
     @property
@@ -390,7 +393,7 @@ class MapView(QWidget):
         if frame != self._frame:
             self._frame = frame
             self._points = None
-        self._pictures.want_thumbnails(self.thumbnails_in_sight)
+        self._small.want(self.thumbnails_in_sight)
         self.update()
 
     def _draw_points(self) -> QImage:
@@ -424,7 +427,7 @@ class MapView(QWidget):
                 continue
             at = self._frame.pixel(tuple(map_.places[index].tolist()))
             rect = QRectF(at.x() - half, at.y() - half, THUMBNAIL, THUMBNAIL)
-            stale = index not in self._pictures.thumbnails
+            stale = index not in self._small.images
             painter.setOpacity(0.4 if stale or not shades.shown[index] else 1.0)
             painter.drawImage(rect, picture)
             painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -434,8 +437,8 @@ class MapView(QWidget):
 
     def _thumbnail(self, index: int) -> QImage | None:
         if index not in self._thumbnails:
-            pictures = self._pictures
-            image = pictures.thumbnails.get(index, pictures.stale_thumbnails.get(index))
+            small = self._small
+            image = small.images.get(index, small.stale.get(index))
             if image is None:
                 return None
             self._thumbnails[index] = to_qimage(image, self._factor)
@@ -452,7 +455,7 @@ class MapView(QWidget):
     def _take_thumbnails(self) -> None:
         # What is drawn anew replaces what was stale.
         self._thumbnails.clear()
-        self._pictures.want_thumbnails(self.thumbnails_in_sight)
+        self._small.want(self.thumbnails_in_sight)
         self.update()
 
     def _is_in_sight(self, brush: Brush) -> bool:

@@ -1,4 +1,4 @@
-"""Pictures of the map: the grid of cells, the place under the mouse, thumbnails.
+"""Pictures of the map: the grid of cells, and the place under the mouse.
 
 Drawn by whichever engine is chosen; automatically the ray caster, or the model where the ray
 caster has proved too slow. A picture is that of the decoded TF, so that it is what a click on it
@@ -7,7 +7,7 @@ gives, or, by a model that draws codes, of the code itself, as in the paper (sec
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal, TypeVar
@@ -22,7 +22,7 @@ from app.engines.quality import Quality
 from app.engines.requests import BatchRequest, Request
 from app.state.at_work import AtWork
 from app.state.latent_session import LatentSession
-from app.state.latent_state import LatentChoices, LatentState, Place
+from app.state.latent_state import LatentState, Place
 from app.state.live_errors import LiveErrors
 from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
@@ -44,10 +44,8 @@ HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
 SLOW_SECONDS = 0.12
 """Expected time of a picture at which the model takes over, if there is one."""
 
-REST_SIZE, CELL_SIZE, THUMBNAIL_SIZE = 256, 128, 64
+REST_SIZE, CELL_SIZE = 256, 128
 LIVE_SIZES = (128, 96, 64, 48, 32)
-THUMBNAILS_AT_ONCE = 8
-KEPT_THUMBNAILS = 1000
 LEAST_TIMED_SIZE = 96
 
 Images = NDArray[np.float32]
@@ -152,10 +150,6 @@ class LatentPictures(QObject):
     grid_at_work : AtWork
         Tells that the grid's pictures take long.
     hover : HoverPicture or None
-    thumbnails : dict of int to ndarray
-        Small pictures (S, S, 4) of samples in the present view, light and colours.
-    stale_thumbnails : dict of int to ndarray
-        Those of an earlier view, light or colours.
     """
 
     gridDrawn = Signal(object)
@@ -163,7 +157,12 @@ class LatentPictures(QObject):
     """Emitted with a :class:`HoverPicture`, or None when the mouse has left."""
     hoverMoved = Signal(object)
     """Emitted with the decoded TF under the mouse at once, or None."""
-    thumbnailsDrawn = Signal()
+    asked = Signal()
+    """Emitted when all pictures are asked for anew."""
+    restarted = Signal()
+    """Emitted when another engine draws: what the one before was asked for may never come."""
+    forgotten = Signal()
+    """Emitted when all pictures are forgotten, as they are of another volume or map."""
     problem = Signal(str)
 
     def __init__(
@@ -179,8 +178,6 @@ class LatentPictures(QObject):
         super().__init__(parent)
         self.grid: GridPicture | None = None
         self.hover: HoverPicture | None = None
-        self.thumbnails: dict[int, Images] = {}
-        self.stale_thumbnails: dict[int, Images] = {}
         self.learned_size: int | None = None
         self.draws_codes = False
         self._state = state
@@ -192,17 +189,12 @@ class LatentPictures(QObject):
         self._patience = 1.0
         self._is_path_traced = False
         self._warm: set[EngineName] = set()
-        self._grids = self._opened("grid", self._take_grid)
+        self._grids = self.opened("grid", self._take_grid)
         self.grid_at_work = AtWork(self._grids.values(), self)
-        self._hovers = self._opened("hover", self._take_hover)
-        self._thumbnails = self._opened("thumbnails", self._take_thumbnails)
+        self._hovers = self.opened("hover", self._take_hover)
         self._asked_hovers: dict[int, _AskedHover] = {}
         self._asked_grids: dict[int, _AskedGrid] = {}
         self._grid_key: object = None
-        self._asked_thumbnails: tuple[int, ...] | None = None
-        self._wanted: list[int] = []
-        self._drawn_for: SceneInputs | None = None
-        self._drawn_before = latent.choices.drawn
         self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
         state.inputsChanged.connect(self._ask_live)
@@ -210,7 +202,7 @@ class LatentPictures(QObject):
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.brushChangeFinished.connect(self._ask_grid)
         latent.hoverChanged.connect(self._hover_changed)
-        latent.choicesChanged.connect(self._choices_changed)
+        latent.choicesChanged.connect(lambda _choices: self.ask())
         session.mapClosed.connect(self.forget)
         session.mapChanged.connect(lambda _map: self.ask())
         session.filterChanged.connect(self._ask_grid)
@@ -247,9 +239,8 @@ class LatentPictures(QObject):
         if size != self.learned_size:
             self.learned_size = size
             # What the engine before was asked for may never come.
-            self._asked_thumbnails = self._grid_key = None
-            for channel in self._thumbnails.values():
-                channel.cancel()
+            self._grid_key = None
+            self.restarted.emit()
             self.ask()
 
     def is_fresh(self, picture: GridPicture | None) -> bool:
@@ -276,30 +267,22 @@ class LatentPictures(QObject):
 
     def forget(self) -> None:
         """Forget all pictures, and call off what was asked for."""
-        for channels in (self._grids, self._hovers, self._thumbnails):
+        for channels in (self._grids, self._hovers):
             for channel in channels.values():
                 channel.cancel()
         self.grid = self.hover = self._grid_key = None
-        self.thumbnails, self.stale_thumbnails = {}, {}
         self._asked_grids.clear()
         self._asked_hovers.clear()
-        self._asked_thumbnails, self._wanted = None, []
         self.gridDrawn.emit(None)
         self.hoverMoved.emit(None)
         self.hoverDrawn.emit(None)
-        self.thumbnailsDrawn.emit()
+        self.forgotten.emit()
 
     def ask(self) -> None:
         """Ask for all pictures anew, at full size."""
         self._ask_grid()
         self._ask_hover(live=False)
-        self._check_thumbnails()
-        self._ask_thumbnails()
-
-    def want_thumbnails(self, samples: Iterable[int]) -> None:
-        """Have small pictures of these samples drawn, the first ones first."""
-        self._wanted = [index for index in samples if index not in self.thumbnails]
-        self._ask_thumbnails()
+        self.asked.emit()
 
     def cell_tf(self, index: int) -> OpacityTF | None:
         """Opacity TF of a cell, row by row; None for an empty one."""
@@ -315,18 +298,9 @@ class LatentPictures(QObject):
             place = map_.places[cells.nearest.flat[index]]
         return float(place[0]), float(place[1])
 
-    def _choices_changed(self, choices: LatentChoices) -> None:
-        if choices.drawn != self._drawn_before:
-            # Pictures of the same places, drawn otherwise.
-            self._drawn_before = choices.drawn
-            self._make_thumbnails_stale()
-            self._asked_thumbnails = None
-        self.ask()
-
     def _ask_live(self) -> None:
         if self._state.live:
             self._ask_grid(live=True)
-            self._check_thumbnails()
 
     def _ask_grid(self, live: bool = False) -> None:
         space, map_ = self._session.space, self._session.chosen
@@ -356,7 +330,7 @@ class LatentPictures(QObject):
         tfs: list[OpacityTF | None] = [None] * len(codes)
         for index, tf in zip(drawn, space.tfs_of(codes[drawn]), strict=True):
             tfs[index] = tf
-        inputs = [self._with(tf) for tf in tfs if tf is not None]
+        inputs = [self.with_tf(tf) for tf in tfs if tf is not None]
         asked = _AskedGrid(map_, cells, tuple(tfs), tuple(int(index) for index in drawn))
         if not inputs:
             self._asked_grids.clear()
@@ -366,7 +340,7 @@ class LatentPictures(QObject):
             return
         seconds = GRID_SECONDS / len(inputs)
         quality = self._quality(CELL_SIZE, seconds, live)
-        number = self._ask_for(self._grids, inputs, quality, codes[drawn])
+        number = self.ask_for(self._grids, inputs, quality, codes[drawn])
         self._asked_grids[number] = asked
 
     def _hover_changed(self, place: Place | None) -> None:
@@ -390,34 +364,8 @@ class LatentPictures(QObject):
         tf = space.tf_of(code)
         self.hoverMoved.emit(tf)
         quality = self._quality(REST_SIZE, HOVER_SECONDS, live)
-        number = self._ask_for(self._hovers, [self._with(tf)], quality, code[None])
+        number = self.ask_for(self._hovers, [self.with_tf(tf)], quality, code[None])
         self._asked_hovers[number] = _AskedHover(place, samples)
-
-    def _check_thumbnails(self) -> None:
-        """Draw thumbnails anew if view, light or colours have changed."""
-        look = look_of(self._state.inputs)
-        if self._drawn_for is not None and self._drawn_for != look:
-            self._make_thumbnails_stale()
-        self._drawn_for = look
-
-    def _make_thumbnails_stale(self) -> None:
-        if self.thumbnails:
-            self.stale_thumbnails.update(self.thumbnails)
-            self.thumbnails = {}
-            self._asked_thumbnails = None
-            self.thumbnailsDrawn.emit()
-
-    def _ask_thumbnails(self) -> None:
-        space, map_ = self._session.space, self._session.map
-        if self._asked_thumbnails is not None or not self._wanted or map_ is None or space is None:
-            return
-        if not self._latent.choices.shown or self._state.live:
-            return
-        some = tuple(self._wanted[:THUMBNAILS_AT_ONCE])
-        codes = map_.codes[[*some]]
-        inputs = [self._with(tf) for tf in space.tfs_of(codes)]
-        self._asked_thumbnails = some
-        self._ask_for(self._thumbnails, inputs, Quality(THUMBNAIL_SIZE, live=True), codes)
 
     def _quality(self, largest: int, seconds: float, live: bool) -> Quality:
         if not live:
@@ -426,15 +374,16 @@ class LatentPictures(QObject):
         sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
         return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
 
-    def _opened(
+    def opened(
         self, name: str, take: Callable[[EngineName, Result], None]
     ) -> dict[EngineName, Channel]:
+        """Open channels to both engines, whose answers are taken, and their problems told."""
         channels = {source: Channel(client, name, self) for source, client in self.clients.items()}
         for source, channel in channels.items():
             channel.answered.connect(partial(self._take, source, take))
         return channels
 
-    def _ask_for(
+    def ask_for(
         self,
         channels: dict[EngineName, Channel],
         inputs: list[SceneInputs],
@@ -451,7 +400,8 @@ class LatentPictures(QObject):
         """Codes (n, d) to draw; none where it is their TFs that are drawn."""
         return tuple(map(tuple, codes.tolist())) if self.from_codes else ()
 
-    def _with(self, tf: OpacityTF) -> SceneInputs:
+    def with_tf(self, tf: OpacityTF) -> SceneInputs:
+        """Present inputs under another opacity TF."""
         return replace(self._state.inputs, opacity_tf=tf)
 
     def _take(
@@ -529,29 +479,6 @@ class LatentPictures(QObject):
             _is_of_codes(request),
         )  # fmt: skip
         self.gridDrawn.emit(self.grid)
-
-    def _take_thumbnails(self, source: EngineName, result: Result) -> None:
-        if self._thumbnails[source].is_pending:
-            return
-        asked, self._asked_thumbnails = self._asked_thumbnails, None
-        if result.value is None:
-            self._wanted = []
-        if asked is None or result.value is None:
-            return
-        if look_of(result.request.inputs) == look_of(self._state.inputs):
-            self.thumbnails.update(zip(asked, map(thumbnail, result.value), strict=True))
-            for pictures in (self.thumbnails, self.stale_thumbnails):
-                while len(pictures) > KEPT_THUMBNAILS:
-                    del pictures[next(iter(pictures))]
-            self._wanted = [index for index in self._wanted if index not in self.thumbnails]
-            self.thumbnailsDrawn.emit()
-        self._ask_thumbnails()
-
-
-def thumbnail(image: Images) -> Images:
-    """Some of the pixels of a picture (S, S, 4), about 64 x 64 of them."""
-    step = max(len(image) // THUMBNAIL_SIZE, 1)
-    return image[::step, ::step].copy()
 
 
 def _is_traced(request: Request) -> bool:

@@ -16,6 +16,7 @@ from app.state.latent_pictures import LatentPictures
 from app.state.latent_search import LatentSearch
 from app.state.latent_session import LatentSession, OpenSpace
 from app.state.latent_state import LatentState
+from app.state.latent_thumbnails import LatentThumbnails
 from app.state.live_errors import LiveErrors
 from app.state.viewer_state import ViewerState
 
@@ -49,6 +50,7 @@ class LatentWork(QObject):
         self._model: Path | None = None
         self.session = LatentSession(state, latent, open_space, self)
         self.pictures = LatentPictures(state, latent, self.session, exact, learned, errors, self)
+        self.thumbnails = LatentThumbnails(state, latent, self.session, self.pictures, self)
         exact.stateChanged.connect(partial(self._check_failure, exact))
         self.search = LatentSearch(state, self.session, self.pictures, self)
         self.errors = LatentErrors(state, latent, self.session, self.pictures.clients, self)

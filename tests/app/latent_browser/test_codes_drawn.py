@@ -94,20 +94,20 @@ def test_the_decoded_tfs_pictures_come_by_a_key(
 def test_thumbnails_are_drawn_from_codes_and_anew_from_tfs(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
-    pictures, map_view = window.workspace.latent.pictures, window.browser.map
+    small, map_view = window.workspace.latent.thumbnails, window.browser.map
     map_ = window.workspace.latent.session.map
     assert map_ is not None
     x, y = map_.places[0].tolist()
     map_view.look_at((x - 0.1, y - 0.1, x + 0.1, y + 0.1))
     wanted = map_view.thumbnails_in_sight
     assert wanted
-    qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
+    qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
     for sample in wanted:
         level = (map_.codes[sample, 0] + 1) / 2
-        assert pictures.thumbnails[sample][0, 0, 0] == pytest.approx(level, abs=1e-6)
+        assert small.images[sample][0, 0, 0] == pytest.approx(level, abs=1e-6)
     window.latent_state.choose(drawn="tf", engine="learned")
-    assert set(wanted) <= set(pictures.stale_thumbnails)
-    qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
+    assert set(wanted) <= set(small.stale)
+    qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
     assert newest(builders, "thumbnails").codes == ()
 
 

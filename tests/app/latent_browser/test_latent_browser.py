@@ -313,13 +313,13 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
 def test_thumbnails_come_when_one_is_close(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
-    map_view, pictures = window.browser.map, window.workspace.latent.pictures
+    map_view, small = window.browser.map, window.workspace.latent.thumbnails
     assert map_view.thumbnails_in_sight == []
     for _ in range(8):
         turn_wheel(map_view, QPointF(map_view.rect().center()), 1)
     wanted = map_view.thumbnails_in_sight
     assert wanted
-    qtbot.waitUntil(lambda: set(wanted) <= set(pictures.thumbnails))
+    qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
     latent_map = window.workspace.latent.session.map
     assert latent_map is not None
     places = map_view.frame.pixels(latent_map.places[wanted])
