@@ -147,7 +147,8 @@ def window(
             session=session,
             exactness=step_for(budget_ms, error),
         )
-        if not any((volume, model, session, tf, view, crop, scalar_range, screenshot)):
+        named = volume, model, session, tf, view, crop, scalar_range, renderer, screenshot
+        if not any(named):
             start = first_look(start)
         code = open_window(start, device, backend, precision, screenshot)
         raise typer.Exit(code)

@@ -45,15 +45,15 @@ def region(text: str) -> Region:
     return Region.parse(text)
 
 
-def one_of(names: tuple[str, ...]) -> Callable[[str], str]:
-    """Return a parser of one of some names, for options that may be repeated.
+def one_of(option: str, names: tuple[str, ...]) -> Callable[[str], str]:
+    """Return a parser of one of some names, for an option that may be repeated.
 
     typer has none of its own for lists.
     """
 
     def parse(text: str) -> str:
         if text not in names:
-            raise TfscopeError(f"{text!r} is not one of {', '.join(names)}; give one of these.")
+            raise TfscopeError(f"{option}: {text!r} is not one of {', '.join(names)}.")
         return text
 
     return parse

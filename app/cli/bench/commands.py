@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, cast, get_args
+from typing import Annotated, Any, cast, get_args
 
 import typer
 
@@ -15,23 +15,16 @@ from model.volume_files.source import VolumeSource
 
 bench = typer.Typer(help="Measure speed and accuracy on this machine.", no_args_is_help=True)
 
+
+def _repeated(option: str, names: tuple[str, ...], help_text: str) -> Any:
+    """Return an option that takes one of some names, and may be repeated."""
+    parser = values.one_of(option, names)
+    return typer.Option(option, help=help_text, metavar="|".join(names), parser=parser)
+
+
 Lightings = Annotated[
     list[str] | None,
-    typer.Option(
-        "--lighting",
-        help="May be repeated. (default: none)",
-        metavar="|".join(get_args(Lighting)),
-        parser=values.one_of(get_args(Lighting)),
-    ),
-]
-Presets = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--preset",
-        help="May be repeated.",
-        metavar="|".join(get_args(choices.Preset)),
-        parser=values.one_of(get_args(choices.Preset)),
-    ),
+    _repeated("--lighting", get_args(Lighting), "May be repeated. (default: none)"),
 ]
 SceneCount = Annotated[int, typer.Option("--count", min=1, help="Random views and TFs per volume.")]
 WithVtk = Annotated[
@@ -352,7 +345,14 @@ def sizes(
 
 @bench.command()
 def generator(
-    preset: Presets = None,
+    preset: Annotated[
+        list[str] | None,
+        _repeated(
+            "--preset",
+            get_args(choices.Preset),
+            "Of untrained networks; may be repeated. (default: all)",
+        ),
+    ] = None,
     model: Annotated[
         Path | None,
         typer.Option("--model", help="A trained model, instead of presets.", callback=values.model),
@@ -371,7 +371,14 @@ def generator(
 
 @bench.command()
 def training(
-    preset: Presets = None,
+    preset: Annotated[
+        list[str] | None,
+        _repeated(
+            "--preset",
+            get_args(choices.Preset),
+            "May be repeated. (default: draft and compact)",
+        ),
+    ] = None,
     steps: Annotated[int, typer.Option("--steps", min=1, help="That are timed each way.")] = 10,
     batch: Annotated[
         list[int] | None,

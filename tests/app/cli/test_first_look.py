@@ -1,4 +1,4 @@
-"""What the window shows first to who names nothing."""
+"""The first look of the window, for who names nothing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from app.cli import window
+from app.cli import run, window
 from app.state.window_start import WindowStart
 from model.volume_files.shipped import DEFAULT_VOLUME, SCAN
 
@@ -31,3 +31,18 @@ def test_elsewhere_it_is_the_default_volume(
 ) -> None:
     monkeypatch.setattr(window, "path_traced_seconds", lambda: seconds)
     assert window.first_look(START) is START
+
+
+def test_who_names_anything_sees_that(monkeypatch: pytest.MonkeyPatch) -> None:
+    starts: list[WindowStart] = []
+
+    def note(start: WindowStart, *_: object) -> int:
+        starts.append(start)
+        return 0
+
+    monkeypatch.setattr(window, "open_window", note)
+    monkeypatch.setattr(window, "path_traced_seconds", lambda: 0.1)
+    for words in ([], ["--renderer", "vtk"], [str(DEFAULT_VOLUME)]):
+        assert run(words) == 0
+    assert [start.proposed for start in starts] == ["path", None, None]
+    assert [start.volume for start in starts] == [SCAN, DEFAULT_VOLUME, DEFAULT_VOLUME]
