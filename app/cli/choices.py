@@ -18,9 +18,6 @@ SensitivityEngine = Literal["exact", "learned", "blockwise"]
 FieldScale = Literal["own", "global"]
 """Colour scales of a value's field."""
 
-PictureOf = Literal["code", "tf"]
-"""Subject of a latent code's picture; :data:`model.latent.codes.PictureOf`, without numpy."""
-
 StudyName = Literal["baselines", "latent-dim", "l1-weight"]
 """The paper's studies."""
 

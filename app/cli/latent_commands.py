@@ -11,6 +11,7 @@ from app.cli import choices, options, values
 from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.volume_options import takes_volume
 from model.errors import LatentError
+from model.latent.codes import PictureOf
 from model.volume_files.source import VolumeSource
 
 
@@ -75,7 +76,7 @@ def latent(
         typer.Option("--size", min=16, max=1024, help="Pixels; a model has its own size."),
     ] = 128,
     picture: Annotated[
-        choices.PictureOf | None,
+        PictureOf | None,
         typer.Option(
             "--picture",
             help="code: the model's picture of the latent code itself, as in the paper; tf: that "

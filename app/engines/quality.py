@@ -1,4 +1,4 @@
-"""How large and how good an image shall be that an engine is asked for."""
+"""Size and quality of an image that an engine is asked for."""
 
 from __future__ import annotations
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -52,7 +53,7 @@ UNWATCHED = Watch()
 
 
 @dataclass(frozen=True)
-class Request:
+class Request(ABC):
     """Base class of requests to an engine.
 
     Attributes
@@ -70,6 +71,7 @@ class Request:
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
+    @abstractmethod
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Return an engine's answer.
 
@@ -85,7 +87,6 @@ class Request:
         SupersededError
             When the engine has given up, as nobody waits for the answer.
         """
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

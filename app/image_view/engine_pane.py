@@ -15,7 +15,7 @@ from app.caption_button import CaptionButton, Tone
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.states import EngineState
-from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.lateness import Lateness
 from app.state.brightness import Brightness
 from app.state.engine_chooser import EngineName
@@ -39,7 +39,7 @@ PREPARING = "Preparing …"
 DRAWING = "drawing …"
 OUTSIDE = "outside training"
 
-LEAST_PROGRESS, MOST_PROGRESS = 0.06, 0.94
+MOST_PROGRESS = 0.94
 """Of an image that is not there in full yet."""
 
 

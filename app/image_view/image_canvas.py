@@ -21,11 +21,21 @@ _MARGIN = 14
 PROGRESS_HEIGHT = 2
 """Of the line at the upper edge that says how much of an image is there, in pixels."""
 
+LEAST_PROGRESS = 0.06
+"""Part of that line that is painted as soon as an image is under way."""
+
 LEAST_GAP = 8
 """Pixels beside a picture that are not only rounding of its proportions."""
 
 Decoration = Callable[[QPainter, QRect], None]
 """Paints over an image, given the rectangle that it fills."""
+
+
+def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
+    """Paint a line along the upper edge of a rectangle, over the part of it that is done."""
+    done = round(progress * rect.width())
+    line = QRect(rect.left(), rect.top(), done, PROGRESS_HEIGHT)
+    painter.fillRect(line, QColor(theme.ON_IMAGE.change))
 
 
 def paint_ring(painter: QPainter, rect: QRect) -> None:
@@ -241,9 +251,7 @@ class ImageCanvas(QWidget):
                 place = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
             painter.drawText(column, place | flags, self._message)
         if self._progress is not None:
-            done = round(self._progress * self.width())
-            color = QColor(theme.ON_IMAGE.change)
-            painter.fillRect(QRect(0, 0, done, PROGRESS_HEIGHT), color)
+            paint_progress(painter, self.rect(), self._progress)
         if self._is_ringed:
             paint_ring(painter, self.rect())
         painter.end()

@@ -18,16 +18,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 from app.controls import BY_KEYS
-from app.image_view.image_canvas import paint_ring, to_qimage
+from app.image_view.image_canvas import LEAST_PROGRESS, paint_progress, paint_ring, to_qimage
 from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.interpolation import CELLS
 
 GAP = 3
 STALE_OPACITY = 0.45
-
-PROGRESS_HEIGHT, LEAST_PROGRESS = 2, 0.06
-"""Height in pixels, and least part, of the line that says how far the next pictures are."""
 
 STEPS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (-1, 0),
@@ -142,11 +139,8 @@ class CellGrid(QWidget):
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
         if self._progress is not None:
-            first = self.cell_rect(0)
-            whole = self.cell_rect(CELLS - 1).right() - first.left()
-            done = max(self._progress, LEAST_PROGRESS) * whole
-            line = QRectF(first.left(), first.top(), done, PROGRESS_HEIGHT)
-            painter.fillRect(line, QColor(theme.ON_IMAGE.change))
+            whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
+            paint_progress(painter, whole, max(self._progress, LEAST_PROGRESS))
         if self._is_ringed:
             paint_ring(painter, self.rect())
         painter.end()

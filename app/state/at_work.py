@@ -1,4 +1,4 @@
-"""Answers that take long: that they are under way, and how far they have got."""
+"""Answers that take long, and how far they have got."""
 
 from __future__ import annotations
 

@@ -50,10 +50,10 @@ MORE_SAMPLES = 2
 """Factor of the samples of an image that follows one in path-traced light."""
 
 AT_REST = "reference", False
-"""Who draws, and whether live: images of a kind, by which their times are kept."""
+"""Kind of images, by who draws and whether live; their times are kept by it."""
 
 Drawer = Literal["reference", "stand-in"]
-"""Who draws what is seen in the reference's place."""
+"""Drawers of what is seen in the reference's place."""
 
 
 class Dispatcher(QObject):

@@ -1,4 +1,4 @@
-"""What the engines are asked to draw at each change, and how; declared once."""
+"""The plan by which engines are asked to draw at each change, declared once."""
 
 from __future__ import annotations
 

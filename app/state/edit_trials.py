@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
+from app.engines.channels import Channels
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
@@ -45,7 +46,7 @@ class IntervalTrial:
 
 
 Show = Callable[[Source, Images], None]
-"""What is done with the images of who drew them."""
+"""Takes the images, and who drew them."""
 
 
 class EditTrials(QObject):
@@ -94,13 +95,13 @@ class EditTrials(QObject):
         self._brightness = brightness
         brightness.changed.connect(self.outdated)
         self._shown: dict[Channel, Show] = {}
-        self._what_ifs = {n: self._opened(n, c, "what if") for n, c in clients.items()}
-        self._measured = {n: self._opened(n, c, "measured edits") for n, c in clients.items()}
+        self._what_ifs = Channels(clients, "what if", self._take_what_if, self)
+        self._measured = Channels(clients, "measured edits", self._take_measured, self)
 
     def forget(self) -> None:
         """Ignore the results of all trials so far."""
-        for channel in (*self._what_ifs.values(), *self._measured.values()):
-            channel.cancel()
+        self._what_ifs.cancel()
+        self._measured.cancel()
 
     def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
         """Have an edit rendered by all engines; return False if there is none."""
@@ -145,16 +146,17 @@ class EditTrials(QObject):
             self._brightness.value,
         )
 
-    def _opened(self, name: EngineName, client: EngineClient, purpose: str) -> Channel:
-        channel = Channel(client, purpose, self)
-        channel.answered.connect(partial(self._take, name, channel))
-        return channel
-
     def _ask(
         self, channel: Channel, quality: Quality, more: tuple[SceneInputs, ...], show: Show
     ) -> None:
         self._shown[channel] = show
         channel.ask(BatchRequest(self._state.inputs, quality, more))
+
+    def _take_what_if(self, name: EngineName, result: Result) -> None:
+        self._take(name, self._what_ifs[name], result)
+
+    def _take_measured(self, name: EngineName, result: Result) -> None:
+        self._take(name, self._measured[name], result)
 
     def _take(self, name: EngineName, channel: Channel, result: Result) -> None:
         if channel.is_pending:

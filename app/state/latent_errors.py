@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import Channel, EngineClient
+from app.engines.channels import Channels
+from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
@@ -64,15 +64,12 @@ class LatentErrors(QObject):
         self._found: dict[int, float] = {}
         self._asked: tuple[int, ...] = ()
         self._images: dict[EngineName, Images] = {}
-        self._channels: dict[EngineName, Channel] = {}
         latent.choicesChanged.connect(lambda _choices: self._start_if_needed())
         session.mapClosed.connect(self.restart)
         session.mapOpened.connect(self.restart)
         state.inputsChangeFinished.connect(self._inputs_changed)
         self._inputs = state.inputs
-        for name, client in clients.items():
-            self._channels[name] = Channel(client, "errors of the map", self)
-            self._channels[name].answered.connect(partial(self._take, name))
+        self._channels = Channels(clients, "errors of the map", self._take, self)
 
     def set_learned(self, size: int | None) -> None:
         """Set the image size of a generator that fits the volume; None without one."""
@@ -84,8 +81,7 @@ class LatentErrors(QObject):
         """Measure anew, in the present view, light and colours."""
         self.errors = None
         self._left, self._found, self._asked, self._images = [], {}, (), {}
-        for channel in self._channels.values():
-            channel.cancel()
+        self._channels.cancel()
         self.changed.emit()
         self._start_if_needed()
 

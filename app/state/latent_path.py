@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import Channel
+from app.engines.channels import Channels
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
@@ -114,9 +113,7 @@ class LatentPath(QObject):
         self._writing = MovieWriting("latent-movie", self)
         self._writing.done.connect(lambda path: self.ended.emit(f"Saved {path}."))
         self._writing.failed.connect(self._movie_failed)
-        self._channels = {n: Channel(c, "path", self) for n, c in pictures.clients.items()}
-        for channel in self._channels.values():
-            channel.answered.connect(partial(self._take, channel))
+        self._channels = Channels(pictures.clients, "path", self._take, self)
         session.mapClosed.connect(self.cancel)
 
     @property
@@ -221,8 +218,8 @@ class LatentPath(QObject):
         )
         self._channels[self._engine].ask(request)
 
-    def _take(self, channel: Channel, result: Result) -> None:
-        if channel.is_pending or not self._tfs:
+    def _take(self, name: EngineName, result: Result) -> None:
+        if self._channels[name].is_pending or not self._tfs:
             return
         if result.value is None:
             problem = result.error or ""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.engines.channels import Channels
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
@@ -267,9 +268,8 @@ class LatentPictures(QObject):
 
     def forget(self) -> None:
         """Forget all pictures, and call off what was asked for."""
-        for channels in (self._grids, self._hovers):
-            for channel in channels.values():
-                channel.cancel()
+        self._grids.cancel()
+        self._hovers.cancel()
         self.grid = self.hover = self._grid_key = None
         self._asked_grids.clear()
         self._asked_hovers.clear()
@@ -374,18 +374,13 @@ class LatentPictures(QObject):
         sizes = (size for size in LIVE_SIZES if expected * size**2 <= seconds)
         return Quality(min(largest, next(sizes, LIVE_SIZES[-1])), live=True)
 
-    def opened(
-        self, name: str, take: Callable[[EngineName, Result], None]
-    ) -> dict[EngineName, Channel]:
+    def opened(self, name: str, take: Callable[[EngineName, Result], None]) -> Channels[EngineName]:
         """Open channels to both engines, whose answers are taken, and their problems told."""
-        channels = {source: Channel(client, name, self) for source, client in self.clients.items()}
-        for source, channel in channels.items():
-            channel.answered.connect(partial(self._take, source, take))
-        return channels
+        return Channels(self.clients, name, partial(self._take, take), self)
 
     def ask_for(
         self,
-        channels: dict[EngineName, Channel],
+        channels: Channels[EngineName],
         inputs: list[SceneInputs],
         quality: Quality,
         codes: NDArray[np.float32],
@@ -405,7 +400,7 @@ class LatentPictures(QObject):
         return replace(self._state.inputs, opacity_tf=tf)
 
     def _take(
-        self, source: EngineName, take: Callable[[EngineName, Result], None], result: Result
+        self, take: Callable[[EngineName, Result], None], source: EngineName, result: Result
     ) -> None:
         if result.value is not None and not _is_traced(result.request):
             seconds = result.seconds / len(result.value)
@@ -422,8 +417,7 @@ class LatentPictures(QObject):
         self._compare(source, result)
         if asked is not None:
             self._show_grid(asked, result.value, result.seconds, source, result.request)
-            number = self._trace(self._grids[source], result.request)
-            self._asked_grids |= {} if number is None else {number: asked}
+            self._trace(self._grids[source], result.request, self._asked_grids, asked)
 
     def _take_hover(self, source: EngineName, result: Result) -> None:
         asked = _pop(self._asked_hovers, result.request.sequence)
@@ -436,22 +430,16 @@ class LatentPictures(QObject):
                 result.seconds, source, _is_of_codes(result.request),
             )  # fmt: skip
             self.hoverDrawn.emit(self.hover)
-            number = self._trace(self._hovers[source], result.request)
-            self._asked_hovers |= {} if number is None else {number: asked}
+            self._trace(self._hovers[source], result.request, self._asked_hovers, asked)
 
-    def _trace(self, channel: Channel, request: Request) -> int | None:
-        """Have pictures in path-traced light that were drawn in the one which stands in.
-
-        Returns
-        -------
-        int or None
-            Number of the request; None where there is none.
-        """
+    def _trace(
+        self, channel: Channel, request: Request, table: dict[int, Asked], asked: Asked
+    ) -> None:
+        """Have pictures at rest traced that were drawn in the light which stands in."""
         stands_in = self._is_path_traced and channel.client is self.clients["exact"]
         is_due = stands_in and not (request.quality.live or channel.is_pending)
-        if not is_due or not isinstance(request, BatchRequest) or request.traced:
-            return None
-        return channel.ask(replace(request, traced=True)).sequence
+        if is_due and isinstance(request, BatchRequest) and not request.traced:
+            table[channel.ask(replace(request, traced=True)).sequence] = asked
 
     def _compare(self, source: EngineName, result: Result) -> None:
         assert result.value is not None

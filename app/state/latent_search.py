@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import Channel
+from app.engines.channels import Channels
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
@@ -83,9 +83,7 @@ class LatentSearch(QObject):
         self._preparing = LatestCall("latent-search", self)
         self._preparing.done.connect(self._begin)
         self._preparing.failed.connect(self._end)
-        self._channels = {n: Channel(c, "search", self) for n, c in pictures.clients.items()}
-        for channel in self._channels.values():
-            channel.answered.connect(partial(self._take, channel))
+        self._channels = Channels(pictures.clients, "search", self._take, self)
         for changed in (state.viewChanged, state.lightChanged, state.cropChanged):
             changed.connect(lambda _value: self.cancel())
         session.mapClosed.connect(self.cancel)
@@ -165,8 +163,8 @@ class LatentSearch(QObject):
     def _size(self) -> int:
         return self._pictures.size_of(self._engine, SEARCH_SIZE)
 
-    def _take(self, channel: Channel, result: Result) -> None:
-        if channel.is_pending or self._inputs is None:
+    def _take(self, name: EngineName, result: Result) -> None:
+        if self._channels[name].is_pending or self._inputs is None:
             return
         try:
             if result.value is None:

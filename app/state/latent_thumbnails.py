@@ -99,8 +99,7 @@ class LatentThumbnails(QObject):
 
     def _call_off(self) -> None:
         self._asked = None
-        for channel in self._channels.values():
-            channel.cancel()
+        self._channels.cancel()
 
     def _forget(self) -> None:
         self._call_off()

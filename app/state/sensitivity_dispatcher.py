@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import Channel, EngineClient
+from app.engines.channels import Channels
+from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.requests import (
     BlockFieldsRequest,
@@ -56,6 +57,9 @@ BAND_REST_MS = 150
 
 PICK_RADIUS = 0.012
 """Half the edge of the square that a click stands for, as a fraction of the image."""
+
+Taker = Callable[[Source, Answer[Any] | None], None]
+"""Takes an engine's answer, or its absence."""
 
 
 class SensitivityDispatcher(QObject):
@@ -124,22 +128,21 @@ class SensitivityDispatcher(QObject):
         self._state = state
         self._asked = sensitivity
         self._order, self._errors = order, errors
-        clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
-        self._takers: dict[str, Callable[[Source, Answer[Any] | None], None]] = {
-            "region": self._take_region,
-            "field": self._take_field,
-            "all values": self._take_all_values,
-            "seen": self._take_seen,
-            "visibility": self._take_visibility,
-            "pick": self._take_pick,
-        }
-        self._channels = {
-            question: {name: self._opened(question, name, clients[name]) for name in clients}
-            for question in self._takers
-        }
+        both: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        # Of the data, whoever draws.
+        alone: dict[EngineName, EngineClient] = {"exact": exact}
+        self._region = self._opened("region", both, self._take_region)
+        self._field = self._opened("field", both, self._take_field)
+        self._all_values = self._opened("all values", both, self._take_all_values)
+        self._seen = self._opened("seen", alone, self._take_seen)
+        self._visibility = self._opened("visibility", alone, self._take_visibility)
+        self._pick = self._opened("pick", alone, self._take_pick)
+        self._channels = (
+            self._region, self._field, self._all_values, self._seen, self._visibility, self._pick,
+        )  # fmt: skip
         self.chooser = EngineChooser(sensitivity)
         self.trials = EditTrials(
-            state, sensitivity, self.chooser, clients, self.fields.get, brightness, self
+            state, sensitivity, self.chooser, both, self.fields.get, brightness, self
         )
         self._follows_image = False
         self._problems: dict[Source, str] = {}
@@ -323,7 +326,7 @@ class SensitivityDispatcher(QObject):
             # The generator's image is the square only.
             names = ["exact"]
         if "exact" not in names:
-            self._channels["region"]["exact"].cancel()
+            self._region["exact"].cancel()
         if not live:
             # An engine that is not asked any more would keep an answer to an older question.
             asked = {self.exact_source if name == "exact" else "learned" for name in names}
@@ -333,12 +336,12 @@ class SensitivityDispatcher(QObject):
         for name in names:
             quality = self.chooser.in_common(self.chooser.quality(name, measure, live), names)
             request = RegionSensitivityRequest(inputs, quality, outline, choices.width, measure)
-            self._channels["region"][name].ask(request)
+            self._region[name].ask(request)
         if choices.shown and self.chooser.exact_source is not None:
             # Visibility does not depend on the light, and is cheap.
             quality = self.chooser.quality("exact", "visibility", live)
             seen = VisibilityRequest(inputs, quality, (outline, Outline()))
-            self._channels["visibility"]["exact"].ask(seen)
+            self._visibility["exact"].ask(seen)
 
     def _ask_field(self, live: bool = False) -> None:
         band, width = self._asked.band, self._asked.choices.width
@@ -349,15 +352,15 @@ class SensitivityDispatcher(QObject):
             if self._asked.choices.shown and self.chooser.exact_source is not None:
                 quality = self.chooser.quality("exact", "seen", live)
                 seen = ValueVisibilityRequest(self._state.inputs, quality, band.values, width)
-                self._channels["seen"]["exact"].ask(seen)
+                self._seen["exact"].ask(seen)
             return
         names = self.chooser.order("field", live)
         if "exact" not in names:
-            self._channels["field"]["exact"].cancel()
+            self._field["exact"].cancel()
         for name in names:
             quality = self.chooser.quality(name, "field", live)
             request = ValueSensitivityRequest(self._state.inputs, quality, band.values, width)
-            self._channels["field"][name].ask(request)
+            self._field[name].ask(request)
         if not live:
             self._ask_of_all()
 
@@ -373,11 +376,11 @@ class SensitivityDispatcher(QObject):
                 request = BlockFieldsRequest(inputs, quality, choices.blocks, choices.width)
             if self._asked_of_all.get(name) != request:
                 self._asked_of_all[name] = request
-                self._channels["all values"][name].ask(request)
+                self._all_values[name].ask(request)
 
     def _ask_pick(self, _place: object = None) -> None:
         place = self._asked.place
-        self._channels["pick"]["exact"].cancel()
+        self._pick["exact"].cancel()
         if _place is not None:
             # Another place: what shows at the one before says nothing about it.
             self._set_pick(None)
@@ -389,21 +392,22 @@ class SensitivityDispatcher(QObject):
         square = Outline.rectangle(x - r, y - r, x + r, y + r)
         quality = self.chooser.quality("exact", "pick")
         request = VisibilityRequest(self._state.inputs, quality, (square,))
-        self._channels["pick"]["exact"].ask(request)
+        self._pick["exact"].ask(request)
 
-    def _opened(self, question: str, name: EngineName, client: EngineClient) -> Channel:
-        channel = Channel(client, f"sensitivity: {question}", self)
-        channel.answered.connect(partial(self._take, question, name))
-        return channel
+    def _opened(
+        self, question: str, clients: dict[EngineName, EngineClient], take: Taker
+    ) -> Channels[EngineName]:
+        name = f"sensitivity: {question}"
+        return Channels(clients, name, partial(self._take, question, take), self)
 
-    def _take(self, question: str, name: EngineName, result: Result) -> None:
+    def _take(self, question: str, take: Taker, name: EngineName, result: Result) -> None:
         source = self.exact_source if name == "exact" else "learned"
         request, answer = result.request, None
         if result.value is not None:
             timed = request.measure if isinstance(request, RegionSensitivityRequest) else question
             self.chooser.pace.note((name, timed), request.quality.size, result.seconds)
             answer = Answer(request, result.value, source, result.seconds)
-        self._takers[question](source, answer)
+        take(source, answer)
         if answer is None:
             self._tell(source, result.error or "")
 
@@ -479,9 +483,8 @@ class SensitivityDispatcher(QObject):
         self._asked_of_all.clear()
         self.visibility = self.pick = None
         self.trials.forget()
-        for channels in self._channels.values():
-            for channel in channels.values():
-                channel.cancel()
+        for channels in self._channels:
+            channels.cancel()
         self._problems.clear()
         self.problem.emit("")
         for signal in (

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import Channel, EngineClient
+from app.engines.channels import Channels
+from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.requests import ImageRequest, Request
 from app.engines.states import EngineState
@@ -79,21 +80,20 @@ class TradeWork(QObject):
         self._of_rest: tuple[Result, AtRest] | None = None
         self._refined: list[tuple[int, float, float]] = []
         self._first: Result | None = None
-        self._channels: dict[EngineClient, Channel] = {}
+        clients = {client: client for client in (reference, stand_in)}
+        self._channels = Channels(clients, CHANNEL, self._measure, self)
         self._rest = QTimer(self, singleShot=True)
         self._rest.timeout.connect(self._go_on)
         state.inputsChanged.connect(self._forget)
         reference.stateChanged.connect(self._follow)
         reference.images.answered.connect(self._take)
-        for client in (reference, stand_in):
-            self._channels[client] = Channel(client, CHANNEL, self)
-            self._channels[client].answered.connect(self._measure)
+        for client in clients:
             client.requested.connect(self._give_way)
 
     @property
     def is_measuring(self) -> bool:
         """Whether more is about to be found."""
-        return any(channel.is_pending for channel in self._channels.values())
+        return self._channels.is_pending
 
     @property
     def is_complete(self) -> bool:
@@ -210,8 +210,7 @@ class TradeWork(QObject):
 
     def _call_off(self) -> None:
         if self.is_measuring:
-            for channel in self._channels.values():
-                channel.cancel()
+            self._channels.cancel()
             self.changed.emit()
 
     def _go_on(self) -> None:
@@ -253,7 +252,7 @@ class TradeWork(QObject):
             found = quality.samples, result.image_error, seconds + result.seconds
             self._refined.append(found)
 
-    def _measure(self, result: Result) -> None:
+    def _measure(self, _client: EngineClient, result: Result) -> None:
         if result.value is None or self._truth is None or self._truth.value is None:
             self.changed.emit()
             return

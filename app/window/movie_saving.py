@@ -9,7 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QDialog, QWidget
 
-from app.engines.client import Channel
+from app.engines.channels import Channels
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import PictureRequest
@@ -87,13 +87,12 @@ class MovieSaving(QObject):
         self._path = path
         self.progress: SaveProgress | None = None
         self._turning: _Turntable | None = None
-        self._channels: dict[str, Channel] = {}
         self._writing = MovieWriting("movie", self)
         self._writing.done.connect(self._saved)
         self._writing.failed.connect(self._fail)
+        clients = {name: pane.client for name, pane in shown.panes.items()}
+        self._channels = Channels(clients, "movie", self._take, self)
         for name, pane in shown.panes.items():
-            self._channels[name] = Channel(pane.client, "movie", self)
-            self._channels[name].answered.connect(partial(self._take, name))
             pane.client.stateChanged.connect(partial(self._follow, name))
 
     @property

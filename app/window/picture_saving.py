@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QWidget
 
-from app.engines.client import Channel
+from app.engines.channels import Channels
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import PictureRequest
@@ -83,10 +82,9 @@ class PictureSaving(QObject):
         self._last: PictureChoice | None = None
         self._wanted: _Drawing | None = None
         self.progress: SaveProgress | None = None
-        self._channels: dict[str, Channel] = {}
+        clients = {name: pane.client for name, pane in shown.panes.items()}
+        self._channels = Channels(clients, "figure", self._take, self)
         for name, pane in shown.panes.items():
-            self._channels[name] = Channel(pane.client, "figure", self)
-            self._channels[name].answered.connect(partial(self._take, name))
             pane.client.stateChanged.connect(lambda _state, name=name: self._follow(name))
         self._at_work = AtWork(self._channels.values(), self)
         self._at_work.changed.connect(self._show_progress)
@@ -218,8 +216,7 @@ class PictureSaving(QObject):
     def _end(self) -> None:
         """Wait for nothing any more."""
         self._wanted = None
-        for channel in self._channels.values():
-            channel.cancel()
+        self._channels.cancel()
         progress, self.progress = self.progress, None
         if progress is not None:
             progress.end()

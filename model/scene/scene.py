@@ -44,7 +44,7 @@ in the ray caster's place, and VTK does not.
 """
 
 RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"}
-"""What they are called where images are captioned and chosen."""
+"""Names of the renderers where images are captioned and chosen."""
 
 
 @dataclass(frozen=True)

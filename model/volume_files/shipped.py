@@ -9,7 +9,7 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
 
 SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
-"""What is shown first in path-traced light: scans gain most by it."""
+"""Shown first in path-traced light: scans gain most by it."""
 
 TITLES = {
     "lidc_chest_256x256x133_uint8.nrrd": "Chest CT (LIDC)",

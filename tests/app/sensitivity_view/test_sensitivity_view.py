@@ -785,7 +785,7 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
     for _ in range(40):
         analyst.gate.release()
-    qtbot.waitUntil(lambda: not any(c["exact"].is_pending for c in dispatcher._channels.values()))
+    qtbot.waitUntil(lambda: not any(c["exact"].is_pending for c in dispatcher._channels))
     qtbot.wait(50)
     assert set(dispatcher.regions) == {"learned"}
     analyst.gate = None
