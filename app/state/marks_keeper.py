@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
+from app.state.known_volume import KnownPlace, KnownRegion
 from app.state.latent_state import LatentState, NamedPlace
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.state.remembered import KnownPlace, KnownRegion
 from app.state.sensitivity_state import NamedRegion, SensitivityState
 from model.scene.region import Outline
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction

@@ -14,7 +14,8 @@ from filelock import FileLock, Timeout
 from PySide6.QtCore import QObject, Signal
 
 from app.state.delayed_writer import DelayedWriter
-from app.state.remembered import MOST_VOLUMES, KnownVolume, Remembered, changed_volume
+from app.state.known_volume import KnownVolume, changed_volume
+from app.state.remembered import MOST_VOLUMES, Remembered
 from app.state.remembered_merge import merged
 from app.state.user_folder import user_folder
 from model.errors import TfscopeError, reason

@@ -7,7 +7,7 @@ from typing import Literal
 
 from app.engines.engines import Drawing, ReferenceSettings
 from app.state.exactness import STEPS, USUAL
-from app.state.remembered import LightingChoice
+from app.state.known_volume import LightingChoice
 from model.scene.light import LightDirection, LightRange
 from model.scene.scene import Lighting, Scene
 

@@ -14,10 +14,10 @@ from app.engines.messages import Result
 from app.state.dispatcher import Dispatcher
 from app.state.drawing_plan import NO_MODEL_SIZE
 from app.state.exactness import STEPS
+from app.state.known_volume import LightingChoice
 from app.state.light_pictures import LightPictures
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
-from app.state.remembered import LightingChoice
 from app.state.slow_lights import SlowLights
 from app.state.trade_keeper import TradeKeeper
 from app.state.trade_work import TradeWork

@@ -5,21 +5,9 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
-from app.state.remembered import MOST_VOLUMES, KnownVolume, Remembered
-
-_NEWEST_FIRST = (
-    "recent_volumes",
-    "recent_models",
-    "recent_transfer_functions",
-    "recent_sessions",
-    "models",
-)
-"""Lists in which whatever was opened last stands first."""
-
-_COLLECTED = ("regions", "places")
-"""Lists to which something is added, and from which something is removed."""
-
-_GROWING = ("region_count", "place_count")
+from app.state.kept_fields import Merging, merging_of
+from app.state.known_volume import KnownVolume
+from app.state.remembered import MOST_VOLUMES, Remembered
 
 
 def merged(base: Remembered, mine: Remembered, theirs: Remembered) -> Remembered:
@@ -42,26 +30,28 @@ def merged(base: Remembered, mine: Remembered, theirs: Remembered) -> Remembered
     return Remembered(**values)
 
 
-def _merged_fields(kind: Any, base: Any, mine: Any, theirs: Any) -> dict[str, Any]:
+def _merged_fields(table: type, base: Any, mine: Any, theirs: Any) -> dict[str, Any]:
     return {
-        name: _merged_value(name, *(getattr(one, name) for one in (base, mine, theirs)))
-        for name in (each.name for each in fields(kind))
+        name: _merged_value(
+            merging_of(table, name), *(getattr(one, name) for one in (base, mine, theirs))
+        )
+        for name in (each.name for each in fields(table))
     }
 
 
-def _merged_value(name: str, base: Any, mine: Any, theirs: Any) -> Any:
+def _merged_value(merging: Merging, base: Any, mine: Any, theirs: Any) -> Any:
     if mine == base:
         return theirs
     if theirs == base:
         return mine
-    if name in _NEWEST_FIRST:
+    if merging == "newest_first":
         return _newest_first(base, mine, theirs)
-    if name in _COLLECTED:
+    if merging == "collected":
         kept = tuple(one for one in theirs if one in mine or one not in base)
         return (*kept, *(one for one in mine if one not in base and one not in kept))
-    if name in _GROWING:
+    if merging == "greatest":
         return max(mine, theirs)
-    if name == "others":
+    if merging == "named":
         return {**theirs, **{k: v for k, v in mine.items() if base.get(k) != v}}
     return mine
 

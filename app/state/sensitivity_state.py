@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from PySide6.QtCore import QObject, Signal
 
+from app.state.kept_fields import kept
+from app.state.value_checks import flag, number, one_of, whole_number
 from model.scene.region import SQUARE, Outline, Reach
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
@@ -20,6 +22,9 @@ Layer = Literal["curve", "visible"]
 
 NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
 """Limits of the width of edits, in bins."""
+
+MOST_BLOCKS = 8192
+"""Along either side of an image."""
 
 WIDTH_PER_NOTCH = 1.15
 
@@ -62,18 +67,18 @@ class Choices:
         Whether scales stay as they are.
     """
 
-    shown: bool = True
-    curve: bool = True
-    visible: bool = True
-    measure: Measure = "signed"
-    engine: EngineChoice = "automatic"
-    width: float = EDIT_WIDTH
-    height: float = 0.05
-    style: FieldStyle = "map"
-    blocks: int = 16
-    scale: FieldScale = "own"
-    fade: bool = False
-    locked: bool = False
+    shown: bool = kept(flag, True, in_session=True)
+    curve: bool = kept(flag, True, in_session=True)
+    visible: bool = kept(flag, True, in_session=True)
+    measure: Measure = kept(one_of(*get_args(Measure)), "signed", in_session=True)
+    engine: EngineChoice = kept(one_of(*get_args(EngineChoice)), "automatic", in_session=True)
+    width: float = kept(number(NARROWEST, WIDEST), EDIT_WIDTH, in_session=True)
+    height: float = kept(number(0.0, 1.0), 0.05, in_session=True)
+    style: FieldStyle = kept(one_of(*get_args(FieldStyle)), "map", in_session=True)
+    blocks: int = kept(whole_number(0, MOST_BLOCKS), 16, in_session=True)
+    scale: FieldScale = kept(one_of(*get_args(FieldScale)), "own", in_session=True)
+    fade: bool = kept(flag, False, in_session=True)
+    locked: bool = kept(flag, False, in_session=True)
 
 
 @dataclass(frozen=True)

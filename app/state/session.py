@@ -1,7 +1,7 @@
 """A session: all that brings a window's picture back, as a file (``.tfscope``).
 
-Its fields are those that are remembered of a volume and of the window, with their checks
-(:mod:`.remembered`), and the few that are not kept between runs.
+Its fields are those of :mod:`.known_volume`, :mod:`.remembered` and the choices of sensitivities
+that are declared to belong to a session, and the few that are nowhere else.
 """
 
 from __future__ import annotations
@@ -11,66 +11,21 @@ import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
-from app.state.remembered import CHECKS, VOLUME_CHECKS, KnownPlace, KnownRegion, KnownVolume
-from app.state.sensitivity_state import (
-    NARROWEST,
-    WIDEST,
-    Choices,
-    EngineChoice,
-    FieldScale,
-    FieldStyle,
-)
-from app.state.value_checks import Checks, checked, list_of, number, one_of, text, whole_number
+from app.state.kept_fields import checks_of
+from app.state.known_volume import KnownPlace, KnownRegion, KnownVolume
+from app.state.remembered import Remembered
+from app.state.sensitivity_state import Choices
+from app.state.value_checks import checked, flag, list_of, number, text, whole_number
 from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import read_json
 from model.scene.transfer_function import TransferFunction
-from model.sensitivity.measure import Measure
 from model.volume_files.shipped import shipped_volumes
 
 SUFFIX = ".tfscope"
 VERSION = 1
-
-OF_VOLUME = tuple(name for name in VOLUME_CHECKS if name not in ("path", "models", "trades"))
-"""Memories of a volume that belong to a session, by names in :class:`KnownVolume`; neither those of
-this machine nor where things lie on it."""
-
-OF_WINDOW = (
-    "drawing",
-    "exactness",
-    "reference_size",
-    "denoises",
-    "legend",
-    "scale_bar",
-    "cube",
-    "opacity_images",
-    "decoded_tf",
-    "hidden_panes",
-    "swapped",
-)
-"""Memories of the window that belong to a session, by names in :class:`Remembered`."""
-
-MOST_BLOCKS = 8192
-
-_flag = one_of(False, True)
-
-SENSITIVITY_CHECKS: Checks = {
-    "shown": _flag,
-    "curve": _flag,
-    "visible": _flag,
-    "measure": one_of(*get_args(Measure)),
-    "engine": one_of(*get_args(EngineChoice)),
-    "width": number(NARROWEST, WIDEST),
-    "height": number(0.0, 1.0),
-    "style": one_of(*get_args(FieldStyle)),
-    "blocks": whole_number(0, MOST_BLOCKS),
-    "scale": one_of(*get_args(FieldScale)),
-    "fade": _flag,
-    "locked": _flag,
-}
-"""Checks of the :class:`Choices` of sensitivities."""
 
 
 class SessionError(TfscopeError):
@@ -90,9 +45,9 @@ class Session:
     transfer_function : TransferFunction
         Over the range, and on the scale, that the volume is shown on.
     look : dict
-        Values of :data:`OF_VOLUME`.
+        Values of a :class:`KnownVolume` that belong to a session, by name.
     window : dict
-        Values of :data:`OF_WINDOW`.
+        Values of :class:`Remembered` that belong to a session, by name.
     sensitivity : Choices
     band : tuple of float
         Lowest and highest of the pinned scalar values; empty if none are.
@@ -159,7 +114,7 @@ class Session:
             "transfer_function": self.transfer_function.to_json(),
             "look": {name: _plain(value) for name, value in self.look.items()},
             "window": dict(self.window),
-            "sensitivity": asdict(self.sensitivity),
+            "sensitivity": of_session(self.sensitivity),
             "band": list(self.band),
             "browsing": self.browsing,
         }
@@ -172,7 +127,7 @@ class Session:
         if version > VERSION:
             raise ValueError(f"it was written by a newer tfscope, in version {version}")
         volume = _part(data, "volume")
-        sensitivity = _checked(SENSITIVITY_CHECKS, _part(data, "sensitivity"))
+        sensitivity = _checked(Choices, _part(data, "sensitivity"))
         band = list_of(number(-1e300, 1e300), 2)(data.get("band", ()))
         if len(band) == 1 or (band and band[0] > band[1]):
             raise ValueError("'band' must have a lowest and a highest value, or none")
@@ -180,22 +135,23 @@ class Session:
             volume=_found(volume, path),
             fingerprint=text(volume.get("fingerprint")),
             transfer_function=TransferFunction.from_json(data.get("transfer_function")),
-            look=_checked({name: VOLUME_CHECKS[name] for name in OF_VOLUME}, _part(data, "look")),
-            window=_checked({name: CHECKS[name] for name in OF_WINDOW}, _part(data, "window")),
+            look=_checked(KnownVolume, _part(data, "look")),
+            window=_checked(Remembered, _part(data, "window")),
             sensitivity=Choices(**sensitivity),
             band=band,
-            browsing=_flag(data.get("browsing", False)),
+            browsing=flag(data.get("browsing", False)),
             model=None if data.get("model") is None else _found(_part(data, "model"), path),
         )
 
 
-def look_of(known: KnownVolume) -> dict[str, Any]:
-    """Return what belongs to a session of what is remembered of a volume."""
-    return {name: getattr(known, name) for name in OF_VOLUME}
+def of_session(kept: KnownVolume | Remembered | Choices) -> dict[str, Any]:
+    """Return the values that belong to a session, by name."""
+    return {name: getattr(kept, name) for name in checks_of(type(kept), in_session=True)}
 
 
-def _checked(checks: Checks, data: dict[str, Any]) -> dict[str, Any]:
+def _checked(table: type, data: dict[str, Any]) -> dict[str, Any]:
     """Return the values that are known; those of a later version are left out."""
+    checks = checks_of(table, in_session=True)
     return {name: checked(checks, name, value) for name, value in data.items() if name in checks}
 
 

@@ -11,7 +11,7 @@ from app.state.latent_state import LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.session import OF_WINDOW, Session, SessionError, look_of
+from app.state.session import Session, SessionError, of_session
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from model.scene.light import LightDirection
@@ -83,7 +83,7 @@ class SessionWork(QObject):
         opened = self._workspace.opened
         if opened is None:
             return None
-        look = look_of(self._preferences.volume(opened.fingerprint))
+        look = of_session(self._preferences.volume(opened.fingerprint))
         light, crop = self._state.light, self._state.crop
         look |= {
             "view": astuple(self._state.view),
@@ -98,7 +98,7 @@ class SessionWork(QObject):
             fingerprint=opened.fingerprint,
             transfer_function=self._state.transfer_function,
             look=look,
-            window=self._of_window(),
+            window=of_session(self._preferences.values),
             sensitivity=self._sensitivity.choices,
             band=band.values if band is not None and band.pinned else (),
             browsing=self._latent.choices.shown,
@@ -154,7 +154,11 @@ class SessionWork(QObject):
         if tf is None and not known.path:
             return None
         before = Session(
-            opened.path, opened.fingerprint, tf or opened.default, look_of(known), self._of_window()
+            opened.path,
+            opened.fingerprint,
+            tf or opened.default,
+            of_session(known),
+            of_session(self._preferences.values),
         )
         assert self._awaited is not None
         session = self._awaited[1]
@@ -166,9 +170,6 @@ class SessionWork(QObject):
             self.problem.emit(str(error))
             return None
         return self._folder / BEFORE
-
-    def _of_window(self) -> dict[str, object]:
-        return {name: self._preferences.value(name) for name in OF_WINDOW}
 
     def _volume_started(self) -> None:
         if self._awaited is None:

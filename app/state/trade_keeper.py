@@ -11,8 +11,8 @@ import os
 from dataclasses import dataclass
 
 from app.state.fidelity import LEAST_SAID
+from app.state.known_volume import MOST_TRADES, KnownTrade
 from app.state.preferences import Preferences
-from app.state.remembered import MOST_TRADES, KnownTrade
 from model.measurements import processor_name
 from model.rendering.raster import TIME_GROWTH
 from model.scene.scene import Lighting, RendererName

@@ -49,6 +49,10 @@ def one_of(*allowed: Any) -> Check:
     return check
 
 
+flag = one_of(False, True)
+"""Check that a value is true or false."""
+
+
 def number(lowest: float, highest: float) -> Callable[[Any], float]:
     """Return a check that a value is a number in a range."""
 

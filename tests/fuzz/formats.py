@@ -333,8 +333,9 @@ def _read_job(path: Path) -> str:
 
 
 def _make_preferences(folder: Path) -> list[Path]:
+    from app.state.known_volume import KnownVolume
     from app.state.preferences import PreferencesStore
-    from app.state.remembered import KnownVolume, Remembered
+    from app.state.remembered import Remembered
 
     known = {"f": KnownVolume("/data/a.nrrd", "+y", "8x8x8_uint8", ("/data/m",))}
     remembered = Remembered(splitters={"main": (1, 2)}, recent_models=("/m",), volumes=known)

@@ -10,8 +10,9 @@ import pytest
 from pytestqt.qtbot import QtBot
 
 from app.state import delayed_writer
+from app.state.known_volume import MOST_RECENT, KnownVolume
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.remembered import MOST_RECENT, MOST_VOLUMES, KnownVolume, Remembered
+from app.state.remembered import MOST_VOLUMES, Remembered
 
 
 @pytest.fixture

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.state.known_volume import KnownRegion, KnownVolume
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.remembered import KnownRegion, KnownVolume, Remembered
+from app.state.remembered import Remembered
 from app.state.remembered_merge import merged
 
 CORNERS = ((0.1, 0.1), (0.2, 0.1), (0.2, 0.2))
@@ -80,7 +81,7 @@ import sys
 from pathlib import Path
 from PySide6.QtCore import QCoreApplication
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.remembered import KnownRegion
+from app.state.known_volume import KnownRegion
 
 application = QCoreApplication([])
 name, path = sys.argv[1], Path(sys.argv[2])

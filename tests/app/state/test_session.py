@@ -12,16 +12,10 @@ import numpy as np
 import pytest
 from ramp import make_tf
 
-from app.state.remembered import KnownPlace, KnownRegion, KnownVolume, Remembered
+from app.state.known_volume import KnownPlace, KnownRegion, KnownVolume
+from app.state.remembered import Remembered
 from app.state.sensitivity_state import Choices
-from app.state.session import (
-    OF_VOLUME,
-    OF_WINDOW,
-    SENSITIVITY_CHECKS,
-    Session,
-    SessionError,
-    look_of,
-)
+from app.state.session import Session, SessionError, of_session
 
 NOT_OF_A_SESSION = {
     # The file itself, and what is known of it beside the session.
@@ -89,18 +83,20 @@ def make_session(folder: Path) -> Session:
 
 def test_what_is_remembered_is_in_a_session_or_named_here() -> None:
     remembered = {each.name for kind in (KnownVolume, Remembered) for each in fields(kind)}
-    assert remembered == {*OF_VOLUME, *OF_WINDOW, *NOT_OF_A_SESSION}
-    assert set(SENSITIVITY_CHECKS) == {each.name for each in fields(Choices)}
+    usual = [of_session(each) for each in (KnownVolume(), Remembered(), Choices())]
+    assert remembered == {*usual[0], *usual[1], *NOT_OF_A_SESSION}
+    assert set(usual[2]) == {each.name for each in fields(Choices)}
 
 
 def test_every_field_comes_back(tmp_path: Path) -> None:
-    usual = {**look_of(KnownVolume()), **{name: getattr(Remembered(), name) for name in OF_WINDOW}}
+    look, window = of_session(KnownVolume()), of_session(Remembered())
+    usual = {**look, **window}
     for name, value in {**LOOK, **WINDOW}.items():
         assert value != usual[name] or name == "choice"
     session = make_session(tmp_path)
     session.save(tmp_path / "a.tfscope")
     assert Session.load(tmp_path / "a.tfscope") == session
-    assert set(LOOK) == set(OF_VOLUME) and set(WINDOW) == set(OF_WINDOW)
+    assert set(LOOK) == set(look) and set(WINDOW) == set(window)
 
 
 def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:

@@ -1,0 +1,290 @@
+"""What is remembered of a volume, as plain data whose every value is checked by itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from app.state.kept_fields import checks_of, kept, unknown
+from app.state.value_checks import (
+    base64_text,
+    checked,
+    either,
+    flag,
+    list_of,
+    number,
+    one_of,
+    text,
+    valid_of,
+    whole_number,
+)
+from model.errors import TfscopeError
+from model.scene.crop import CropBox
+from model.scene.scene import RENDERER_NAMES, Lighting, RendererName
+from model.scene.transfer_function import TransferFunction
+from model.scene.view import View
+
+MOST_RECENT = 10
+"""Number of recent files of each kind, and of remembered models of a volume."""
+
+MOST_TRADES = 12
+"""Number of a volume's measurements, one for each machine, light and renderer; the oldest gives
+way."""
+
+MOST_IMAGES = 20
+"""Number of images of a measurement."""
+
+MOST_MARKS, MOST_POINTS = 1000, 100_000
+"""Number of regions and of named TFs of a volume, and of a region's corners."""
+
+LightingChoice = Literal["auto"] | Lighting
+"""A lighting of the reference image, or the one that suits model and machine."""
+
+Scale = Literal["linear", "logarithmic"]
+
+
+@dataclass(frozen=True)
+class KnownRegion:
+    """A region that was drawn in a volume's images.
+
+    Attributes
+    ----------
+    points : tuple of (x, y)
+        Those of its :class:`~model.scene.region.Outline`.
+    """
+
+    name: str
+    points: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class KnownPlace:
+    """A TF that was named on the map of TFs.
+
+    Attributes
+    ----------
+    tf : dict
+        Its opacity TF as the content of a TF file, see
+        :meth:`~model.scene.transfer_function.TransferFunction.to_json`.
+    place : tuple of float
+        Where it lay on the map.
+    picture : str
+        What it showed, a PNG file in base64; empty for none.
+    """
+
+    name: str
+    tf: dict[str, Any]
+    place: tuple[float, ...] = (0.0, 0.0)
+    picture: str = ""
+
+
+@dataclass(frozen=True)
+class KnownTrade:
+    """Cost of images while something moves, as the mean over some scenes of a volume.
+
+    Attributes
+    ----------
+    machine : str
+        Processor and threads.
+    lighting : str
+    renderer : {"vtk", "raycast"}
+        Who drew; in path-traced light the path tracer stands in the ray caster's place.
+    size : float
+        Square root of the number of pixels at rest.
+    scenes : int
+    seconds, error : float
+        Of the image at rest, see :class:`~app.state.trade_keeper.AtRest`.
+    images : tuple of (scale, seconds, error)
+        See :class:`~app.state.trade_keeper.Traded`; times and errors as factors of those at rest.
+    """
+
+    machine: str
+    lighting: Lighting
+    renderer: RendererName
+    size: float
+    scenes: int
+    seconds: float
+    error: float
+    images: tuple[tuple[float, float, float], ...]
+
+
+_lighting = one_of("none", "direct", "soft", "shadows", "path")
+recent_texts = list_of(text, MOST_RECENT)
+"""Check of a list of paths, the newest first."""
+
+_scale = one_of("linear", "logarithmic")
+
+
+def _view(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or has the numbers of a view."""
+    numbers = list_of(number(-1e9, 1e9), 6)(value)
+    if numbers:
+        try:
+            View(*numbers)
+        except (TfscopeError, TypeError) as error:
+            raise ValueError(str(error)) from None
+    return numbers
+
+
+def _light(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or has the angles of a light."""
+    angles = list_of(number(-180, 180), 2)(value)
+    if len(angles) == 1:
+        raise ValueError("it must have two angles")
+    return angles
+
+
+def _crop(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or has the planes of a crop box."""
+    planes = list_of(number(0.0, 1.0), 6)(value)
+    if planes:
+        try:
+            CropBox(planes[:3], planes[3:])
+        except (TfscopeError, ValueError) as error:
+            raise ValueError(str(error)) from None
+    return planes
+
+
+def _region(value: Any) -> KnownRegion:
+    """Take a region, or raise ValueError."""
+    if isinstance(value, KnownRegion):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    pair = list_of(number(-1e3, 1e3), 2)
+    points = list_of(pair, MOST_POINTS)(value.get("points"))
+    if len(points) < 3 or any(len(point) != 2 for point in points):
+        raise ValueError("it must have corners")
+    return KnownRegion(text(value.get("name")), tuple((x, y) for x, y in points))
+
+
+def _place(value: Any) -> KnownPlace:
+    """Take a named TF, or raise ValueError."""
+    if isinstance(value, KnownPlace):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    try:
+        TransferFunction.from_json(value.get("tf"))
+    except TfscopeError as error:
+        raise ValueError(str(error)) from None
+    place = list_of(number(-1e9, 1e9), 2)(value.get("place", (0.0, 0.0)))
+    if len(place) != 2:
+        raise ValueError("it must have two coordinates")
+    name, picture = text(value.get("name")), base64_text(value.get("picture", ""))
+    return KnownPlace(name, value["tf"], place, picture)
+
+
+def _trade(value: Any) -> KnownTrade:
+    """Take a measurement, or raise ValueError."""
+    if isinstance(value, KnownTrade):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    image = list_of(number(0.0, 1e6), 3)
+    images = list_of(image, MOST_IMAGES)(value.get("images"))
+    if not images or any(len(each) != 3 for each in images):
+        raise ValueError("it must have images of three numbers")
+    return KnownTrade(
+        text(value.get("machine")),
+        _lighting(value.get("lighting")),
+        one_of(*RENDERER_NAMES)(value.get("renderer")),
+        number(1.0, 1e6)(value.get("size")),
+        whole_number(1, 10**9)(value.get("scenes")),
+        number(0.0, 1e6)(value.get("seconds")),
+        number(0.0, 1.0)(value.get("error")),
+        tuple((scale, seconds, error) for scale, seconds, error in images),
+    )
+
+
+def _visible(value: Any) -> tuple[float, ...]:
+    """Check that a value is empty or a range."""
+    ends = list_of(number(-1e300, 1e300), 2)(value)
+    if ends and not (len(ends) == 2 and ends[0] < ends[1]):
+        raise ValueError("it must have a lower and a higher end")
+    return ends
+
+
+@dataclass(frozen=True)
+class KnownVolume:
+    """What is remembered of a volume.
+
+    Attributes
+    ----------
+    path : str
+        Where it was opened last; empty if that is not known.
+    up_axis : str
+        Axis that the user has turned up, such as "-y"; empty for the file's own.
+    raw_layout : str
+        Layout to read a headerless file with, see :meth:`RawLayout.parse`; empty for none.
+    view : tuple of float
+        Values of the last :class:`~model.scene.view.View`; empty if unknown.
+    lighting : {"auto", "none", "direct", "soft", "shadows", "path"}
+        Of the reference image.
+    light : tuple of float
+        Azimuth and elevation of the light that the user has moved, in degrees; else empty.
+    brightness : float or None
+        Factor of the images' colours, 0.25 to 4; None for the usual one of the light.
+    crop : tuple of float
+        Least fractions along x, y and z of the part that is shown, then the greatest; empty for
+        all of it.
+    draws_missing : bool
+        Whether voxels are drawn where nothing was measured.
+    choice : str
+        What was chosen of a file of several volumes, see :meth:`Choice.parse`; empty for nothing.
+    models : tuple of str
+        Folders of models that were opened with it, the newest first.
+    active_region : str
+        Name of the active one; empty for the whole image.
+    region_count : int
+        Number of the last one that was numbered.
+    place_count : int
+        Number of the last one that was numbered.
+    value_scale, opacity_scale : {"linear", "logarithmic"}
+        Of the TF's plot.
+    visible : tuple of float
+        Lowest and highest scalar value in sight in the TF's plot; empty for the usual ones.
+    trades : tuple of KnownTrade
+        The newest last.
+    others : dict
+        What this version does not know, to be kept.
+    """
+
+    path: str = kept(text, "")
+    up_axis: str = kept(one_of("", "+x", "-x", "+y", "-y", "+z", "-z"), "", in_session=True)
+    raw_layout: str = kept(text, "", in_session=True)
+    models: tuple[str, ...] = kept(recent_texts, (), merging="newest_first")
+    view: tuple[float, ...] = kept(_view, (), in_session=True)
+    lighting: LightingChoice = kept(either(one_of("auto"), _lighting), "auto", in_session=True)
+    light: tuple[float, ...] = kept(_light, (), in_session=True)
+    brightness: float | None = kept(either(one_of(None), number(0.25, 4.0)), None, in_session=True)
+    crop: tuple[float, ...] = kept(_crop, (), in_session=True)
+    draws_missing: bool = kept(flag, False, in_session=True)
+    choice: str = kept(text, "", in_session=True)
+    regions: tuple[KnownRegion, ...] = kept(
+        valid_of(_region, MOST_MARKS), (), in_session=True, merging="collected"
+    )
+    active_region: str = kept(text, "", in_session=True)
+    region_count: int = kept(whole_number(0, 10**9), 0, in_session=True, merging="greatest")
+    places: tuple[KnownPlace, ...] = kept(
+        valid_of(_place, MOST_MARKS), (), in_session=True, merging="collected"
+    )
+    place_count: int = kept(whole_number(0, 10**9), 0, in_session=True, merging="greatest")
+    value_scale: Scale = kept(_scale, "linear", in_session=True)
+    opacity_scale: Scale = kept(_scale, "linear", in_session=True)
+    visible: tuple[float, ...] = kept(_visible, (), in_session=True)
+    trades: tuple[KnownTrade, ...] = kept(valid_of(_trade, MOST_TRADES), ())
+    others: dict[str, Any] = unknown()
+
+
+def changed_volume(known: KnownVolume, changes: dict[str, Any]) -> KnownVolume:
+    """Return what is known of a volume with some values changed.
+
+    Raises
+    ------
+    ValueError
+        For a name that there is not, or a wrong value.
+    """
+    return replace(
+        known, **{name: checked(checks_of(KnownVolume), name, v) for name, v in changes.items()}
+    )
