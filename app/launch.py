@@ -138,7 +138,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
     if start.view is not None:
         state.set_view(start.view)
     if start.crop is not None:
-        state.set_crop(start.crop)
+        state.crop_input.set(start.crop)
         window.crop_card.set_shown(True)
     if start.light is not None and state.light is not None:
         workspace.reference.place_light(start.light)

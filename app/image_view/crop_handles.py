@@ -56,7 +56,7 @@ class CropHandles(QObject):
         canvas.setMouseTracking(True)
         canvas.add_decoration(self._paint)
         canvas.installEventFilter(self)
-        for changed in (state.viewChanged, state.cropChanged, state.navigationChanged):
+        for changed in (state.viewChanged, state.crop_input.changed, state.navigationChanged):
             changed.connect(canvas.update)
 
     @property
@@ -149,13 +149,13 @@ class CropHandles(QObject):
         share = self._projection.nearest_on((2 * x - 1, 1 - 2 * y), *axis_line(self._box, axis))
         if share is not None:
             least = least_length(self._dimensions[axis])
-            self._state.move_crop(self._box.with_plane(axis, side, share, least))
+            self._state.crop_input.move(self._box.with_plane(axis, side, share, least))
 
     def _end_drag(self) -> None:
         if self._dragged is not None:
             self._dragged = None
             self._canvas.update()
-            self._state.finish_crop()
+            self._state.crop_input.finish()
 
     def _look(self, event: QMouseEvent) -> bool:
         """Mark the handle under the mouse, and keep the event from others if there is one."""

@@ -128,7 +128,7 @@ class ViewGestures(QObject):
     def _end_drag(self) -> None:
         self._gesture = None
         self._state.finish_view()
-        self._state.finish_light()
+        self._state.light_input.finish()
 
     def _double_click(self, event: QMouseEvent) -> bool:
         if event.button() != Qt.MouseButton.LeftButton or event.modifiers():
@@ -151,7 +151,7 @@ class ViewGestures(QObject):
             state.move_view(roll(state.view, (turned + 180.0) % 360.0 - 180.0))
         elif state.light is not None:
             x, y = self._place(position)
-            state.move_light(light_at(x, y, self._limits))
+            state.light_input.move(light_at(x, y, self._limits))
 
     def _scroll(self, event: QWheelEvent) -> bool:
         # Wheels of high resolution report parts of a notch; some touchpads only pixels.

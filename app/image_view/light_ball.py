@@ -66,7 +66,7 @@ class LightBall(QWidget):
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)
-        state.lightChanged.connect(self.update)
+        state.light_input.changed.connect(self.update)
         self.set_light(None, None)
 
     def set_light(self, light: LightDirection | None, limits: LightRange | None) -> None:
@@ -103,20 +103,24 @@ class LightBall(QWidget):
             return
         self._moved = True
         x, y = self._start
-        self._state.move_light(light_at(x + moved.x() / REACH, y - moved.y() / REACH, self._limits))
+        self._state.light_input.move(
+            light_at(x + moved.x() / REACH, y - moved.y() / REACH, self._limits)
+        )
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the movement, which requests the final images; a click puts the light there."""
         if self._start is not None and not self._moved:
             radius, at = DIAMETER / 2, event.position()
-            self._state.move_light(light_at(at.x() / radius - 1, 1 - at.y() / radius, self._limits))
+            self._state.light_input.move(
+                light_at(at.x() / radius - 1, 1 - at.y() / radius, self._limits)
+            )
         self._start = None
-        self._state.finish_light()
+        self._state.light_input.finish()
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         """Return to the default direction."""
         self._start = None
-        self._state.set_light(self._limits.nearest(LightDirection()))
+        self._state.light_input.set(self._limits.nearest(LightDirection()))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint a ball with a highlight in the light's direction."""

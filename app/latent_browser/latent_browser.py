@@ -179,7 +179,7 @@ class LatentBrowser(QWidget):
         difference = tf_difference(fitted, tf)
         if place is not None and difference < SAME_TF:
             self._work.session.remember_place(fitted, place)
-        self._state.commit(replace(self._state.transfer_function, opacity=fitted), text)
+        self._state.tf_input.set(replace(self._state.transfer_function, opacity=fitted), text)
         what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
         self.news.emit(f"The TF has {what}; {difference:.3f} from the map's (RMS).")
 
@@ -193,7 +193,7 @@ class LatentBrowser(QWidget):
         session.mapClosed.connect(lambda: self.map.show_message(OPENING))
         latent.choicesChanged.connect(self._choices_changed)
         # Its picture is shown again, instead of that of the place under the mouse.
-        self._state.undone.connect(lambda: latent.set_hover(None))
+        self._state.edits.undone.connect(lambda: latent.set_hover(None))
         session.mapOpened.connect(lambda: self.map.show_message(""))
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)
@@ -421,7 +421,7 @@ class LatentBrowser(QWidget):
         self._work.search.cancel()
         opacity = opacity_over(named.tf, self._state.scalar_range)
         self._work.session.remember_place(opacity, named.place)
-        self._state.commit(replace(present, opacity=opacity), f"TF of {named.name}")
+        self._state.tf_input.set(replace(present, opacity=opacity), f"TF of {named.name}")
         self.news.emit(f"The TF is that of {named.name}.")
 
     def _play(self) -> None:

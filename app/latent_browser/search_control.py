@@ -68,7 +68,7 @@ class SearchControl(QObject):
         work.search.stepped.connect(self._show_step)
         work.search.ended.connect(self._end)
         reference.imageShown.connect(self._keep_image)
-        state.transferFunctionChanged.connect(self._tf_changed)
+        state.tf_input.changed.connect(self._tf_changed)
         state.volumeStarting.connect(self._forget_images)
 
     @property
@@ -114,14 +114,14 @@ class SearchControl(QObject):
     def _show_step(self, step: SearchStep) -> None:
         tf = replace(self._state.transfer_function, opacity=fitted_curve(step.tf))
         self._found = tf
-        self._state.preview(tf)
+        self._state.tf_input.move(tf)
         self.told.emit(f"Searching: difference {step.error:.3f} after {step.batches} batches")
 
     def _end(self, problem: str) -> None:
         found, self._found = self._found, None
         # A drag of the user's own that ended the search goes on.
         if found is not None and found == self._state.transfer_function:
-            self._state.finish_preview("TF found by search")
+            self._state.tf_input.finish("TF found by search")
         if problem:
             self.problem.emit(problem)
         self.changed.emit()

@@ -84,7 +84,7 @@ class EditActions:
                 opacity = step(tf.opacity, value, width)
             if opacity != tf.opacity:
                 self._ways_back["lower" if how == "raise" else "raise", opacity] = value, tf.opacity
-        self._state.commit(replace(tf, opacity=opacity), f"{how} value")
+        self._state.tf_input.set(replace(tf, opacity=opacity), f"{how} value")
 
     def _add(self, value: float, width: float, striking: bool) -> None:
         tf, height = self._state.transfer_function, self._sensitivity.choices.height
@@ -92,7 +92,7 @@ class EditActions:
             added = add_striking_mode(tf, value, width, height, self._shown_colors())
         else:
             added = replace(tf, opacity=add_mode(tf.opacity, value, width, height))
-        self._state.commit(added, "add mode")
+        self._state.tf_input.set(added, "add mode")
 
     @property
     def _width(self) -> float:

@@ -84,7 +84,7 @@ class Brightness(QObject):
         if before is None or before[0] == self._chosen:
             return
         if self._state is not None and self._fingerprint:
-            self._state.change(self._show, before[0], self._chosen, "brightness", merge_key)
+            self._state.edits.change(self._show, before[0], self._chosen, "brightness", merge_key)
         else:
             self._show(self._chosen)
 

@@ -47,7 +47,7 @@ class DecodedTF(QObject):
         self._channel = Channel(learned, "decoded TF", self)
         self._channel.answered.connect(self._take)
         self._asked: OpacityTF | None = None
-        state.transferFunctionChanged.connect(lambda _tf: self._ask())
+        state.tf_input.changed.connect(lambda _tf: self._ask())
 
     def set_shown(self, shown: bool) -> None:
         """Show it from now on, or hide it."""

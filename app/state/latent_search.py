@@ -84,7 +84,7 @@ class LatentSearch(QObject):
         self._preparing.done.connect(self._begin)
         self._preparing.failed.connect(self._end)
         self._channels = Channels(pictures.clients, "search", self._take, self)
-        for changed in (state.viewChanged, state.lightChanged, state.cropChanged):
+        for changed in (state.viewChanged, state.light_input.changed, state.crop_input.changed):
             changed.connect(lambda _value: self.cancel())
         session.mapClosed.connect(self.cancel)
 

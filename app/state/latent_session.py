@@ -117,8 +117,8 @@ class LatentSession(QObject):
         latent.lassoChanged.connect(lambda _lasso: self._filter())
         # Not while it turns: the engines need the processor then.
         state.viewChangeFinished.connect(lambda _view: self._look())
-        state.transferFunctionChanged.connect(lambda _tf: self._place_present())
-        state.transferFunctionChangeFinished.connect(lambda _tf: self._remember())
+        state.tf_input.changed.connect(lambda _tf: self._place_present())
+        state.tf_input.changeFinished.connect(lambda _tf: self._remember())
         self._before = latent.choices
 
     @property

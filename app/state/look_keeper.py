@@ -20,7 +20,7 @@ class LookKeeper(QObject):
         self._preferences = preferences
         self._fingerprint = ""
         state.viewChangeFinished.connect(self._keep_view)
-        state.cropChangeFinished.connect(self._keep_crop)
+        state.crop_input.changeFinished.connect(self._keep_crop)
 
     def start(self, fingerprint: str) -> tuple[View | None, CropBox | None]:
         """Keep those of another volume from now on, and return its last ones; None if unknown."""

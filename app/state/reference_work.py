@@ -122,7 +122,7 @@ class ReferenceWork(QObject):
         self._keeps_light = True
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
-        state.lightChangeFinished.connect(self._keep_light)
+        state.light_input.changeFinished.connect(self._keep_light)
 
     @property
     def light_is_slow(self) -> bool:
@@ -165,7 +165,9 @@ class ReferenceWork(QObject):
         choices = replace(self.choices, **changes)
         lighting = self.choices.lighting
         if keep and self._volume is not None and choices.lighting != lighting:
-            self._state.change(self._show_lighting, lighting, choices.lighting, "kind of light")
+            self._state.edits.change(
+                self._show_lighting, lighting, choices.lighting, "kind of light"
+            )
         self._choose(choices, keep)
 
     def propose(self, lighting: Lighting) -> None:
@@ -202,7 +204,7 @@ class ReferenceWork(QObject):
     def place_light(self, light: LightDirection | None) -> None:
         """Set the light's direction without keeping it for the next run."""
         self._keeps_light = False
-        self._state.place_light(light)
+        self._state.start_light(light)
         self._keeps_light = True
 
     def start(self, volume: Volume, scene: Scene | None) -> None:

@@ -147,8 +147,8 @@ class Workspace(QObject):
     def _connect(self) -> None:
         state, work = self._state, self.reference
         state.inputsChanged.connect(self._update_hint)
-        state.transferFunctionChangeFinished.connect(self._follow_range)
-        state.edited.connect(self._keep)
+        state.tf_input.changeFinished.connect(self._follow_range)
+        state.edits.edited.connect(self._keep)
         work.resized.connect(self.sensitivity.show)
         work.choicesChanged.connect(self._share_patience)
         self._share_patience(work.choices)
@@ -507,7 +507,7 @@ class Workspace(QObject):
             self._state.set_default(opened.default)
             self.scaleChanged.emit(opened)
             if self._state.scale != opened.volume.scale:
-                self._state.commit(opened.default, SCALE_EDITS[opened.volume.scale])
+                self._state.tf_input.set(opened.default, SCALE_EDITS[opened.volume.scale])
             self.news.emit(_scale_news(opened.volume))
         self._follow_scene()
         self.rangeChanged.emit(opened)
@@ -523,7 +523,7 @@ class Workspace(QObject):
             scene = None
         is_alike = scene is not None and tf.scale == scene.scale
         if scene is not None and is_alike and tf.scalar_range != scene.scalar_range:
-            self._state.commit(fit_to_range(tf, scene.scalar_range), "range of the model")
+            self._state.tf_input.set(fit_to_range(tf, scene.scalar_range), "range of the model")
         elif scene is not None and not is_alike and self._opened is not None and self._is_untouched:
             # As if the model had been there before the volume.
             wanted = scene.scalar_range, scene.scale

@@ -44,7 +44,7 @@ class ColorLayer(QObject):
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         view.addItem(self._strip, ignoreBounds=True)
         self._stops: list[DragHandle] = []
-        state.transferFunctionChanged.connect(self.refresh)
+        state.tf_input.changed.connect(self.refresh)
         selection.changed.connect(self.refresh)
         area.axisChanged.connect(self.refresh)
 
@@ -103,8 +103,8 @@ class ColorLayer(QObject):
         dialog = QColorDialog(QColor.fromRgbF(*rgb), self._area.widget)
         dialog.setWindowTitle("Colour of the stop")
         dialog.currentColorChanged.connect(partial(self._preview_color, before, index))
-        dialog.accepted.connect(lambda: self._state.finish_preview("colour"))
-        dialog.rejected.connect(self._state.cancel_preview)
+        dialog.accepted.connect(lambda: self._state.tf_input.finish("colour"))
+        dialog.rejected.connect(self._state.tf_input.cancel)
         # The stop belongs to the present volume's TF.
         self._state.volumeStarting.connect(dialog.reject)
         dialog.finished.connect(dialog.deleteLater)
@@ -114,11 +114,11 @@ class ColorLayer(QObject):
     def _preview_color(self, before: ColorTF, index: int, color: QColor) -> None:
         tf = self._state.transfer_function
         rgb = color.redF(), color.greenF(), color.blueF()
-        self._state.preview(replace(tf, color=edits.recolor_stop(before, index, rgb)))
+        self._state.tf_input.move(replace(tf, color=edits.recolor_stop(before, index, rgb)))
 
     def _commit(self, color: ColorTF, text: str) -> None:
         tf = self._state.transfer_function
-        self._state.commit(replace(tf, color=color), text)
+        self._state.tf_input.set(replace(tf, color=color), text)
 
     def _add_handle(self, index: int) -> DragHandle:
         handle = DragHandle("pin")

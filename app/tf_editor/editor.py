@@ -50,8 +50,8 @@ class TransferFunctionEditor(QFrame):
         self._state = state
         self.selection = Selection(self)
         # Connected first, so that no other slot finds a selected handle that no longer exists.
-        state.transferFunctionChanged.connect(self.selection.fit)
-        state.transferFunctionChanged.connect(self._show_new)
+        state.tf_input.changed.connect(self.selection.fit)
+        state.tf_input.changed.connect(self._show_new)
         self.area = PlotArea(self)
         self.moves = HandleMoves(state, self.selection, self)
         self.opacity = OpacityLayer(self.area, state, self.selection, self.moves)
@@ -211,7 +211,7 @@ class TransferFunctionEditor(QFrame):
         self._row.addWidget(widget)
 
     def _connect(self) -> None:
-        self._state.transferFunctionChangeFinished.connect(self._follow_range)
+        self._state.tf_input.changeFinished.connect(self._follow_range)
         self.area.opacityClicked.connect(self.selection.clear)
         self.area.opacityDoubleClicked.connect(self.opacity.add)
         self.area.opacityMenuRequested.connect(self._opacity_menu)
@@ -219,7 +219,7 @@ class TransferFunctionEditor(QFrame):
         self.add_button.clicked.connect(lambda: self.keys.add_in_the_middle())
         self.card.removeRequested.connect(self.remove_selected)
         self.card.colorRequested.connect(self._choose_color)
-        self._state.transferFunctionChanged.connect(self._name_adding)
+        self._state.tf_input.changed.connect(self._name_adding)
         QShortcut(QKeySequence("F2"), self, self.card.edit)
 
     def _name_adding(self) -> None:

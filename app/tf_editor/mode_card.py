@@ -81,9 +81,9 @@ class ModeCard(QFrame):
         self.height_box.valueChanged.connect(self._height_typed)
         self.color_button.clicked.connect(self.colorRequested)
         self.remove_button.clicked.connect(self.removeRequested)
-        state.transferFunctionChanged.connect(self.refresh)
+        state.tf_input.changed.connect(self.refresh)
         # Once more when a drag is over, and the plot has taken the numbers away.
-        state.transferFunctionChangeFinished.connect(self.refresh)
+        state.tf_input.changeFinished.connect(self.refresh)
         selection.changed.connect(self._forget_refused)
         selection.changed.connect(self.refresh)
         for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
@@ -285,7 +285,7 @@ class ModeCard(QFrame):
         elif stop is not None:
             tf = self._state.transfer_function
             color = edits.move_stop(tf.color, stop, value)
-            self._state.commit(replace(tf, color=color), "move colour stop", f"stop {stop}")
+            self._state.tf_input.set(replace(tf, color=color), "move colour stop", f"stop {stop}")
             self.refresh()
 
     def _height_typed(self, height: float) -> None:
@@ -305,6 +305,6 @@ class ModeCard(QFrame):
         tf = self._state.transfer_function
         index = self._selection.index("opacity")
         after = self._moves.with_opacity(tf, edit(tf.opacity))
-        self._state.commit(after, f"set {what}", f"{what} {index}")
+        self._state.tf_input.set(after, f"set {what}", f"{what} {index}")
         # Even if the edit changed nothing, so that a number outside the limits is replaced.
         self.refresh()

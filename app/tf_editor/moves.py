@@ -51,16 +51,16 @@ class HandleMoves(QObject):
             return
         if kind == "opacity":
             at = edits.opacity_handles(start.opacity)[index]
-            self._state.preview(self._moved(start, value - at[0], height - at[1]))
+            self._state.tf_input.move(self._moved(start, value - at[0], height - at[1]))
         else:
-            self._state.preview(self._moved(start, value - start.color.stops[index][0], 0.0))
+            self._state.tf_input.move(self._moved(start, value - start.color.stops[index][0], 0.0))
 
     def finish(self, text: str) -> None:
         """End a drag: one undo step. A click without a drag selects its handle alone."""
         if self._clicked is not None and not self._state.live:
             self._selection.select(self._clicked.kind, self._clicked.index)
         self._start = self._clicked = None
-        self._state.finish_preview(text)
+        self._state.tf_input.finish(text)
 
     def nudge(self, shift: float, lift: float) -> None:
         """Move the selected handles by a difference in value and in opacity."""
@@ -68,13 +68,13 @@ class HandleMoves(QObject):
         if selected is not None:
             tf = self._moved(self._state.transfer_function, shift, lift)
             indices = self._selection.indices(selected.kind)
-            self._state.commit(tf, "nudge", f"nudge {selected.kind} {indices}")
+            self._state.tf_input.set(tf, "nudge", f"nudge {selected.kind} {indices}")
 
     def resize(self, index: int, width: float) -> None:
         """Set the width of a mode."""
         tf = self._state.transfer_function
         opacity = edits.resize_mode(tf.opacity, index, width)
-        self._state.commit(replace(tf, opacity=opacity), "width", f"nudge width {index}")
+        self._state.tf_input.set(replace(tf, opacity=opacity), "width", f"nudge width {index}")
 
     def remove(self) -> None:
         """Remove the selected handles, all but the ends of a free curve and of the colours."""
@@ -92,7 +92,7 @@ class HandleMoves(QObject):
         if after != tf:
             self._selection.clear()
             name = handle_name(opacity) if selected.kind == "opacity" else "colour stop"
-            self._state.commit(after, f"remove {name}" + ("s" if len(indices) > 1 else ""))
+            self._state.tf_input.set(after, f"remove {name}" + ("s" if len(indices) > 1 else ""))
 
     def with_opacity(self, before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
         """Return a TF with its modes moved, and with their colours where these follow."""

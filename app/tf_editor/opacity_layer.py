@@ -56,7 +56,7 @@ class OpacityLayer(QObject):
         self._selected_curve = self._add_curve()
         self._peaks: list[DragHandle] = []
         self._flanks = [self._add_flank() for _ in range(2)]
-        state.transferFunctionChanged.connect(self.refresh)
+        state.tf_input.changed.connect(self.refresh)
         selection.changed.connect(self.refresh)
         area.axisChanged.connect(self.refresh)
         area.recolored.connect(self._recolor)
@@ -103,7 +103,7 @@ class OpacityLayer(QObject):
 
     def _commit(self, opacity: OpacityTF, text: str) -> None:
         tf = self._state.transfer_function
-        self._state.commit(replace(tf, opacity=opacity), text)
+        self._state.tf_input.set(replace(tf, opacity=opacity), text)
 
     def _place_peaks(self, tf: TransferFunction) -> None:
         positions = edits.opacity_handles(tf.opacity)
@@ -186,7 +186,7 @@ class OpacityLayer(QObject):
             return
         width = abs(self._area.axis.value(place) - tf.opacity.modes[index].mean)
         opacity = edits.resize_mode(tf.opacity, index, width)
-        self._state.preview(replace(tf, opacity=opacity))
+        self._state.tf_input.move(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
         height = self._area.scale.height(mode.amplitude)
         self._area.show_readout(

@@ -97,7 +97,7 @@ class RangeLayer(QObject):
         area.heightChanged.connect(self._size_lines)
         area.recolored.connect(self._recolor)
         area.axisChanged.connect(self.refresh)
-        state.transferFunctionChanged.connect(self.refresh)
+        state.tf_input.changed.connect(self.refresh)
         self._recolor()
         self.refresh()
 
@@ -116,7 +116,7 @@ class RangeLayer(QObject):
     def set_range(self, scalar_range: Range) -> None:
         """Set the TF's range: one undo step."""
         whole = self._whole()
-        self._state.commit(fit_to_range(whole, scalar_range), "range")
+        self._state.tf_input.set(fit_to_range(whole, scalar_range), "range")
         self._cut = self._state.transfer_function, whole
 
     def _whole(self) -> TransferFunction:
@@ -173,7 +173,7 @@ class RangeLayer(QObject):
             if self._cuts
             else stretch_to_range(self._before, scalar_range)
         )
-        self._state.preview(changed)
+        self._state.tf_input.move(changed)
         how = "cut" if self._cuts else "Ctrl: cut"
         low, high = values_at(scalar_range, self._state.scale)
         text = f"range {low:.4g} to {high:.4g}   {how}"
@@ -184,7 +184,7 @@ class RangeLayer(QObject):
             self._cut = self._state.transfer_function, self._begun
         self._before = None
         self._area.hide_readout()
-        self._state.finish_preview("range")
+        self._state.tf_input.finish("range")
 
 
 def _add_shade(view: Any) -> QGraphicsRectItem:

@@ -40,7 +40,7 @@ class RangePopup(QFrame):
         form.addRow(self._hint)
         self.low.valueChanged.connect(lambda low: self._typed((low, state.scalar_range[1])))
         self.high.valueChanged.connect(lambda high: self._typed((state.scalar_range[0], high)))
-        state.transferFunctionChanged.connect(self._refresh)
+        state.tf_input.changed.connect(self._refresh)
         for box in (self.low, self.high):
             # Once the box has given its keys away, as it does after each number.
             box.lineEdit().returnPressed.connect(lambda: QTimer.singleShot(0, self, self._finish))

@@ -108,7 +108,7 @@ class TransferFunctionMenu(QObject):
         self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
-        state.transferFunctionChanged.connect(lambda _tf: self._show_colors())
+        state.tf_input.changed.connect(lambda _tf: self._show_colors())
         self.set_narrow(False)
 
     def offer_with_colors(self, action: QAction) -> None:
@@ -272,7 +272,7 @@ class TransferFunctionMenu(QObject):
 
     def _commit(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:
-            self._state.commit(tf, text)
+            self._state.tf_input.set(tf, text)
             self.replaced.emit()
 
 

@@ -62,13 +62,13 @@ class CropCard(QFrame):
         self.whole.setToolTip("Show all of the volume again")
         # After a click, keys such as W are the window's again.
         self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.whole.clicked.connect(lambda: state.set_crop(None))
+        self.whole.clicked.connect(lambda: state.crop_input.set(None))
         self.dismiss = IconButton(
             "close", "Close", "K", "What is cropped stays so", colors=theme.ON_IMAGE
         )
         self.dismiss.clicked.connect(lambda: self.set_shown(False))
         self._lay_out()
-        state.cropChanged.connect(self._show)
+        state.crop_input.changed.connect(self._show)
         state.navigationChanged.connect(self._name)
         self.set_volume(WITHOUT_VOLUME)
         self.hide()
@@ -119,7 +119,7 @@ class CropCard(QFrame):
             for column, widget in enumerate((self.names[axis], first, slider, last)):
                 rows.addWidget(widget, axis, column)
             slider.moved.connect(partial(self._drag, axis))
-            slider.released.connect(self._state.finish_crop)
+            slider.released.connect(self._state.crop_input.finish)
             for side, box in enumerate((first, last)):
                 box.valueChanged.connect(partial(self._type, axis, side))
         column_of_all = QVBoxLayout(self)
@@ -153,12 +153,12 @@ class CropCard(QFrame):
 
     def _drag(self, axis: int, low: float, high: float) -> None:
         crop = self._state.crop or CropBox()
-        self._state.move_crop(crop.with_span(axis, low, high))
+        self._state.crop_input.move(crop.with_span(axis, low, high))
 
     def _type(self, axis: int, side: int, voxel: int) -> None:
         crop, count = self._state.crop or CropBox(), self._dimensions[axis]
         place, least = place_of(voxel, count), least_length(count)
-        self._state.set_crop(crop.with_plane(axis, side, place, least))
+        self._state.crop_input.set(crop.with_plane(axis, side, place, least))
         self._show()
 
 

@@ -65,6 +65,6 @@ class EmptinessNotice(QObject):
         actions = {
             "tf": Action("Default TF", state.reset_transfer_function),
             "view": Action("Reset view", state.reset_view),
-            "crop": Action("Whole volume", lambda: state.set_crop(None)),
+            "crop": Action("Whole volume", lambda: state.crop_input.set(None)),
         }
         self._notices.tell(found.text, actions[found.cause], key=self._key)

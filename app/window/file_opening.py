@@ -211,7 +211,7 @@ class FileOpening(QObject):
             self.problem.emit(str(error))
             return
         fitted = self._workspace.fitted(loaded)
-        self._state.commit(fitted, f"open {path.name}")
+        self._state.tf_input.set(fitted, f"open {path.name}")
         self.transferFunctionOpened.emit()
         self._preferences.note_transfer_function(path)
         same = fitted.scalar_range == loaded.scalar_range

@@ -129,9 +129,9 @@ class Menus(QObject):
 
     def _build_edit(self, menu: QMenu) -> None:
         state = self._state
-        stack = state.undo_stack
-        self._undo = add_action(menu, "&Undo", state.undo, QKeySequence.StandardKey.Undo)
-        self._redo = add_action(menu, "&Redo", state.redo, QKeySequence.StandardKey.Redo)
+        stack = state.edits.stack
+        self._undo = add_action(menu, "&Undo", state.edits.undo, QKeySequence.StandardKey.Undo)
+        self._redo = add_action(menu, "&Redo", state.edits.redo, QKeySequence.StandardKey.Redo)
         # Both of the usual keys, whatever the system's own is.
         usual = [*QKeySequence.keyBindings(QKeySequence.StandardKey.Redo), QKeySequence("Ctrl+Y")]
         self._redo.setShortcuts(list(dict.fromkeys(usual)))
@@ -145,7 +145,7 @@ class Menus(QObject):
 
     def _name_edits(self) -> None:
         """Update the menu with the names of the edits to undo and redo."""
-        stack = self._state.undo_stack
+        stack = self._state.edits.stack
         self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 

@@ -37,7 +37,7 @@ class NarrowNotice(QObject):
         self._show_range = show_range
         self._told: NarrowPart | None = None
         state.volumeStarting.connect(self._forget)
-        state.transferFunctionChangeFinished.connect(self._judge)
+        state.tf_input.changeFinished.connect(self._judge)
 
     def _forget(self) -> None:
         self._told = None

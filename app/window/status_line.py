@@ -65,7 +65,7 @@ class StatusLine(QStatusBar):
         state.viewChanged.connect(lambda _view: self._show_view())
         state.navigationChanged.connect(self._show_view)
         # It may be about what is undone.
-        state.undone.connect(self._forget)
+        state.edits.undone.connect(self._forget)
         state.viewReset.connect(lambda: self.tell(RESET))
         self._show_view()
 

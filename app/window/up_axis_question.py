@@ -60,7 +60,7 @@ class UpAxisQuestion(QObject):
         state.navigationChanged.connect(self._follow)
         self._rest = QTimer(self, singleShot=True, interval=TF_REST_MS)
         self._rest.timeout.connect(self._ask_for_pictures)
-        state.transferFunctionChangeFinished.connect(lambda _tf: self._rest.start())
+        state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
         # An analyst that was started anew knows of no question.
         workspace.reference.analystStarted.connect(self._ask_for_pictures)
 

@@ -44,7 +44,7 @@ def main(folder: Path, seed: int) -> None:
         span = state.scalar_range
         mode = GaussianMode(rng.uniform(*span), (span[1] - span[0]) / 9, rng.random())
         tf = state.transfer_function
-        state.commit(type(tf)(OpacityTF(span, (mode,)), tf.color), "an edit")
+        state.tf_input.set(type(tf)(OpacityTF(span, (mode,)), tf.color), "an edit")
         state.set_view(View(rng.uniform(0, 360), rng.uniform(-80, 80)))
         window.resize(1300 + rng.randrange(200), 800)
         kept = {

@@ -128,9 +128,11 @@ class Soak:
             if not modes:
                 break
             moved = replace(modes[0], mean=low + share * (high - low))
-            state.preview(replace(first, opacity=replace(first.opacity, modes=(moved, *modes[1:]))))
+            state.tf_input.move(
+                replace(first, opacity=replace(first.opacity, modes=(moved, *modes[1:])))
+            )
             self._pass(MOUSE_S)
-        state.finish_preview("drag")
+        state.tf_input.finish("drag")
 
     def region(self) -> None:
         """Draw a region, drag it about, and remove it."""
@@ -176,11 +178,11 @@ class Soak:
         """Cut the volume, and show it whole again."""
         state = self.window.state
         for step in range(DRAG_STEPS):
-            state.move_crop(CropBox((0.5 * step / DRAG_STEPS, 0.0, 0.0), (1.0, 1.0, 1.0)))
+            state.crop_input.move(CropBox((0.5 * step / DRAG_STEPS, 0.0, 0.0), (1.0, 1.0, 1.0)))
             self._pass(MOUSE_S)
-        state.finish_crop()
+        state.crop_input.finish()
         self.settle()
-        state.set_crop(None)
+        state.crop_input.set(None)
 
     def resize(self) -> None:
         """Make the window larger, and as it was."""
@@ -218,8 +220,8 @@ class Soak:
     def undo(self) -> None:
         """Undo everything, and go home."""
         state = self.window.state
-        while state.undo_stack.canUndo():
-            state.undo()
+        while state.edits.stack.canUndo():
+            state.edits.undo()
         state.reset_view()
 
     def settle(self) -> None:

@@ -66,7 +66,7 @@ def test_a_drag_is_one_undo_step_and_so_is_a_reset(
     qtbot: QtBot, make_window: Callable[..., MainWindow]
 ) -> None:
     window = make_window()
-    brightness, stack = window.brightness, window.state.undo_stack
+    brightness, stack = window.brightness, window.state.edits.stack
     slider = BrightnessSlider(brightness)
     qtbot.addWidget(slider)
     usual = brightness.value
@@ -78,11 +78,11 @@ def test_a_drag_is_one_undo_step_and_so_is_a_reset(
     assert stack.count() == 1 and stack.undoText() == "brightness"
     slider.reset.click()
     assert brightness.value == usual and stack.count() == 2
-    window.state.undo()
+    window.state.edits.undo()
     assert brightness.value == 4
-    window.state.undo()
+    window.state.edits.undo()
     assert brightness.value == usual and not brightness.is_chosen
-    window.state.redo()
+    window.state.edits.redo()
     assert brightness.value == 4
 
 
@@ -92,18 +92,18 @@ def test_the_kind_of_light_is_undone_among_the_edits(
     window = make_window(model=None)
     reference, state = window.workspace.reference, window.state
     reference.choose(lighting="direct")
-    state.set_light(LightDirection(40.0, 20.0))
+    state.light_input.set(LightDirection(40.0, 20.0))
     reference.choose(lighting="none")
     assert state.light is None and reference.settings.lighting == "none"
-    state.undo()
+    state.edits.undo()
     assert reference.settings.lighting == "direct"
     assert state.light == LightDirection(40.0, 20.0)
-    state.undo()
+    state.edits.undo()
     assert state.light == LightDirection()
-    state.undo()
-    assert reference.choices.lighting == "auto" and not state.undo_stack.canUndo()
+    state.edits.undo()
+    assert reference.choices.lighting == "auto" and not state.edits.stack.canUndo()
     fingerprint = window.workspace.opened.fingerprint  # type: ignore[union-attr]
     assert window.preferences.volume(fingerprint).lighting == "auto"
     # What is kept for no later run is no edit.
     reference.choose(keep=False, lighting="none")
-    assert not state.undo_stack.canUndo()
+    assert not state.edits.stack.canUndo()

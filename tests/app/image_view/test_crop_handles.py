@@ -51,7 +51,7 @@ def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[ImageCanvas]:
     state.start_view(make_volume().proportions, view=VIEW)
     yield widget
     state.finish_view()
-    state.finish_crop()
+    state.crop_input.finish()
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def draw(name: RendererName, inputs: SceneInputs, raster: Raster) -> NDArray[np.
 def test_handles_are_where_the_middles_of_faces_are_drawn(
     state: ViewerState, canvas: ImageCanvas, handles: CropHandles, name: RendererName
 ) -> None:
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     gray = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
     image = draw(name, SceneInputs(VIEW, opaque, gray, crop=BOX), Raster(500, 320))
@@ -113,7 +113,7 @@ def test_handles_are_where_the_middles_of_faces_are_drawn(
 def test_the_outline_is_the_silhouette_of_an_opaque_volume(
     state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     black = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
     image = draw("raycast", SceneInputs(VIEW, opaque, black, crop=BOX), Raster(500, 320))
@@ -138,9 +138,9 @@ def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(
 ) -> None:
     target = CropBox().with_plane(axis, side, 0.75 if side else 0.25)
     start = pixel(handles, axis, side)
-    state.set_crop(target)
+    state.crop_input.set(target)
     end = pixel(handles, axis, side)
-    state.set_crop(None)
+    state.crop_input.set(None)
     # A handle is dragged by whole pixels.
     near = 1.5 / math.hypot(end.x() - start.x(), end.y() - start.y()) * 0.25
     drag(canvas, start, end - start)
@@ -164,7 +164,7 @@ def test_dragging_is_live_until_the_release(
     QTest.mouseRelease(canvas, Qt.MouseButton.MiddleButton, PLAIN, start.toPoint())
     assert state.live
     assert state.view == VIEW
-    with qtbot.waitSignal(state.cropChangeFinished):
+    with qtbot.waitSignal(state.crop_input.changeFinished):
         QTest.mouseRelease(canvas, LEFT, PLAIN, end.toPoint())
     assert not state.live
 
@@ -179,7 +179,7 @@ def test_a_plane_stops_a_voxel_before_its_opposite(
     # And at the volume's own face.
     start = pixel(handles, 0, 0)
     drag(canvas, start, 3 * (pixel(handles, 1, 0) - pixel(handles, 1, 1)))
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     start, other = pixel(handles, 0, 0), pixel(handles, 0, 1)
     drag(canvas, start, 2 * (start - other))
     assert state.crop.low[0] == 0.0
@@ -241,10 +241,10 @@ def test_leaving_while_dragging_ends_the_drag(
     for leave in (lambda: handles.set_active(False), canvas.hide):
         handles.set_active(True)
         canvas.show()
-        state.set_crop(None)
+        state.crop_input.set(None)
         QTest.mousePress(canvas, LEFT, PLAIN, start.toPoint())
         QTest.mouseMove(canvas, ((start + end) / 2).toPoint())
-        with qtbot.waitSignal(state.cropChangeFinished):
+        with qtbot.waitSignal(state.crop_input.changeFinished):
             leave()
         assert not state.live
         QTest.mouseRelease(canvas, LEFT)
@@ -262,7 +262,7 @@ def test_the_handle_under_the_mouse_tells_its_voxel(
     assert color_at(canvas, at) == QColor(theme.ACCENT)
     assert canvas.cursor().shape() != usual
     state.start_view(state.proportions, axis_labels=tuple("LRPASI"), view=VIEW)
-    state.set_crop(CropBox((0.0, 0.0, 0.0), (0.5, 1.0, 1.0)))
+    state.crop_input.set(CropBox((0.0, 0.0, 0.0), (0.5, 1.0, 1.0)))
     assert handles.label == "x (R–L): last voxel 20"
     QTest.mouseMove(canvas, QPoint(1, 1))
     assert handles.label == ""

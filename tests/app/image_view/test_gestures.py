@@ -252,8 +252,12 @@ def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(
     keys = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     drag(canvas, [(100, 100), (150, 80)], keys=keys)
     assert (state.light, state.view) == (None, HOME_VIEW)
-    state.set_light(LightDirection())
-    signals = [state.lightChanged, state.lightChanged, state.lightChangeFinished]
+    state.light_input.set(LightDirection())
+    signals = [
+        state.light_input.changed,
+        state.light_input.changed,
+        state.light_input.changeFinished,
+    ]
     with qtbot.waitSignals(signals, order="strict"):
         drag(canvas, [(100, 100), (150, 80)], keys=keys)
     assert state.light == light_at(0.5, 0.2, LightRange())

@@ -31,7 +31,7 @@ def test_beyond_the_rim_the_light_stays_in_its_range(x: float, y: float) -> None
 def ball(qtbot: QtBot) -> LightBall:
     """A ball over a movable light from straight ahead."""
     state = ViewerState()
-    state.set_light(LightDirection(0.0, 0.0))
+    state.light_input.set(LightDirection(0.0, 0.0))
     ball = LightBall(state)
     qtbot.addWidget(ball)
     state.setParent(ball)
@@ -53,7 +53,7 @@ def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot, ball: Ligh
     assert state.live and state.light is not None
     assert state.light.azimuth == pytest.approx(30, abs=0.5)
     assert state.light.elevation == pytest.approx(0, abs=0.5)
-    with qtbot.waitSignal(state.lightChangeFinished):
+    with qtbot.waitSignal(state.light_input.changeFinished):
         qtbot.mouseRelease(ball, Qt.MouseButton.LeftButton)
     assert not state.live
     qtbot.mouseDClick(ball, Qt.MouseButton.LeftButton)
@@ -61,7 +61,7 @@ def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot, ball: Ligh
 
 
 def test_a_click_puts_the_light_there(qtbot: QtBot, ball: LightBall) -> None:
-    with qtbot.waitSignal(ball._state.lightChangeFinished):
+    with qtbot.waitSignal(ball._state.light_input.changeFinished):
         qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=MIDDLE - QPoint(0, DIAMETER // 4))
     light = ball._state.light
     assert light is not None
@@ -69,7 +69,7 @@ def test_a_click_puts_the_light_there(qtbot: QtBot, ball: LightBall) -> None:
 
 
 def test_a_fixed_light_is_shown_and_explained(qtbot: QtBot, ball: LightBall) -> None:
-    ball._state.place_light(None)
+    ball._state.start_light(None)
     ball.set_light(LightDirection(50.0, 10.0), None)
     assert ball.isVisible() and not ball.isEnabled()
     assert ball.direction == LightDirection(50.0, 10.0)
@@ -83,7 +83,7 @@ def test_the_ball_is_brightest_where_the_light_comes_from(qtbot: QtBot) -> None:
     ball = LightBall(state)
     qtbot.addWidget(ball)
     ball.set_light(LightDirection(), LIMITS)
-    state.set_light(LightDirection(70.0, 0.0))
+    state.light_input.set(LightDirection(70.0, 0.0))
     image = ball.grab().toImage()
     row = image.height() // 2
     left, right = (

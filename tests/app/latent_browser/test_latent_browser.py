@@ -191,11 +191,11 @@ def test_hovering_shows_picture_and_tf(
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
     # Undo shows its own picture, not that of the place under the mouse.
-    window.state.undo()
+    window.state.edits.undo()
     assert window.latent_state.hover is None
     assert not window.browser.preview.is_shown
     assert window.overlays.legend_tf == window.state.transfer_function
-    assert window.state.undo_stack.count() == 0
+    assert window.state.edits.stack.count() == 0
 
 
 def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow) -> None:
@@ -211,8 +211,8 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow)
     assert tf.color == before.color
     # The mark is where the click was, not only near it.
     assert window.workspace.latent.session.place == place
-    assert window.state.undo_stack.count() == 1
-    window.state.undo()
+    assert window.state.edits.stack.count() == 1
+    window.state.edits.undo()
     assert window.state.transfer_function == before
 
 
@@ -239,7 +239,7 @@ def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWin
     assert latent.brush == pytest.approx((0.1, 0.1, 0.5, 0.3), abs=0.02)
     drag(map_view, pixel(map_view, (-0.9, -0.9)), pixel(map_view, (-0.5, -0.6)), modifier=NO_KEY)
     assert latent.brush == pytest.approx((-0.9, -0.9, -0.5, -0.6), abs=0.02)
-    assert window.state.undo_stack.count() == 0
+    assert window.state.edits.stack.count() == 0
     pictures = window.workspace.latent.pictures
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells.count.sum() < 40)
 
@@ -253,7 +253,7 @@ def test_a_brush_beside_all_samples_is_empty(qtbot: QtBot, window: MainWindow) -
         Qt.MouseButton.LeftButton,
         pos=window.browser.grid.cell_rect(5).center().toPoint(),
     )
-    assert window.state.undo_stack.count() == 0
+    assert window.state.edits.stack.count() == 0
     window.latent_state.choose(nearest=True)
     qtbot.waitUntil(lambda: pictures.grid is not None and len(pictures.grid.images) == 16)
 
@@ -263,7 +263,7 @@ def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindo
     cell = next(iter(grid.images))
     centre = grid.cell_rect(cell).center()
     QTest.mouseClick(grid, Qt.MouseButton.LeftButton, pos=centre.toPoint())
-    assert window.state.undo_stack.count() == 1
+    assert window.state.edits.stack.count() == 1
     before = latent.brush
     turn_wheel(grid, QPointF(centre), 1)
     assert latent.brush[2] - latent.brush[0] == pytest.approx((before[2] - before[0]) / 4)
@@ -280,7 +280,7 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainW
     def show_mode(mean: float, height: float) -> tuple[float, float]:
         modes = (GaussianMode(mean, 8.0, height),)
         tf = TransferFunction(OpacityTF((100.0, 200.0), modes), make_tf().color)
-        window.state.commit(tf, "test")
+        window.state.tf_input.set(tf, "test")
         assert session.place is not None
         return session.place
 
@@ -305,7 +305,7 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
     # An edit of the opacity TF changes no picture of the map.
     asked = sum(r.channel == "grid" for r in builders.analysts[-1].others)
     tf = window.state.transfer_function
-    window.state.commit(replace(tf, opacity=make_tf(140.0).opacity), "test")
+    window.state.tf_input.set(replace(tf, opacity=make_tf(140.0).opacity), "test")
     assert not window.browser.grid.is_stale
     assert sum(r.channel == "grid" for r in builders.analysts[-1].others) == asked
 
@@ -424,7 +424,7 @@ def test_the_tf_of_a_paths_picture_can_be_taken(qtbot: QtBot, window: MainWindow
     shown = frames[-1]
     browser.keep.click()
     assert not work.path.is_running and not browser.keep.isVisible()
-    assert window.state.undo_stack.undoText() == "TF of the path"
+    assert window.state.edits.stack.undoText() == "TF of the path"
     assert tf_difference(window.state.transfer_function.opacity, shown.tf) < 0.05
 
 
@@ -449,8 +449,8 @@ def test_a_search_previews_and_can_be_undone(qtbot: QtBot, window: MainWindow) -
         window.browser.search.seek("more")
     assert steps
     assert window.state.transfer_function != before
-    assert window.state.undo_stack.undoText() == "TF found by search"
-    window.state.undo()
+    assert window.state.edits.stack.undoText() == "TF found by search"
+    window.state.edits.undo()
     assert window.state.transfer_function == before
 
 
@@ -458,7 +458,7 @@ def test_an_edit_ends_a_search(qtbot: QtBot, window: MainWindow) -> None:
     search = window.workspace.latent.search
     window.browser.search.seek("less")
     assert search.is_running
-    window.state.commit(make_tf(111.0), "edit")
+    window.state.tf_input.set(make_tf(111.0), "edit")
     assert not search.is_running
     assert window.state.transfer_function == make_tf(111.0)
 
@@ -593,7 +593,7 @@ def test_a_search_does_not_reach_into_another_volume(
     assert not search.is_running
     # Its own first TF, with nothing to undo.
     assert window.state.scalar_range == (100.0, 300.0)
-    assert window.state.undo_stack.count() == 0
+    assert window.state.edits.stack.count() == 0
 
 
 def test_places_of_another_volume_cannot_be_taken(
@@ -619,17 +619,17 @@ def test_a_drag_of_the_user_ends_a_search_and_is_one_step(qtbot: QtBot, window: 
     def drag_once(step: object) -> None:
         if not dragged:
             dragged.append(step)
-            window.state.preview(make_tf(120.0))
+            window.state.tf_input.move(make_tf(120.0))
 
     search.stepped.connect(drag_once)
     with qtbot.waitSignal(search.ended):
         window.browser.search.seek("more")
-    window.state.preview(make_tf(125.0))
-    window.state.finish_preview("move mode")
+    window.state.tf_input.move(make_tf(125.0))
+    window.state.tf_input.finish("move mode")
     assert not search.is_running
-    assert window.state.undo_stack.count() == 1
-    assert window.state.undo_stack.undoText() == "move mode"
-    window.state.undo()
+    assert window.state.edits.stack.count() == 1
+    assert window.state.edits.stack.undoText() == "move mode"
+    window.state.edits.undo()
     assert window.state.transfer_function == before
 
 

@@ -352,7 +352,7 @@ def test_enter_on_a_flag_makes_its_edit_in_one_step(qtbot: QtBot, window: MainWi
     flag.setFocus()
     QTest.keyClick(flag, Qt.Key.Key_Return)
     assert len(state.transfer_function.opacity.modes) == count + 1
-    assert state.undo_stack.count() == 1
+    assert state.edits.stack.count() == 1
 
 
 def test_buttons_of_a_row_are_drawn_where_mouse_or_focus_are(
@@ -498,7 +498,7 @@ def test_values_that_no_longer_show_stay_only_for_who_edits_them(
     assert values() == ["174.5 to 182.4   100 %"]
     # Whatever else changes the picture is not followed.
     at[0] = 60
-    window.state.undo()
+    window.state.edits.undo()
     qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
     assert dispatcher.visibility is not None
 
@@ -578,7 +578,7 @@ def test_a_peaks_label_covers_no_handle(
         modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
         visible = window.sensitivity.visible
         with qtbot.waitSignal(window.workspace.sensitivity.visibilityAnswered):
-            window.state.commit(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
+            window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
         (label,) = [each for each in visible._labels if each.isVisible()]
         view = window.editor.area.widget
         box = view.mapFromScene(label.mapRectToScene(label.boundingRect())).boundingRect()

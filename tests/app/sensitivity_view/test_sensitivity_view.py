@@ -208,9 +208,9 @@ def test_a_click_names_the_values_there_and_edits_them(
     }
     for name, button in buttons.items():
         button.click()
-        assert window.state.undo_stack.undoText() == f"{name} value"
+        assert window.state.edits.stack.undoText() == f"{name} value"
         assert window.state.transfer_function != before
-        window.state.undo()
+        window.state.edits.undo()
         assert window.state.transfer_function == before
         qtbot.waitUntil(findings.raises[0].isEnabled)
     for there, back in (("raise", "lower"), ("lower", "raise")):
@@ -562,12 +562,12 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
     QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
     window.sensitivity.findings.adds[0].click()
     assert window.state.transfer_function == tf
-    window.state.undo()
+    window.state.edits.undo()
     assert window.state.transfer_function == before
     qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
     window.sensitivity.findings.adds[0].click()
     assert window.state.transfer_function == tf
-    window.state.undo()
+    window.state.edits.undo()
     qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
     (other,) = window.sensitivity.findings.adds[0].menu().actions()
     other.trigger()
@@ -649,7 +649,7 @@ def test_switched_off_nothing_is_asked_or_shown(
     # Of what was asked before, some may still be answered.
     asked: list[Request] = []
     builders.analysts[-1].others, builders.generators[-1].others = asked, asked
-    window.state.commit(make_tf(150.0), "test")
+    window.state.tf_input.set(make_tf(150.0), "test")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert not asked
     QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
@@ -674,9 +674,9 @@ def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWin
     window.sensitivity_state.pick((0.5, 0.5))
     for change in (
         lambda: state.set_view(View(azimuth=77.0)),
-        lambda: state.commit(make_tf(), "preset"),
-        lambda: state.set_crop(CropBox((0.5, 0.0, 0.0))),
-        state.undo,
+        lambda: state.tf_input.set(make_tf(), "preset"),
+        lambda: state.crop_input.set(CropBox((0.5, 0.0, 0.0))),
+        state.edits.undo,
     ):
         change()
         qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
@@ -942,10 +942,10 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     assert window.state.transfer_function != before
     # Modes are still modes, and the TF from before comes back as it was.
     assert 0 < len(window.state.transfer_function.opacity.modes) <= len(before.opacity.modes)
-    assert window.state.undo_stack.undoText() == "isolate value"
-    window.state.undo()
+    assert window.state.edits.stack.undoText() == "isolate value"
+    window.state.edits.undo()
     assert window.state.transfer_function == before
-    window.state.redo()
+    window.state.edits.redo()
     # What it shows now is listed next; Escape leads back.
     qtbot.waitUntil(findings.lowers[0].isEnabled)
     QTest.keyClick(window, Qt.Key.Key_Escape)
@@ -994,7 +994,7 @@ def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWin
     assert state.outline.mask(16).any()
     state.pin(150.0)
     window.sensitivity.band.tag.add.click()
-    assert window.state.undo_stack.undoText() == "add mode"
+    assert window.state.edits.stack.undoText() == "add mode"
     QTest.keyClick(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
 

@@ -93,7 +93,7 @@ def test_gestures_are_undone_apart_from_the_tf(qtbot: QtBot, state: ViewerState)
     assert (state.view, state.can_undo_view, state.can_redo_view) == (HOME_VIEW, False, True)
     state.redo_view()
     assert state.view == View(1.0)
-    assert not state.undo_stack.canUndo()
+    assert not state.edits.stack.canUndo()
 
 
 def test_undo_in_the_middle_of_a_drag_takes_the_drag_back(state: ViewerState) -> None:

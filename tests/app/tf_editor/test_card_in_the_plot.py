@@ -92,7 +92,7 @@ def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerS
         for mean, height in ((150.0, 0.2), (168.0, 0.24), (186.0, 0.2))
     )
     tf = state.transfer_function
-    state.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), modes=modes)), "edit")
+    state.tf_input.set(replace(tf, opacity=OpacityTF((100.0, 200.0), modes=modes)), "edit")
     editor.selection.select("opacity", 1)
     box, plot = editor.card.geometry(), plot_of(editor)
     handles = [editor.area.widget.mapFromScene(h.scenePos()) for h in editor.opacity.peaks]
@@ -153,7 +153,7 @@ def test_f2_types_the_value_tab_goes_on_and_escape_returns(
     assert state.transfer_function.opacity.modes[0].width == 12.0
     assert card.height_box.hasFocus()
     # It is the same undo step for as long as the same number is typed, and no longer.
-    state.undo()
+    state.edits.undo()
     assert state.transfer_function.opacity.modes[0].mean == 150.0
     QTest.keyClick(card.height_box, Qt.Key.Key_Escape)
     assert editor.area.widget.hasFocus()
@@ -201,9 +201,9 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
     dialog.accept()
     assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
     assert tuple(state.transfer_function.color(130.0)) == pytest.approx((0.2, 0.4, 0.6))
-    state.undo()
+    state.edits.undo()
     assert state.transfer_function == before
-    state.redo()
+    state.edits.redo()
     # The stop that is there by now is the one that is recoloured.
     editor.selection.select("opacity", 0)
     editor.card.color_button.click()

@@ -80,9 +80,9 @@ def test_handles_follow_the_session(editor: TransferFunctionEditor, state: Viewe
     assert [position(h)[0] for h in editor.color.stops] == [100.0, 150.0, 200.0]
     tf = state.transfer_function
     mode = replace(tf.opacity.modes[0], mean=110.0, amplitude=0.9)
-    state.commit(replace(tf, opacity=OpacityTF((100.0, 200.0), (mode,))), "edit")
+    state.tf_input.set(replace(tf, opacity=OpacityTF((100.0, 200.0), (mode,))), "edit")
     assert [position(h) for h in editor.opacity.peaks] == [(110.0, 0.9)]
-    state.undo()
+    state.edits.undo()
     assert [position(h) for h in editor.opacity.peaks] == [(130.0, 0.5), (170.0, 0.5)]
 
 
@@ -94,7 +94,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
         pixel(editor, 140.0, 0.6),
         pixel(editor, 150.0, 0.8),
     )
-    with qtbot.assertNotEmitted(state.transferFunctionChangeFinished):
+    with qtbot.assertNotEmitted(state.tf_input.changeFinished):
         press(editor, start)
         move(editor, half)
         move(editor, end)
@@ -104,16 +104,16 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
     assert word == "opacity"
     assert float(height) == pytest.approx(0.8, abs=0.02)
     assert editor.card.heading == "Mode 1 of 2"
-    with qtbot.waitSignal(state.transferFunctionChangeFinished):
+    with qtbot.waitSignal(state.tf_input.changeFinished):
         release(editor, end)
     mode = state.transfer_function.opacity.modes[0]
     assert mode.mean == pytest.approx(150.0, abs=0.3)
     assert mode.amplitude == pytest.approx(0.8, abs=0.02)
     assert mode.width == 8.0
     assert editor.area.readout == ""
-    state.undo()
+    state.edits.undo()
     assert state.transfer_function.opacity.modes[0].mean == 130.0
-    assert not state.undo_stack.canUndo()
+    assert not state.edits.stack.canUndo()
 
 
 @pytest.mark.parametrize("dx", [-9, 0, 9])
@@ -173,7 +173,7 @@ def test_a_double_click_adds_a_mode_and_delete_removes_it(
     assert editor.selection.index("opacity") == 2
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
     assert state.transfer_function == before
-    state.undo()
+    state.edits.undo()
     assert state.transfer_function.opacity.modes[2] == added
 
 
@@ -186,7 +186,7 @@ def test_arrow_keys_nudge_and_merge(editor: TransferFunctionEditor, state: Viewe
     mode = state.transfer_function.opacity.modes[0]
     assert mode.mean == pytest.approx(130.0 + 11 * bins(state))
     assert mode.amplitude == pytest.approx(0.51)
-    assert state.undo_stack.count() == 1
+    assert state.edits.stack.count() == 1
 
 
 def test_a_click_on_the_strip_adds_a_stop_without_changing_colors(
@@ -228,7 +228,7 @@ def test_the_color_dialog_is_live_and_can_be_cancelled(
     dialog.setCurrentColor(QColor("#336699"))
     dialog.accept()
     assert not state.live
-    assert state.undo_stack.count() == 1
+    assert state.edits.stack.count() == 1
     assert state.transfer_function.color.stops[1][1:] == pytest.approx((0.2, 0.4, 0.6))
 
 
@@ -281,7 +281,7 @@ def test_the_context_menus_remove_and_add(
 def curve(state: ViewerState) -> OpacityTF:
     """Edit a free curve instead of modes."""
     opacity = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.5), (200.0, 1.0)))
-    state.commit(replace(state.transfer_function, opacity=opacity), "edit")
+    state.tf_input.set(replace(state.transfer_function, opacity=opacity), "edit")
     return opacity
 
 
@@ -307,7 +307,7 @@ def test_undoing_an_added_handle_drops_its_selection(
 ) -> None:
     editor.add_button.click()
     assert editor.selection.index("opacity") == 2
-    state.undo()
+    state.edits.undo()
     assert editor.selection.selected is None
     assert editor.card.heading == "Nothing selected"
 
@@ -317,7 +317,7 @@ def test_the_strongest_mode_can_be_selected_from_outside(
 ) -> None:
     tf = state.transfer_function
     strong = replace(tf.opacity.modes[1], amplitude=0.9)
-    state.commit(
+    state.tf_input.set(
         replace(tf, opacity=replace(tf.opacity, modes=(tf.opacity.modes[0], strong))), "edit"
     )
     editor.select_strongest()

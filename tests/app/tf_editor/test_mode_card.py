@@ -45,11 +45,11 @@ def test_the_numbers_follow_a_drag(
     tf = state.transfer_function
     mode = replace(tf.opacity.modes[0], mean=123.25, width=4.5, amplitude=0.75)
     modes = (mode, tf.opacity.modes[1])
-    state.preview(replace(tf, opacity=replace(tf.opacity, modes=modes)))
+    state.tf_input.move(replace(tf, opacity=replace(tf.opacity, modes=modes)))
     assert card.value.text() == "123.25"
     assert card.width_box.text() == "4.5"
     assert card.height_box.text() == ".75"
-    state.finish_preview("drag")
+    state.tf_input.finish("drag")
 
 
 def test_typed_numbers_reach_the_session_and_can_be_undone(
@@ -62,7 +62,7 @@ def test_typed_numbers_reach_the_session_and_can_be_undone(
     mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.width, mode.amplitude) == (155.5, 12.0, 0.125)
     for _ in range(3):
-        state.undo()
+        state.edits.undo()
     mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.width, mode.amplitude) == (170.0, 8.0, 0.5)
     assert card.value.text() == "170"

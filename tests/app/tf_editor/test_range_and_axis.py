@@ -79,10 +79,10 @@ def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(
     assert lo == 100.0
     assert hi == pytest.approx(120.0, abs=0.5)
     assert state.transfer_function == fit_to_range(before, (lo, hi))
-    assert state.undo_stack.undoText() == "range"
-    state.undo()
+    assert state.edits.stack.undoText() == "range"
+    state.edits.undo()
     assert state.transfer_function == before
-    assert not state.undo_stack.canUndo()
+    assert not state.edits.stack.canUndo()
 
 
 def test_a_point_at_the_end_of_the_range_leaves_the_grip_in_sight(
@@ -90,7 +90,7 @@ def test_a_point_at_the_end_of_the_range_leaves_the_grip_in_sight(
 ) -> None:
     lo, hi = state.scalar_range
     opacity = OpacityTF((lo, hi), points=((lo, 1.0), (hi, 1.0)))
-    state.commit(replace(state.transfer_function, opacity=opacity), "points")
+    state.tf_input.set(replace(state.transfer_function, opacity=opacity), "points")
     widget, width = editor.area.widget, editor.area.widget.width()
     for line, outwards in zip(editor.range.lines, (-1, 1), strict=True):
         reached = line.boundingRect()
@@ -107,7 +107,7 @@ def test_what_a_line_passes_over_comes_back(
     lo, hi = state.scalar_range
     opacity = OpacityTF((lo, hi), points=((lo, 0.0), (130.0, 0.3), (160.0, 0.1), (hi, 0.9)))
     before = replace(state.transfer_function, opacity=opacity)
-    state.commit(before, "points")
+    state.tf_input.set(before, "points")
     # Within one drag, in the next one, and by the menu.
     viewport = editor.area.widget.viewport()
     QTest.mousePress(viewport, LEFT, CTRL, pixel(editor, 200.0, 0.95))
@@ -124,7 +124,7 @@ def test_what_a_line_passes_over_comes_back(
     editor.range.set_range((lo, 150.0))
     now = state.transfer_function
     edited = replace(now, color=recolor_stop(now.color, 0, (1.0, 0.0, 0.0)))
-    state.commit(edited, "colour")
+    state.tf_input.set(edited, "colour")
     editor.range.set_range((lo, hi))
     assert state.transfer_function == fit_to_range(edited, (lo, hi))
 
@@ -142,7 +142,7 @@ def test_the_menu_sets_the_range(editor: TransferFunctionEditor, state: ViewerSt
     popup.hide()
     assert state.scalar_range == (120.0, 400.0)
     assert editor.area.axis.full == (100.0, 400.0)
-    assert state.undo_stack.count() == 3
+    assert state.edits.stack.count() == 3
 
 
 def test_return_closes_the_typed_range_or_goes_to_what_is_refused(

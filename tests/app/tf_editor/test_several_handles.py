@@ -85,8 +85,8 @@ def test_modes_selected_together_are_dragged_together_with_their_colors(
     assert np.diff(means(state)) == pytest.approx(40.0)
     assert means(state)[0] == pytest.approx(140.0, abs=0.3)
     assert stops(state) == pytest.approx([100.0, means(state)[0], 150.0, means(state)[1], 200.0])
-    assert state.undo_stack.count() == 1
-    state.undo()
+    assert state.edits.stack.count() == 1
+    state.edits.undo()
     assert (means(state), stops(state)) == ([130.0, 170.0], [s[0] for s in STOPS])
     click(editor, pixel(editor, 130.0, 0.5))
     assert editor.selection.indices("opacity") == (0,)
@@ -109,11 +109,11 @@ def test_a_frame_with_shift_selects_and_keys_act_on_all(
     press_key(editor, Qt.Key.Key_Up)
     press_key(editor, Qt.Key.Key_Right)
     assert [m.amplitude for m in state.transfer_function.opacity.modes] == pytest.approx([0.51] * 2)
-    assert state.undo_stack.count() == 1
+    assert state.edits.stack.count() == 1
     press_key(editor, Qt.Key.Key_Delete)
     assert means(state) == []
-    state.undo()
-    state.undo()
+    state.edits.undo()
+    state.edits.undo()
     assert state.transfer_function == before
 
 
@@ -125,7 +125,7 @@ def test_ctrl_a_takes_all_of_a_kind_and_delete_keeps_the_ends(
     assert editor.selection.indices("color") == (0, 1, 2, 3, 4)
     press_key(editor, Qt.Key.Key_Delete)
     assert stops(state) == [100.0, 200.0]
-    assert state.undo_stack.count() == 1
+    assert state.edits.stack.count() == 1
 
 
 def test_tab_reaches_every_handle_and_leaves_at_the_end(
@@ -170,7 +170,7 @@ def test_arrows_on_a_flank_change_the_width(
     press_key(editor, Qt.Key.Key_Right)
     mode = state.transfer_function.opacity.modes[0]
     assert (mode.mean, mode.width) == (130.0, pytest.approx(8.0 + 200 / 256))
-    assert state.undo_stack.count() == 1
+    assert state.edits.stack.count() == 1
     press_key(editor, Qt.Key.Key_Tab)
     assert editor.selection.flank is None
 
@@ -216,8 +216,8 @@ def test_the_menu_converts_and_replaces_in_one_step_each(
     menu.presets.aboutToShow.emit()
     preset = menu.presets.actions()[1]
     preset.trigger()
-    assert state.undo_stack.undoText() == f"preset {preset.text()}"
-    assert state.undo_stack.count() == 5
+    assert state.edits.stack.undoText() == f"preset {preset.text()}"
+    assert state.edits.stack.count() == 5
     for _ in range(5):
-        state.undo()
+        state.edits.undo()
     assert state.transfer_function == before

@@ -54,7 +54,7 @@ def shown(bar: CropCard) -> list[tuple[int, int]]:
 def test_it_follows_the_state(state: ViewerState, bar: CropCard) -> None:
     assert shown(bar) == [(0, 100), (0, 50), (0, 20)]
     assert not bar.whole.isEnabled()
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     assert shown(bar) == [(20, 60), (0, 50), (10, 15)]
     assert [slider.span for slider in bar.sliders] == [(0.2, 0.6), (0.0, 1.0), (0.5, 0.75)]
     assert state.crop == BOX
@@ -67,7 +67,9 @@ def test_it_follows_the_state(state: ViewerState, bar: CropCard) -> None:
 def test_typed_voxels_are_planes_through_their_centers(
     qtbot: QtBot, state: ViewerState, bar: CropCard
 ) -> None:
-    with qtbot.waitSignals([state.cropChanged, state.cropChangeFinished], order="strict"):
+    with qtbot.waitSignals(
+        [state.crop_input.changed, state.crop_input.changeFinished], order="strict"
+    ):
         type_into(bar.planes[0][0], "25")
     assert state.crop == CropBox((0.25, 0.0, 0.0), (1.0, 1.0, 1.0))
     type_into(bar.planes[2][1], "10")
@@ -81,7 +83,7 @@ def test_typed_voxels_are_planes_through_their_centers(
 def test_a_typed_voxel_beyond_the_opposite_plane_waits_for_that_one(
     qtbot: QtBot, state: ViewerState, bar: CropCard
 ) -> None:
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     first, last = bar.planes[0]
     type_into(first, "90")
     assert state.crop == BOX and first.text() == "90"
@@ -97,7 +99,7 @@ def test_a_typed_voxel_beyond_the_opposite_plane_waits_for_that_one(
 def test_planes_between_voxels_stay_until_their_own_number_is_typed(
     state: ViewerState, bar: CropCard
 ) -> None:
-    state.set_crop(CropBox((0.123, 0.0, 0.0), (0.9, 1.0, 1.0)))
+    state.crop_input.set(CropBox((0.123, 0.0, 0.0), (0.9, 1.0, 1.0)))
     assert shown(bar)[0] == (12, 90)
     type_into(bar.planes[0][1], "80")
     assert state.crop == CropBox((0.123, 0.0, 0.0), (0.8, 1.0, 1.0))
@@ -113,7 +115,7 @@ def test_an_end_is_dragged_live(qtbot: QtBot, state: ViewerState, bar: CropCard)
     assert state.crop is not None
     assert state.crop.high[1] == pytest.approx(0.5, abs=1.01 / width)
     assert shown(bar)[1] == (0, 25)
-    with qtbot.waitSignal(state.cropChangeFinished):
+    with qtbot.waitSignal(state.crop_input.changeFinished):
         QTest.mouseRelease(slider, LEFT, PLAIN, at(slider, 0.5, KNOB / 2))
     assert not state.live
     # No nearer than a voxel.
@@ -122,7 +124,7 @@ def test_an_end_is_dragged_live(qtbot: QtBot, state: ViewerState, bar: CropCard)
 
 
 def test_a_slab_keeps_its_thickness_at_the_border(state: ViewerState, bar: CropCard) -> None:
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     slider = bar.sliders[0]
     drag(slider, at(slider, 0.4), at(slider, 0.5))
     assert state.crop is not None
@@ -140,7 +142,7 @@ def test_a_slab_keeps_its_thickness_at_the_border(state: ViewerState, bar: CropC
 
 
 def test_a_press_beside_the_span_brings_its_end_there(state: ViewerState, bar: CropCard) -> None:
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     slider = bar.sliders[0]
     QTest.mouseClick(slider, LEFT, PLAIN, at(slider, 0.85))
     assert state.crop is not None
@@ -150,12 +152,12 @@ def test_a_press_beside_the_span_brings_its_end_there(state: ViewerState, bar: C
 
 
 def test_arrow_keys_move_an_end_by_a_voxel(qtbot: QtBot, state: ViewerState, bar: CropCard) -> None:
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     slider = bar.sliders[0]
     slider.setFocus(Qt.FocusReason.TabFocusReason)
     QTest.keyPress(slider, Qt.Key.Key_Right)
     assert state.live
-    with qtbot.waitSignal(state.cropChangeFinished):
+    with qtbot.waitSignal(state.crop_input.changeFinished):
         QTest.keyRelease(slider, Qt.Key.Key_Right)
     assert shown(bar)[0] == (21, 60)
     QTest.keyClick(slider, Qt.Key.Key_PageDown)
@@ -215,7 +217,7 @@ def test_hiding_ends_a_drag_and_keeps_the_box(
     slider = bar.sliders[0]
     QTest.mousePress(slider, LEFT, PLAIN, at(slider, 0.0, -KNOB / 2))
     QTest.mouseMove(slider, at(slider, 0.5))
-    with qtbot.waitSignal(state.cropChangeFinished):
+    with qtbot.waitSignal(state.crop_input.changeFinished):
         QTest.mouseClick(bar.dismiss, LEFT)
     QTest.mouseRelease(slider, LEFT)
     assert told == [False]
@@ -241,7 +243,7 @@ def test_its_focus_does_not_go_to_another_number_when_it_is_hidden(
 
 def test_another_volume_has_other_voxels_and_names(state: ViewerState, bar: CropCard) -> None:
     assert [name.text() for name in bar.names] == ["x", "y", "z"]
-    state.set_crop(BOX)
+    state.crop_input.set(BOX)
     state.start_view((0.5, 0.5, 0.5**0.5), axis_labels=tuple("LRPASI"))
     state.start_volume(state.transfer_function, None)
     bar.set_volume((6, 5, 4000))

@@ -34,10 +34,10 @@ def test_nothing_visible_is_said_with_a_way_out(
     notice = window.notice
     assert notice.text == ""
     empty = TransferFunction(OpacityTF((100.0, 200.0)), make_tf().color)
-    window.state.preview(empty)
+    window.state.tf_input.move(empty)
     qtbot.wait(50)
     assert notice.text == ""  # not while something is dragged
-    window.state.finish_preview("drag")
+    window.state.tf_input.finish("drag")
     qtbot.waitUntil(lambda: "transparent" in notice.text)
     notice.findChild(QPushButton).click()
     qtbot.waitUntil(lambda: notice.text == "")

@@ -48,7 +48,7 @@ def test_a_tf_saved_and_opened_is_the_same(
     window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
 ) -> None:
     answer(tmp_path / "mine.json")
-    window.state.commit(make_tf(123.0), "edit")
+    window.state.tf_input.set(make_tf(123.0), "edit")
     dialogs.save_transfer_function()
     assert TransferFunction.load(tmp_path / "mine.json") == make_tf(123.0)
     window.state.reset_transfer_function()

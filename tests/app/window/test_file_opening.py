@@ -52,7 +52,7 @@ def test_a_tf_over_other_values_brings_its_range(
     assert opened is not None and opened.volume.scalar_range == (120.0, 180.0)
     assert opened.volume.data_range == (100.0, 200.0)
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.undo()
+        window.state.edits.undo()
     assert window.workspace.opened is not None
     assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
 
@@ -68,12 +68,12 @@ def test_a_small_range_fills_the_plot_until_it_is_undone(
     places = window.editor.area.axis.places((150.0, 152.0))
     assert 0.0 < places[0] < 0.25 and 0.75 < places[1] < 1.0
     # Not what was zoomed into, but the whole of the range from before.
-    window.state.undo()
+    window.state.edits.undo()
     assert window.editor.area.axis.visible == (100.0, 200.0)
-    window.state.redo()
+    window.state.edits.redo()
     window.editor.gestures.show_all()
     # A range that one chose to see as it is stays.
-    window.state.commit(over(make_tf(150.5), 150.0, 152.0), "shift")
+    window.state.tf_input.set(over(make_tf(150.5), 150.0, 152.0), "shift")
     assert window.editor.area.axis.visible == (100.0, 200.0)
 
 
@@ -99,7 +99,7 @@ def test_a_kept_tf_is_shown_over_its_own_range(
 ) -> None:
     narrow = over(make_tf(150.0), 120.0, 180.0)
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.commit(narrow, "edit")
+        window.state.tf_input.set(narrow, "edit")
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open_volume(Path("other"))
@@ -111,7 +111,7 @@ def test_a_kept_tf_is_shown_over_its_own_range(
 
 def test_a_range_without_voxels_is_refused_in_words(qtbot: QtBot, window: MainWindow) -> None:
     with qtbot.waitSignal(window.workspace.problem):
-        window.state.commit(over(make_tf(), 900.0, 950.0), "edit")
+        window.state.tf_input.set(over(make_tf(), 900.0, 950.0), "edit")
     assert "900" in window.notice.text
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
@@ -224,7 +224,7 @@ def test_files_are_dropped(qtbot: QtBot, window: MainWindow, tmp_path: Path) -> 
 def test_the_histogram_follows_the_range(qtbot: QtBot, window: MainWindow) -> None:
     visible = window.editor.area.axis.visible
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.commit(over(make_tf(), 120.0, 180.0), "edit")
+        window.state.tf_input.set(over(make_tf(), 120.0, 180.0), "edit")
     histogram = window.editor.area.histogram
     assert histogram.counts.sum() == 120
     inside = histogram.edges[(histogram.edges > 120) & (histogram.edges < 180)]

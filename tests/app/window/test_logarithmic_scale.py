@@ -60,7 +60,7 @@ def test_one_click_shows_the_logarithm(
     assert not offer(window)
     assert window.sensitivity_state.band is None
     assert window.status.news == "The scale is logarithmic."
-    assert window.state.undo_stack.undoText() == "logarithmic scale"
+    assert window.state.edits.stack.undoText() == "logarithmic scale"
     volume = shown(window)
     np.testing.assert_allclose(volume.voxels, np.log10(VALUES), atol=1e-6)
     assert builders.drawn[-1].scale == "log"
@@ -77,11 +77,11 @@ def test_one_click_shows_the_logarithm(
     for drawn, engine in zip(builders.drawn, builders.references, strict=False):
         assert {r.inputs.opacity_tf.scale for r in engine.requests} <= {drawn.scale}
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.undo()
+        window.state.edits.undo()
     assert window.state.transfer_function == before
     assert shown(window).voxels is halo.voxels
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.redo()
+        window.state.edits.redo()
     assert shown(window).scale == "log"
 
 
@@ -116,7 +116,7 @@ def test_numbers_are_typed_as_values(qtbot: QtBot, make_window: WindowMaker, hal
     window = make_window("halo", model=None)
     click(qtbot, window)
     opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(1.0, 0.5, 0.5),))
-    window.state.commit(replace(window.state.transfer_function, opacity=opacity), "edit")
+    window.state.tf_input.set(replace(window.state.transfer_function, opacity=opacity), "edit")
     window.editor.selection.select("opacity", 0)
     box = window.editor.card.value
     assert box.text() == "10"
@@ -167,7 +167,7 @@ def test_a_model_of_the_other_scale_says_so(
     click(qtbot, window)
     assert "over the values as they are" in window.generator.canvas.message
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.undo()
+        window.state.edits.undo()
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.generator.canvas.message == ""
 
@@ -199,7 +199,7 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert shows_as_the_model(window, scene)
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.undo()
+        window.state.edits.undo()
     assert shown(window).scale == "linear"
 
 
@@ -210,7 +210,7 @@ def test_a_model_that_is_read_late_changes_nothing_that_was_made(
     window = make_window("halo", model=None)
     opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(9.0, 2.0, 0.5),))
     edited = replace(window.state.transfer_function, opacity=opacity)
-    window.state.commit(edited, "edit")
+    window.state.tf_input.set(edited, "edit")
     with qtbot.waitSignal(window.workspace.modelChanged):
         window.workspace.open_model(Path("model"))
     qtbot.waitUntil(lambda: "over the logarithm" in window.generator.canvas.message)
@@ -238,7 +238,7 @@ def test_a_model_opened_with_its_volume_decides_before_it_is_shown(
     assert window.workspace.model == folder and window.state.scale == "log"
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert shows_as_the_model(window, scene)
-    assert not window.state.undo_stack.canUndo()
+    assert not window.state.edits.stack.canUndo()
 
 
 def test_a_model_whose_volume_was_not_read_is_awaited_no_more(

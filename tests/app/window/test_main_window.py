@@ -97,7 +97,7 @@ def test_a_tf_edit_reaches_both_engines(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
-    window.state.commit(make_tf(140.0), "edit")
+    window.state.tf_input.set(make_tf(140.0), "edit")
     settle(qtbot, window)
     for engine in (builders.generators[-1], builders.references[-1]):
         assert engine.requests[-1].inputs.transfer_function == make_tf(140.0)
@@ -262,7 +262,7 @@ def test_an_edited_tf_is_kept_for_the_next_run(
     first = make_window(store=store)
     default = first.state.transfer_function
     assert list(tmp_path.iterdir()) == []
-    first.state.commit(make_tf(142.0), "edit")
+    first.state.tf_input.set(make_tf(142.0), "edit")
     first.close()
     second = make_window(store=store)
     assert second.state.transfer_function == make_tf(142.0)
@@ -300,7 +300,7 @@ def test_each_volume_keeps_its_own_tf(
     builders.volumes["other"] = other = make_volume("other", top=300.0)
     store = TransferFunctionStore(tmp_path)
     window = make_window(store=store)
-    window.state.commit(make_tf(142.0), "edit")
+    window.state.tf_input.set(make_tf(142.0), "edit")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.open_volume(Path("other"))
     assert store.load(other.fingerprint) is None
@@ -435,7 +435,7 @@ def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
     before = window.state.transfer_function
     undo, redo = action(window, "Undo"), action(window, "Redo")
     assert not undo.isEnabled()
-    window.state.commit(make_tf(), "edit")
+    window.state.tf_input.set(make_tf(), "edit")
     undo.trigger()
     assert window.state.transfer_function == before
     assert not undo.isEnabled()
@@ -500,12 +500,12 @@ def test_the_light_is_moved_where_both_images_follow_it(
     window = make_window()
     assert window.reference_controls.ball.isVisible()
     assert builders.settings[-1].lighting == "direct"
-    window.state.set_light(LightDirection(20.0, 10.0))
+    window.state.light_input.set(LightDirection(20.0, 10.0))
     settle(qtbot, window)
     for engine in (builders.generators[-1], builders.references[-1]):
         assert engine.requests[-1].inputs.light == LightDirection(20.0, 10.0)
     assert shown(window.generator) == shown(window.reference)
-    window.state.set_light(LightDirection(85.0, 0.0))
+    window.state.light_input.set(LightDirection(85.0, 0.0))
     assert "light azimuth 85°" in window.generator.hint
 
 
@@ -576,9 +576,9 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     first = opened("ramp")
     assert shown(first) == fresh
     first.workspace.reference.choose(lighting="soft")
-    first.state.set_light(light)
+    first.state.light_input.set(light)
     first.brightness.set(2.0)
-    first.state.set_crop(half)
+    first.state.crop_input.set(half)
     assert shown(opened("ramp 2", first)) == ("soft", light)
     assert first.brightness.value == 2 and first.state.crop is None
     assert shown(opened("other", first)) == fresh
@@ -591,9 +591,9 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     assert shown(opened("ramp", second)) == ("soft", light)
     assert second.brightness.value == 2 and second.state.crop == half
     assert builders.references[-1].requests[-1].inputs.crop == half
-    assert not second.state.undo_stack.canUndo()
-    second.state.set_crop(None)
-    second.state.set_light(LightDirection())
+    assert not second.state.edits.stack.canUndo()
+    second.state.crop_input.set(None)
+    second.state.light_input.set(LightDirection())
     second.close()
     third = opened("ramp")
     assert shown(third) == ("soft", LightDirection()) and third.state.crop is None

@@ -104,7 +104,7 @@ def test_the_decoded_tf_follows_the_tf(
     assert decoded.difference == pytest.approx(rms, rel=1e-4)
     other = replace(window.state.transfer_function, opacity=make_tf(140.0).opacity)
     with qtbot.waitSignal(decoded.changed):
-        window.state.commit(other, "test")
+        window.state.tf_input.set(other, "test")
     assert decoded.opacities == pytest.approx(0.9 * other.opacity.sample())
     # Neither view nor colours change it.
     count = sum(isinstance(r, DecodedTFRequest) for r in asked)

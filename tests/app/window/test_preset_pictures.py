@@ -43,7 +43,7 @@ def test_each_preset_shows_the_volume_and_can_be_taken(
     assert [level(n) for n in (0, 1, 3)] == pytest.approx([0, 26, 76], abs=1)
     entries[2].trigger()
     assert state.transfer_function.opacity == request.more[1].opacity_tf
-    assert state.undo_stack.undoText() == f"preset {entries[2].text()}"
+    assert state.edits.stack.undoText() == f"preset {entries[2].text()}"
     menu.aboutToShow.emit()
     menu.actions()[0].trigger()
     assert state.transfer_function == state.default_transfer_function
@@ -96,7 +96,7 @@ def test_presets_are_ordered_by_what_they_show_and_stay_while_the_menu_is_open(
     assert [action.text() for action in menu.actions()] == shown
     # One that is folded can be taken all the same.
     black.actions()[0].trigger()
-    assert window.state.undo_stack.undoText() == f"preset {usual[-1]}"
+    assert window.state.edits.stack.undoText() == f"preset {usual[-1]}"
 
 
 @pytest.mark.parametrize(("levels", "expected"), [((0, 0), 0.0), ((0, 255), 0.5), ((9, 9), 0.0)])

@@ -157,10 +157,10 @@ def test_a_curve_of_19_points_comes_back_with_19(
     qtbot: QtBot, open_window: Opener, tmp_path: Path
 ) -> None:
     window = open_window()
-    window.state.commit(replace(window.state.transfer_function, opacity=CURVE), "test")
+    window.state.tf_input.set(replace(window.state.transfer_function, opacity=CURVE), "test")
     window.state.save_transfer_function(tmp_path / "tf.json")
     moved = move_opacity_handle(CURVE, 3, 117.0, 0.5)
-    window.state.commit(replace(window.state.transfer_function, opacity=moved), "test")
+    window.state.tf_input.set(replace(window.state.transfer_function, opacity=moved), "test")
     window.opening.open_transfer_function(tmp_path / "tf.json")
     assert window.state.transfer_function.opacity == CURVE
 

@@ -104,7 +104,7 @@ def test_the_same_picture_comes_back(
 ) -> None:
     window = make_window("shells", model=None)
     tf = TransferFunction(opacity, colors(opacity.scalar_range))
-    open_over(qtbot, window, lambda: window.state.commit(tf, "edit"))
+    open_over(qtbot, window, lambda: window.state.tf_input.set(tf, "edit"))
     before = picture(window)
     saved = tmp_path / "tf.json"
     window.state.save_transfer_function(saved)
@@ -147,7 +147,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
         window.state.transfer_function.opacity(values), exact.opacity(values), atol=1e-9
     )
     # One step, which can be undone; then it is said again.
-    open_over(qtbot, window, window.state.undo)
+    open_over(qtbot, window, window.state.edits.undo)
     assert window.state.transfer_function == tf
     assert "narrower" in window.notice.text
 
@@ -157,11 +157,11 @@ def test_once_dismissed_it_is_not_said_again_of_the_same_part(
 ) -> None:
     window = make_window("shells", model=None)
     tf = TransferFunction(KINDS["a narrow mode of a wide range"], colors(WIDE))
-    open_over(qtbot, window, lambda: window.state.commit(tf, "edit"))
+    open_over(qtbot, window, lambda: window.state.tf_input.set(tf, "edit"))
     assert "narrower" in window.notice.text
     window.notice.clear()
     recolored = TransferFunction(tf.opacity, ColorTF(WIDE, ((0.0, 1, 0, 0), (65_535.0, 0, 1, 0))))
-    window.state.commit(recolored, "edit")
+    window.state.tf_input.set(recolored, "edit")
     assert window.notice.text == ""
-    window.state.commit(TransferFunction(KINDS["a band of a wide range"], tf.color), "edit")
+    window.state.tf_input.set(TransferFunction(KINDS["a band of a wide range"], tf.color), "edit")
     assert "narrower" in window.notice.text

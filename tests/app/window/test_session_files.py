@@ -48,9 +48,9 @@ def open_window(qtbot: QtBot, builders: FakeBuilders, volume: Path, tmp_path: Pa
 
 def change_all(window: MainWindow, tf: TransferFunction) -> None:
     """Make something of each kind."""
-    window.state.commit(tf, "another")
+    window.state.tf_input.set(tf, "another")
     window.state.set_view(VIEW)
-    window.state.set_crop(CropBox((0.1, 0.0, 0.2), (1.0, 0.9, 1.0)))
+    window.state.crop_input.set(CropBox((0.1, 0.0, 0.2), (1.0, 0.9, 1.0)))
     window.workspace.reference.choose(lighting="soft", drawing="raycast", exactness=1)
     window.sensitivity_state.add_region(Outline.rectangle(0.2, 0.2, 0.5, 0.6))
     window.sensitivity_state.rename_region("ribs")
@@ -81,9 +81,9 @@ def test_all_comes_back(qtbot: QtBot, open_window: Opener, tmp_path: Path) -> No
     window.sessions.save(path)
     assert "a.tfscope" in window.windowTitle()
     # Another look, of the same window.
-    window.state.commit(make_tf(), "back")
+    window.state.tf_input.set(make_tf(), "back")
     window.state.set_view(View(0.0, 0.0, 0.0, 1.0))
-    window.state.set_crop(None)
+    window.state.crop_input.set(None)
     window.workspace.reference.choose(lighting="none", drawing="auto", exactness=2)
     window.sensitivity_state.remove_region()
     window.sensitivity_state.unpin()

@@ -61,10 +61,10 @@ def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(
 
 def test_news_go_when_what_they_are_about_is_undone(line: StatusLine, state: ViewerState) -> None:
     line.tell("Opened a.json.")
-    state.undo()
+    state.edits.undo()
     assert line.news == ""
     line.tell("Reading a.nrrd …")
-    state.undo()
+    state.edits.undo()
     assert line.news == "Reading a.nrrd …"
 
 

@@ -42,7 +42,7 @@ def test_it_is_asked_once_with_pictures(
     assert 1 + len(asked()[-1].more) == len(AXES)
     assert bar.sizeHint().height() == height
     # The pictures follow the TF.
-    window.state.commit(make_tf(), "preset")
+    window.state.tf_input.set(make_tf(), "preset")
     qtbot.waitUntil(lambda: asked()[-1].inputs.opacity_tf == make_tf().opacity)
     bar.button("-y").click()
     assert window.state.up_axis == "-y" and bar.isHidden()
