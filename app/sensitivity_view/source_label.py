@@ -103,7 +103,7 @@ class SourceLabel(QLabel):
             if agreement is not None:
                 parts.append(self._agreement_text(agreement))
             elif exact not in dispatcher.regions and not self._hint:
-                recorded = self._workspace.recorded_agreement
+                recorded = self._workspace.model.recorded_agreement
                 parts.append(
                     "agreement not measured"
                     if recorded is None

@@ -85,6 +85,11 @@ class GeneratorWork(QObject):
         client.stateChanged.connect(self._note_failure)
 
     @property
+    def is_open(self) -> bool:
+        """Whether a model is open, of this volume or of another one."""
+        return self.folder is not None
+
+    @property
     def worth(self) -> str:
         """What the model is worth, as its card has it; empty where that is not known."""
         if self.draws_path:
@@ -160,6 +165,13 @@ class GeneratorWork(QObject):
         if scene is None or opened is None:
             return None
         return scene if scene.volume_fingerprint == opened.fingerprint else None
+
+    def lighting_for(self, opened: OpenedVolume | None) -> Lighting:
+        """Lighting of the images beside a volume; none without a model of it."""
+        scene = self.scene_for(opened)
+        if self.draws_path:
+            return "path"
+        return "none" if scene is None else scene.lighting
 
     def fitting_scene(self, opened: OpenedVolume | None) -> Scene | None:
         """Return the same of a loaded model if the volume is shown over the model's range, too."""

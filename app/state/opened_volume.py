@@ -49,6 +49,11 @@ class OpenedVolume:
     window: Range
     shown: NDArray[np.float64]
 
+    @property
+    def has_missing(self) -> bool:
+        """Whether the volume has missing voxels."""
+        return self.volume.missing is not None
+
     @classmethod
     def of(
         cls, path: Path, volume: Volume, default: TransferFunction | None = None

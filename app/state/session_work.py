@@ -13,6 +13,7 @@ from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.session import Session, SessionError, of_session
 from app.state.viewer_state import ViewerState
+from app.state.volume_reading import Wanted
 from app.state.workspace import Workspace
 from model.scene.light import LightDirection
 from model.volume_files.choice import Choice
@@ -60,7 +61,7 @@ class SessionWork(QObject):
         self._awaited: tuple[Path, Session] | None = None
         self._before: Path | None = None
         self._is_other = False
-        workspace.volumeRead.connect(self._volume_read)
+        workspace.reading.volumeRead.connect(self._volume_read)
         workspace.volumeStarted.connect(self._volume_started)
 
     def save(self, path: Path) -> None:
@@ -102,7 +103,7 @@ class SessionWork(QObject):
             sensitivity=self._sensitivity.choices,
             band=band.values if band is not None and band.pinned else (),
             browsing=self._latent.choices.shown,
-            model=self._workspace.model,
+            model=self._workspace.model.folder,
         )
 
     def open(self, path: Path, volume: Path | None = None) -> None:
@@ -126,14 +127,16 @@ class SessionWork(QObject):
         self._awaited = path, session
         layout = str(session.look.get("raw_layout", ""))
         choice = str(session.look.get("choice", ""))
-        model = session.model
-        self._workspace.open_volume(
+        wanted = Wanted(
+            model=session.model if session.model is not None and session.model.exists() else None,
+            transfer_function=session.transfer_function,
+        )
+        self._workspace.reading.open(
             session.volume,
             raw=RawLayout.parse(layout) if layout else None,
             choice=Choice.parse(choice) if choice else None,
             is_remembered=True,
-            model=model if model is not None and model.exists() else None,
-            transfer_function=session.transfer_function,
+            wanted=wanted,
         )
 
     def _volume_read(self, opened: OpenedVolume) -> None:
@@ -150,7 +153,7 @@ class SessionWork(QObject):
         if self._folder is None or path == self._folder / BEFORE:
             return None
         known = self._preferences.volume(opened.fingerprint)
-        tf = self._workspace.kept_tf(opened.fingerprint)
+        tf = self._workspace.reading.kept_tf(opened.fingerprint)
         if tf is None and not known.path:
             return None
         before = Session(

@@ -83,7 +83,7 @@ class CaptionMenus(QObject):
         menu.addAction(train)
         menu.addSeparator()
         _add_alone(menu, panes, "reference")
-        menu.aboutToShow.connect(lambda: find.setVisible(not self._workspace.has_model))
+        menu.aboutToShow.connect(lambda: find.setVisible(not self._workspace.model.is_open))
 
 
 def _add_alone(menu: QMenu, panes: PaneLayout, shown: Shown) -> None:

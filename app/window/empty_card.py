@@ -67,7 +67,7 @@ class EmptyCard(QFrame):
         self.hide()
         pane.canvas.installEventFilter(self)
         pane.client.stateChanged.connect(self._follow)
-        workspace.readingStarted.connect(lambda _name: self._follow(EngineState.LOADING))
+        workspace.reading.started.connect(lambda _name: self._follow(EngineState.LOADING))
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         """Stay in the middle of the image."""

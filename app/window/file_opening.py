@@ -13,6 +13,7 @@ from app.state.library import ModelCheck
 from app.state.preferences import Preferences, RecentKind
 from app.state.session import SUFFIX
 from app.state.viewer_state import ViewerState
+from app.state.volume_reading import Wanted
 from app.state.workspace import Workspace
 from app.window.contents_dialog import ContentsDialog
 from app.window.notices import Notices
@@ -83,8 +84,8 @@ class FileOpening(QObject):
         self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
         self._slow.timeout.connect(self._offer_cancel)
         self._reading = ""
-        workspace.readingStarted.connect(self._note_reading)
-        workspace.readingEnded.connect(self._forget_reading)
+        workspace.reading.started.connect(self._note_reading)
+        workspace.reading.ended.connect(self._forget_reading)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -120,12 +121,11 @@ class FileOpening(QObject):
         """Open the volume that the window begins with; see :meth:`open_volume`."""
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.open_volume(
+        self._workspace.reading.open(
             path,
-            first_range=scalar_range,
-            first_scale=scale,
             choice=known,
             is_remembered=choice is None,
+            wanted=Wanted(scalar_range, scale),
         )
 
     def open_volume(
@@ -155,8 +155,12 @@ class FileOpening(QObject):
             self._raw_layout = path, layout
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.open_volume(
-            path, layout, choice=known, is_remembered=choice is None, model=model
+        self._workspace.reading.open(
+            path,
+            layout,
+            choice=known,
+            is_remembered=choice is None,
+            wanted=Wanted(model=model),
         )
 
     def _note_reading(self, name: str) -> None:
@@ -168,7 +172,7 @@ class FileOpening(QObject):
         self._notice.clear(READING)
 
     def _offer_cancel(self) -> None:
-        cancel = Action("Cancel", self._workspace.cancel_reading)
+        cancel = Action("Cancel", self._workspace.reading.cancel)
         self._notice.tell(f"{self._reading} is being read.", cancel, key=READING)
 
     def ask_for_content(self) -> None:
@@ -230,7 +234,7 @@ class FileOpening(QObject):
     def _offer_awaited_volume(self) -> None:
         """Say so where the file that was opened with a model no longer is that model's volume."""
         folder, self._model_awaited = self._model_awaited, None
-        if folder is not None and folder == self._workspace.model:
+        if folder is not None and folder == self._workspace.model.folder:
             self._offer_volume(self._workspace.library.check_model(folder))
 
     def _offer_volume(self, check: ModelCheck) -> None:

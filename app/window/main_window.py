@@ -316,9 +316,9 @@ class MainWindow(QMainWindow):
         # A band kept over the plot would be one of other values.
         self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
         self.opening.transferFunctionOpened.connect(self.editor.show_small_range)
-        self.editor.menu.scale_wanted.connect(self.workspace.show_on_scale)
+        self.editor.menu.scale_wanted.connect(self.workspace.ranging.show_on_scale)
         # Errors of an earlier file no longer apply.
-        self.workspace.volumeRead.connect(lambda _opened: self.notice.clear())
+        self.workspace.reading.volumeRead.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)
@@ -511,14 +511,14 @@ class MainWindow(QMainWindow):
 
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
-        self.panes.set_model(self.workspace.has_model)
-        title = PAPER_TITLE if self.workspace.draws_codes else "Generator"
-        if self.workspace.draws_path:
+        self.panes.set_model(self.workspace.model.is_open)
+        title = PAPER_TITLE if self.workspace.model.draws_codes else "Generator"
+        if self.workspace.model.draws_path:
             title = PATH_TITLE
-        self.generator.set_title(title, self.workspace.model_worth)
+        self.generator.set_title(title, self.workspace.model.worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
-        self.training_card.set_offered(opened is not None and not self.workspace.has_model)
+        self.training_card.set_offered(opened is not None and not self.workspace.model.is_open)
         pictures = self.workspace.latent.pictures
         self.browser.bar.set_model(pictures.learned_size is not None, pictures.draws_codes)
 

@@ -186,13 +186,13 @@ class Menus(QObject):
         missing = add_action(
             menu,
             "Draw &missing voxels",
-            lambda: workspace.draw_missing(not workspace.draws_missing),
+            lambda: workspace.ranging.draw_missing(not workspace.ranging.draws_missing),
         )
         missing.setCheckable(True)
 
         def show_missing(*_: object) -> None:
-            missing.setEnabled(workspace.has_missing)
-            missing.setChecked(workspace.draws_missing)
+            missing.setEnabled(workspace.ranging.has_missing)
+            missing.setChecked(workspace.ranging.draws_missing)
 
         for changed in (workspace.volumeStarted, workspace.rangeChanged):
             changed.connect(show_missing)

@@ -69,12 +69,12 @@ class RecentMenus(QObject):
             action = add_action(menu, model.name, partial(self._opening.open_model, model.folder))
             action.setToolTip(model.worth or str(model.folder))
             action.setCheckable(True)
-            action.setChecked(model.folder == self._workspace.model)
+            action.setChecked(model.folder == self._workspace.model.folder)
         if not found:
             menu.addAction("None yet").setEnabled(False)
         menu.addSeparator()
         close = add_action(menu, "Close the model", partial(self._workspace.open_model, None))
-        close.setEnabled(self._workspace.has_model)
+        close.setEnabled(self._workspace.model.is_open)
 
 
 def menu_names(paths: Sequence[Path]) -> list[str]:

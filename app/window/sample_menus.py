@@ -51,6 +51,6 @@ class SampleMenus(QObject):
             action = add_action(menu, f"Paper's networks: {model.name}", open_both)
             action.setToolTip(model.worth or str(model.folder))
             action.setCheckable(True)
-            action.setChecked(model.folder == self._workspace.model)
+            action.setChecked(model.folder == self._workspace.model.folder)
         if not found:
             menu.addAction("None ship with this version").setEnabled(False)

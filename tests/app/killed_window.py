@@ -32,7 +32,7 @@ def main(folder: Path, seed: int) -> None:
     store = TransferFunctionStore(folder / "transfer_functions")
     preferences = Preferences(PreferencesStore(folder / "preferences.json"))
     window = MainWindow(FakeBuilders().make(), store, GeneratorSettings(), preferences)
-    window.workspace.open_volume(Path("ramp.nrrd"))
+    window.workspace.reading.open(Path("ramp.nrrd"))
     window.show()
     rng = random.Random(seed)
     state = window.state

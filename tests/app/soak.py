@@ -84,7 +84,7 @@ class Soak:
         """Open a volume, with its model if there is one, and use everything once."""
         window = self.window
         window.workspace.open_model(None)
-        window.workspace.open_volume(volume)
+        window.workspace.reading.open(volume)
         self.settle()
         if model is not None:
             window.workspace.open_model(model)

@@ -30,7 +30,7 @@ def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
-    window.workspace.open_volume(Path(name))
+    window.workspace.reading.open(Path(name))
     qtbot.waitUntil(
         lambda: (
             window.workspace.is_settled
@@ -58,9 +58,9 @@ def test_a_chosen_model_gives_way_to_that_of_another_volume(
 ) -> None:
     builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="hill", model=Path("mine"))
-    assert window.workspace.model == Path("mine")
+    assert window.workspace.model.folder == Path("mine")
     open_volume(qtbot, window, "ramp")
-    assert window.workspace.model == Path("shipped")
+    assert window.workspace.model.folder == Path("shipped")
 
 
 def test_a_chosen_model_waits_for_its_volume(
@@ -68,8 +68,8 @@ def test_a_chosen_model_waits_for_its_volume(
 ) -> None:
     builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="ramp", model=Path("mine"))
-    assert window.workspace.model == Path("mine")
+    assert window.workspace.model.folder == Path("mine")
     assert "'hill'" in window.generator.canvas.message
     open_volume(qtbot, window, "hill")
-    assert window.workspace.model == Path("mine")
+    assert window.workspace.model.folder == Path("mine")
     assert window.generator.canvas.image is not None

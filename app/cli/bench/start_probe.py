@@ -55,7 +55,7 @@ def probe(volume: Path, began: float, model: Path | None = None) -> dict[str, fl
 
     window.reference.imageShown.connect(partial(note, "reference"))
     window.generator.imageShown.connect(partial(note, "generator"))
-    window.workspace.open_volume(volume)
+    window.workspace.reading.open(volume)
     if model is not None:
         window.workspace.open_model(model)
     window.show()

@@ -138,7 +138,7 @@ def _opened(volume: Path, size: int | None) -> Iterator[MainWindow]:
         window.show()
         if size is not None:
             window.workspace.reference.choose(size=size)
-        window.workspace.open_volume(volume)
+        window.workspace.reading.open(volume)
         _wait_for(volume, lambda: window.workspace.is_settled)
         yield window
     finally:

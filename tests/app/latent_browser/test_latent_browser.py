@@ -544,7 +544,7 @@ def test_another_volume_has_its_own_map(
     window.latent_state.name_place((0.3, 0.3), tf)
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(session.mapOpened):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     assert session.space is not None
     assert session.space.frame.scalar_range == (100.0, 300.0)
     assert window.latent_state.places == ()
@@ -589,7 +589,7 @@ def test_a_search_does_not_reach_into_another_volume(
     with qtbot.waitSignal(search.stepped):
         window.browser.search.seek("more")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     assert not search.is_running
     # Its own first TF, with nothing to undo.
     assert window.state.scalar_range == (100.0, 300.0)
@@ -603,7 +603,7 @@ def test_places_of_another_volume_cannot_be_taken(
     builders.volumes["other"] = make_volume("other", 300.0)
     builders.space_error = LatentError("There is no codec.")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     before = window.state.transfer_function
     window.browser.take(tf, "old")
     window.browser._name((0.3, 0.3), tf, None, "old")

@@ -512,7 +512,7 @@ def test_another_volume_forgets_the_answers(
     old = builders.analysts[-1]
     builders.volumes["other"] = make_volume("other", 500.0)
     with qtbot.waitSignal(window.workspace.volumeOpened):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     assert window.sensitivity_state.band is None
     assert window.sensitivity_state.place is None
     assert window.reference.canvas.cover is None
@@ -533,7 +533,7 @@ def test_regions_stay_for_the_next_time_step_and_go_with_another_shape(
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
     for name, outline in (("ramp 2", region), ("other", Outline())):
         with qtbot.waitSignal(window.workspace.volumeOpened):
-            window.workspace.open_volume(Path(name))
+            window.workspace.reading.open(Path(name))
         assert state.outline == outline
     assert window.sensitivity.chips.region.caption == "Whole image ▾"
     qtbot.waitUntil(lambda: window.workspace.is_settled)

@@ -67,7 +67,7 @@ def test_figures_are_predicted_until_something_has_moved(
     # Opened again, it is not measured yet.
     trade.pause(True)
     with qtbot.waitSignal(window.workspace.settled):
-        window.workspace.open_volume(Path("ramp"))
+        window.workspace.reading.open(Path("ramp"))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     expected = trade.expected(STEPS[USUAL])
     assert expected is not None and moving.moving == ""

@@ -56,7 +56,7 @@ def main(sizes: list[tuple[int, int]]) -> None:
     apply_theme(application, "dark")
     window = MainWindow(FakeBuilders().make(), None, GeneratorSettings(), Preferences(None))
     window.workspace.open_model(Path("model"))
-    window.workspace.open_volume(Path("ramp"))
+    window.workspace.reading.open(Path("ramp"))
     window.show()
     while not window.workspace.is_settled:
         application.processEvents()

@@ -122,7 +122,7 @@ def test_a_wrong_folder_keeps_the_working_model(
     window = make_window()
     window.opening.open_model(tmp_path)
     assert str(tmp_path) in window.notice.text
-    assert window.workspace.model == Path("model")
+    assert window.workspace.model.folder == Path("model")
     assert len(builders.generators) == 1
 
 
@@ -138,7 +138,7 @@ def test_a_model_offers_its_volume(
     assert "'other'" in window.notice.text
     with qtbot.waitSignal(window.workspace.volumeStarted):
         buttons(window)["Open other.nrrd"].click()
-    assert window.workspace.model == folder
+    assert window.workspace.model.folder == folder
     assert window.notice.text == ""
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
     known = window.preferences.volume(other.fingerprint)
@@ -154,11 +154,11 @@ def test_a_model_comes_back_with_its_volume(
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open_volume(Path("other"))
-    assert window.workspace.model is None
+    assert window.workspace.model.folder is None
     assert window.training_card.train.isEnabled()
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open_volume(Path("ramp"))
-    assert window.workspace.model == folder
+    assert window.workspace.model.folder == folder
 
 
 def test_what_is_gone_is_named(window: MainWindow, tmp_path: Path) -> None:

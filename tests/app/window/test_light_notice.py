@@ -43,7 +43,7 @@ def test_a_light_that_goes_out_is_told_and_offered(
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
     notice, work = window.notice, window.workspace.reference
-    window.workspace.open_volume(Path("other"))
+    window.workspace.reading.open(Path("other"))
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
     qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
     window.state.set_view(View(azimuth=50.0))

@@ -178,7 +178,7 @@ def test_a_model_of_the_logarithm_brings_it(
     builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
     window = make_window()
     with qtbot.waitSignal(window.workspace.settled):
-        window.workspace.open_volume(Path("halo"))
+        window.workspace.reading.open(Path("halo"))
     assert shown(window).scale == "log" and window.state.scale == "log"
     assert window.generator.canvas.message == ""
 
@@ -235,7 +235,7 @@ def test_a_model_opened_with_its_volume_decides_before_it_is_shown(
     window.opening.open_model_and_volume(folder, Path("halo"))
     with qtbot.waitSignal(window.workspace.volumeStarted):
         pass
-    assert window.workspace.model == folder and window.state.scale == "log"
+    assert window.workspace.model.folder == folder and window.state.scale == "log"
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert shows_as_the_model(window, scene)
     assert not window.state.edits.stack.canUndo()
@@ -250,4 +250,4 @@ def test_a_model_whose_volume_was_not_read_is_awaited_no_more(
         window.opening.open_model_and_volume(folder, Path("gone"))
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open_volume(Path("halo"))
-    assert window.workspace.model is None
+    assert window.workspace.model.folder is None

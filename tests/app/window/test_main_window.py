@@ -192,7 +192,7 @@ def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
     assert message.count(".") == 1
     assert builders.generators[-1].requests == []
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
     assert len(builders.generators) == 1
@@ -229,17 +229,17 @@ def test_a_missing_volume_is_an_error_at_first_and_a_notice_later(
     assert window.errors == ["gone: the file is missing; choose another."]
     assert not window.editor.isEnabled()
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("ramp"))
+        window.workspace.reading.open(Path("ramp"))
     settle(qtbot, window)
     assert window.errors == []
     with qtbot.waitSignal(window.workspace.problem):
-        window.workspace.open_volume(Path("gone"))
+        window.workspace.reading.open(Path("gone"))
     assert window.notice.text == "gone: the file is missing; choose another."
     assert window.notice.isVisible()
     assert window.workspace.opened is not None
     assert window.workspace.opened.volume.name == "ramp"
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("ramp"))
+        window.workspace.reading.open(Path("ramp"))
     assert window.notice.text == ""
 
 
@@ -280,12 +280,12 @@ def test_missing_voxels_are_drawn_on_demand(
     missing = ramp.voxels > ramp.voxels.mean()
     builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("patchy"))
+        window.workspace.reading.open(Path("patchy"))
     settle(qtbot, window)
     assert "voxels are missing, and not drawn" in window.status.news
     tf = window.state.transfer_function
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.workspace.draw_missing(True)
+        window.workspace.ranging.draw_missing(True)
     settle(qtbot, window)
     assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
     with qtbot.waitSignal(window.workspace.rangeChanged):
@@ -302,11 +302,11 @@ def test_each_volume_keeps_its_own_tf(
     window = make_window(store=store)
     window.state.tf_input.set(make_tf(142.0), "edit")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     assert store.load(other.fingerprint) is None
     assert window.state.scalar_range == (100.0, 300.0)
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("ramp"))
+        window.workspace.reading.open(Path("ramp"))
     assert window.state.transfer_function == make_tf(142.0)
     settle(qtbot, window)
 
@@ -341,7 +341,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     qtbot.waitUntil(lambda: engine.requests[-1].inputs.view == View(azimuth=1.0))
     builders.loading = loading = threading.Event()
     window.workspace.open_model(Path("another"))
-    window.workspace.open_volume(Path("ramp"))
+    window.workspace.reading.open(Path("ramp"))
     # The render and the loading end only once the window waits for them.
     helper = threading.Thread(target=let_go_when_hidden, args=(window, gate, loading))
     helper.start()
@@ -544,7 +544,7 @@ def test_a_light_is_proposed_only_for_a_volume_that_was_seen_in_none(
         qtbot.addWidget(window)
         window.workspace.reference.propose("path")
         with qtbot.waitSignal(window.workspace.settled):
-            window.workspace.open_volume(Path("ramp"))
+            window.workspace.reading.open(Path("ramp"))
         assert builders.settings[-1].lighting == seen
         if chosen is not None:
             window.workspace.reference.choose(lighting=chosen)
@@ -566,7 +566,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
         if chosen:
             window.workspace.reference.choose(keep=False, **chosen)
         with qtbot.waitSignal(window.workspace.settled):
-            window.workspace.open_volume(Path(name))
+            window.workspace.reading.open(Path(name))
         return window
 
     def shown(window: MainWindow) -> tuple[str, LightDirection | None]:

@@ -37,7 +37,7 @@ def test_it_draws_while_the_light_is_path_traced(
     reference.choose(lighting="path")
     settle(qtbot, window)
     assert window.generator.title == PATH_TITLE
-    assert "serves all volumes" in window.workspace.model_worth
+    assert "serves all volumes" in window.workspace.model.worth
     # One engine for each pane, of one sample and of many.
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
     assert samples == [1, 64]

@@ -78,6 +78,6 @@ def test_that_the_first_volume_takes_longer_is_said(
     monkeypatch.setattr(work._reference, "start", start_and_note)
     builders.volumes["other"] = make_volume("other")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     assert said[0].startswith("Preparing the volume")
     assert ("The first time" in said[0]) is not is_compiled

@@ -49,7 +49,7 @@ def open_window(qtbot: QtBot, builders: FakeBuilders, tmp_path: Path) -> Iterato
 
 def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path(name))
+        window.workspace.reading.open(Path(name))
 
 
 def test_regions_their_names_and_numbers(qtbot: QtBot, open_window: Opener) -> None:
@@ -172,14 +172,14 @@ def test_missing_voxels_that_were_drawn_are_drawn_again(
     missing = ramp.voxels > ramp.voxels.mean()
     builders.volumes["ramp"] = replace(ramp, missing=missing)
     window = open_window()
-    assert not window.workspace.draws_missing
+    assert not window.workspace.ranging.draws_missing
     for drawn in (True, False):
         with qtbot.waitSignal(window.workspace.rangeChanged):
-            window.workspace.draw_missing(drawn)
+            window.workspace.ranging.draw_missing(drawn)
         show(qtbot, window, "other")
         show(qtbot, window, "ramp")
-        assert window.workspace.draws_missing == drawn
+        assert window.workspace.ranging.draws_missing == drawn
         qtbot.waitUntil(lambda drawn=drawn: builders.drawn[-1].draws_missing == drawn)
         # And in the next run.
         window.preferences.finish()
-        assert open_window().workspace.draws_missing == drawn
+        assert open_window().workspace.ranging.draws_missing == drawn

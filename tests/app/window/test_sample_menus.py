@@ -53,7 +53,7 @@ def test_a_sample_model_opens_with_its_volume(
     assert entries(menu) == ["Paper's networks: Ramp, no light"]
     assert menu.actions()[0].toolTip() == "It pays."
     menu.actions()[0].trigger()
-    qtbot.waitUntil(lambda: window.workspace.model == shipped["model"])
+    qtbot.waitUntil(lambda: window.workspace.model.folder == shipped["model"])
     qtbot.waitUntil(lambda: bool(builders.generators))
     with qtbot.waitSignal(window.workspace.settled):
         pass

@@ -40,7 +40,7 @@ def open_window(qtbot: QtBot, builders: FakeBuilders, volume: Path, tmp_path: Pa
         window = MainWindow(builders.make(), tfs, preferences=preferences)
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.open_volume(volume)
+            window.workspace.reading.open(volume)
         return window
 
     return opened
@@ -119,7 +119,7 @@ def test_the_next_run_opens_it_over_another_volume(
     builders.volumes["other"] = make_volume("other", 300.0)
     window = open_window()
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path("other"))
+        window.workspace.reading.open(Path("other"))
     assert "a.tfscope" not in window.windowTitle()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved

@@ -17,7 +17,7 @@ WindowMaker = Callable[..., MainWindow]
 
 def reopen(qtbot: QtBot, window: MainWindow, name: str) -> None:
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.open_volume(Path(name))
+        window.workspace.reading.open(Path(name))
 
 
 def test_it_is_asked_once_with_pictures(
