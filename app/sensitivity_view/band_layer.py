@@ -88,9 +88,8 @@ class BandLayer(QObject):
         area.opacity.addItem(self._rect, ignoreBounds=True)
         self.tag = BandTag(area)
         self.tag.release.clicked.connect(lambda: sensitivity.unpin())
-        for changed in (
-            area.axisChanged, area.heightChanged, area.recolored, dispatcher.visibilityAnswered,
-        ):  # fmt: skip
+        signals = area.axisChanged, area.heightChanged, area.recolored
+        for changed in (*signals, dispatcher.answers.visibilityAnswered):
             changed.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.bandChangeFinished.connect(self.refresh)

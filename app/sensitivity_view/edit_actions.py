@@ -56,7 +56,7 @@ class EditActions:
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out."""
         intervals = self._layer.intervals
-        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
+        fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.region)
         if index < len(intervals) and fresh:
             self._add(intervals[index].value, self._width, striking)
 

@@ -102,7 +102,7 @@ class FieldCover(QObject):
         self.bar = ColorBar(pane.canvas, sensitivity)
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self._check_stop)
-        dispatcher.fieldAnswered.connect(self.refresh)
+        dispatcher.answers.fieldAnswered.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
 
@@ -214,7 +214,7 @@ class FieldCover(QObject):
         choices = self._sensitivity.choices
         field = self._shown(answer)
         # One scale for exact and learned fields, so that their colours can be compared.
-        others = [a for a in self._dispatcher.both_shown_fields if a not in (None, answer)]
+        others = [a for a in self._dispatcher.answers.both_shown_fields if a not in (None, answer)]
         every = [answer, *(other for other in others if other is not None)]
         if not self._keeps_scale or self._shown_as != choices.measure:
             self._own = max(scale_of(middle_square(self._shown(each))) for each in every)
@@ -301,7 +301,7 @@ class FieldCover(QObject):
                 end = global_scale(answer.value[..., inside], pixels, request.width)
                 self._largest = answer, end
             return self._largest[1]
-        found = self._dispatcher.ranges.get(answer.source)
+        found = self._dispatcher.answers.ranges.get(answer.source)
         if found is None or not found.is_of(answer.request.inputs):
             return None
         if found.request.width != answer.request.width:
@@ -340,7 +340,7 @@ class FieldCover(QObject):
 
     def _trust(self, image: NDArray[np.float32]) -> NDArray[np.int64] | None:
         """Levels of trust over an image; beside the square, where nothing is learned, the best."""
-        exact, learned = self._dispatcher.both_fields
+        exact, learned = self._dispatcher.answers.both_fields
         if exact is None or learned is None:
             return None
         levels = np.full(image.shape[:2], BEST_TRUST, dtype=np.int64)

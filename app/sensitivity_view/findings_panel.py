@@ -181,7 +181,7 @@ class FindingsPanel(QFrame):
             if index < len(self.values.found):
                 self._show_value(index)
         self._note(self.values_note, "" if self.values.found else self._no_value_text(fresh))
-        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
+        fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.region)
         effects = []
         for index, row in enumerate(self.edit_rows):
             row.setVisible(index < len(self._layer.intervals))
@@ -297,7 +297,7 @@ class FindingsPanel(QFrame):
         self._layer.peakClicked.connect(self._actions.add_mode)
         for changed in (
             self._layer.intervalsChanged, self._measured.changed, self.values.changed,
-            self._dispatcher.regionAnswered, self._state.inputsChanged,
+            self._dispatcher.answers.regionAnswered, self._state.inputsChanged,
             sensitivity.regionsChanged, sensitivity.choicesChanged,
         ):  # fmt: skip
             changed.connect(lambda *_: self.refresh())

@@ -46,8 +46,8 @@ class ListedValues(QObject):
         self._place: ImageRegion | None = None
         self._holds = False
         self.found: tuple[Contribution, ...] = ()
-        dispatcher.pickAnswered.connect(self._find)
-        dispatcher.visibilityAnswered.connect(self._find)
+        dispatcher.answers.pickAnswered.connect(self._find)
+        dispatcher.answers.visibilityAnswered.connect(self._find)
         sensitivity.placeChanged.connect(lambda _place: self._find())
         sensitivity.regionsChanged.connect(self._find)
 
@@ -77,8 +77,8 @@ class ListedValues(QObject):
     def _answer(self) -> VisibilityAnswer | None:
         """Visibility of the values that are listed; None while it is not known."""
         if self._sensitivity.place is not None:
-            return self._dispatcher.pick
-        answer, outline = self._dispatcher.visibility, self._sensitivity.outline
+            return self._dispatcher.answers.pick
+        answer, outline = self._dispatcher.answers.visibility, self._sensitivity.outline
         return answer if answer is not None and answer.request.regions[0] == outline else None
 
     def _find(self) -> None:

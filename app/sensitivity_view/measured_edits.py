@@ -52,7 +52,7 @@ class MeasuredEdits(QObject):
         for signal in (
             state.inputsChanged,
             sensitivity.regionsChanged,
-            dispatcher.regionAnswered,
+            dispatcher.answers.regionAnswered,
             layer.intervalsChanged,
             sensitivity.choicesChanged,
             dispatcher.trials.outdated,
@@ -76,7 +76,7 @@ class MeasuredEdits(QObject):
 
     def _ask(self) -> None:
         dispatcher, asked = self._dispatcher, self._sensitivity
-        is_fresh = dispatcher.is_fresh(dispatcher.region_answer)
+        is_fresh = dispatcher.answers.is_fresh(dispatcher.answers.region)
         moves = self._state.live or asked.dragging
         if self._layer.intervals and asked.choices.shown and is_fresh and not moves:
             self._asked = self._trial

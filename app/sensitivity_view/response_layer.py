@@ -98,7 +98,7 @@ class ResponseLayer(QObject):
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._fit)
         area.recolored.connect(self._recolor)
-        dispatcher.regionAnswered.connect(self.refresh)
+        dispatcher.answers.regionAnswered.connect(self.refresh)
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
         sensitivity.regionsChanged.connect(self._mark_stale)
         state.inputsChanged.connect(self._mark_stale)
@@ -138,7 +138,7 @@ class ResponseLayer(QObject):
     def refresh(self) -> None:
         """Draw the newest responses."""
         answers = {
-            name: self._dispatcher.regions.get(source)
+            name: self._dispatcher.answers.regions.get(source)
             for name, source in (
                 ("exact", self._dispatcher.exact_source),
                 ("learned", "learned"),
@@ -159,7 +159,7 @@ class ResponseLayer(QObject):
         }
         self._mark_cut()
         self._mark_stale()
-        answer = self._dispatcher.region_answer
+        answer = self._dispatcher.answers.region
         values = self._displayed(answer)
         found: tuple[Interval, ...] = ()
         self.left_out = None
@@ -286,10 +286,10 @@ class ResponseLayer(QObject):
     def _mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""
         for name, source in (("exact", self._dispatcher.exact_source), ("learned", "learned")):
-            fresh = self._dispatcher.is_fresh(self._dispatcher.regions.get(source))
+            fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.regions.get(source))
             self._curves[name].setOpacity(1.0 if fresh else STALE)
 
-        fresh = self._dispatcher.is_fresh(self._dispatcher.region_answer)
+        fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.region)
         for item in (self._stems, self._tops):
             item.setOpacity(1.0 if fresh else STALE)
         for flag in self.flags:

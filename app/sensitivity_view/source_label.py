@@ -56,7 +56,7 @@ class SourceLabel(QLabel):
         flags = Qt.TextInteractionFlag
         self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        for signal in (dispatcher.regionAnswered, dispatcher.fieldAnswered):
+        for signal in (dispatcher.answers.regionAnswered, dispatcher.answers.fieldAnswered):
             signal.connect(self.refresh)
         state.choicesChanged.connect(lambda _choices: self.refresh())
         dispatcher.problem.connect(self._take_problem)
@@ -95,14 +95,14 @@ class SourceLabel(QLabel):
         dispatcher = self._dispatcher
         exact, learned = dispatcher.exact_source, "learned"
         parts = []
-        if exact in dispatcher.regions:
+        if exact in dispatcher.answers.regions:
             parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {gloss(GLOSSES[exact])}")
-        if learned in dispatcher.regions:
+        if learned in dispatcher.answers.regions:
             parts.append(f"<span style='color:{theme.CHANGE}'>╍</span> {gloss('Learned')}")
             agreement = dispatcher.region_agreement
             if agreement is not None:
                 parts.append(self._agreement_text(agreement))
-            elif exact not in dispatcher.regions and not self._hint:
+            elif exact not in dispatcher.answers.regions and not self._hint:
                 recorded = self._workspace.model.recorded_agreement
                 parts.append(
                     "agreement not measured"
@@ -111,7 +111,7 @@ class SourceLabel(QLabel):
                     f"{trust_word(recorded)}"
                 )
             wanted = dispatcher.chooser.order(self._state.choices.measure, live=False)
-            if "exact" in wanted and exact not in dispatcher.regions:
+            if "exact" in wanted and exact not in dispatcher.answers.regions:
                 parts.append(f"{gloss(GLOSSES[exact])} …")
             if self._hint:
                 color = theme.WARNING

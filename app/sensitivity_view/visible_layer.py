@@ -58,7 +58,7 @@ class VisibleLayer(QObject):
         area.back.addItem(self._curve, ignoreBounds=True)
         self._labels: list[Any] = []
         self._peaks: list[tuple[float, float]] = []
-        dispatcher.visibilityAnswered.connect(self.refresh)
+        dispatcher.answers.visibilityAnswered.connect(self.refresh)
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._place_labels)
@@ -87,7 +87,7 @@ class VisibleLayer(QObject):
         width : float
             Standard deviation of its ends, in bins.
         """
-        answer = self._dispatcher.visibility
+        answer = self._dispatcher.answers.visibility
         if answer is None:
             return None
         part = answer.value[0].astype(np.float64)
@@ -96,7 +96,7 @@ class VisibleLayer(QObject):
 
     def refresh(self) -> None:
         """Draw the newest answer."""
-        answer, choices = self._dispatcher.visibility, self._sensitivity.choices
+        answer, choices = self._dispatcher.answers.visibility, self._sensitivity.choices
         is_shown = answer is not None and choices.shown and choices.visible
         self._curve.setVisible(is_shown)
         self._peaks = []
@@ -126,7 +126,7 @@ class VisibleLayer(QObject):
 
     def _mark_stale(self) -> None:
         """Dim what is not of the present image."""
-        answer = self._dispatcher.visibility
+        answer = self._dispatcher.answers.visibility
         fresh = answer is not None and answer.is_of(self._state.inputs)
         for item in (self._curve, *self._labels):
             item.setOpacity(1.0 if fresh else STALE)

@@ -29,20 +29,14 @@ from app.engines.requests import (
 from app.state.brightness import Brightness
 from app.state.edit_trials import EditTrials
 from app.state.engine_chooser import EngineChooser, EngineName
-from app.state.live_errors import Kind, LiveErrors
+from app.state.live_errors import LiveErrors
+from app.state.newest_answers import NewestAnswers
 from app.state.pace import Pace
 from app.state.sensitivity_answers import (
     Agreement,
     Answer,
-    BlockFieldsAnswer,
-    FieldAnswer,
-    FieldRangeAnswer,
-    RegionAnswer,
     Source,
-    ValueVisibilityAnswer,
-    VisibilityAnswer,
     agreement,
-    same_question,
 )
 from app.state.sensitivity_state import Choices, SensitivityState
 from app.state.start_order import StartOrder
@@ -82,25 +76,11 @@ class SensitivityDispatcher(QObject):
 
     Attributes
     ----------
-    regions : dict
-        Newest answer of each source about a region; it may be about another image or place
-        than the present one: see :meth:`is_fresh`.
-    fields : dict
-        Newest answer of each source about edits of the band of values.
-    block_fields, ranges : dict
-        Newest answers of each source about all values: the fields of blocks, and the range of
-        fields of pixels. They are asked for where they are shown.
-    seen : Answer or None
-        Newest answer about where the band of values is visible.
-    visibility, pick : Answer or None
-        Visibility of the scalar values in the active region and the whole image, and at the
-        clicked place.
+    answers : NewestAnswers
+    window : tuple of float
+        The scalar values of interest.
     """
 
-    regionAnswered = Signal()
-    fieldAnswered = Signal()
-    visibilityAnswered = Signal()
-    pickAnswered = Signal()
     problem = Signal(str)
     """Emitted with a sentence about a question that could not be answered, or nothing."""
 
@@ -116,33 +96,27 @@ class SensitivityDispatcher(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self.regions: dict[Source, RegionAnswer] = {}
-        self.fields: dict[Source, FieldAnswer] = {}
-        self.block_fields: dict[Source, BlockFieldsAnswer] = {}
-        self.ranges: dict[Source, FieldRangeAnswer] = {}
         self._asked_of_all: dict[EngineName, Request] = {}
-        self.seen: ValueVisibilityAnswer | None = None
-        self.visibility: VisibilityAnswer | None = None
-        self.pick: VisibilityAnswer | None = None
         self.window: Range = (0.0, 1.0)
         self._state = state
         self._asked = sensitivity
         self._order, self._errors = order, errors
+        self.chooser = EngineChooser(sensitivity)
+        self.answers = answers = NewestAnswers(state, sensitivity, self.chooser, errors, self)
         both: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         # Of the data, whoever draws.
         alone: dict[EngineName, EngineClient] = {"exact": exact}
-        self._region = self._opened("region", both, self._take_region)
-        self._field = self._opened("field", both, self._take_field)
-        self._all_values = self._opened("all values", both, self._take_all_values)
-        self._seen = self._opened("seen", alone, self._take_seen)
-        self._visibility = self._opened("visibility", alone, self._take_visibility)
-        self._pick = self._opened("pick", alone, self._take_pick)
+        self._region = self._opened("region", both, answers.take_region)
+        self._field = self._opened("field", both, answers.take_field)
+        self._all_values = self._opened("all values", both, answers.take_all_values)
+        self._seen = self._opened("seen", alone, answers.take_seen)
+        self._visibility = self._opened("visibility", alone, answers.take_visibility)
+        self._pick = self._opened("pick", alone, answers.take_pick)
         self._channels = (
             self._region, self._field, self._all_values, self._seen, self._visibility, self._pick,
         )  # fmt: skip
-        self.chooser = EngineChooser(sensitivity)
         self.trials = EditTrials(
-            state, sensitivity, self.chooser, both, self.fields.get, brightness, self
+            state, sensitivity, self.chooser, both, answers.fields.get, brightness, self
         )
         self._follows_image = False
         self._problems: dict[Source, str] = {}
@@ -213,58 +187,16 @@ class SensitivityDispatcher(QObject):
         return self.chooser.exact_source or "exact"
 
     @property
-    def both_fields(self) -> tuple[FieldAnswer | None, FieldAnswer | None]:
-        """Exact and learned field, if both answer the same question; else twice None."""
-        return self._both(self.fields)
-
-    @property
-    def region_answer(self) -> RegionAnswer | None:
-        """The answer about the region that is shown first."""
-        return max(
-            self.regions.values(),
-            key=lambda answer: (self.is_fresh(answer), answer.source != "learned"),
-            default=None,
-        )
-
-    @property
-    def field_answer(self) -> FieldAnswer | None:
-        """The answer about the band that is shown first."""
-        return max(
-            self.fields.values(),
-            key=lambda answer: (answer.is_of(self._state.inputs), answer.source != "learned"),
-            default=None,
-        )
-
-    @property
-    def shown_fields(self) -> dict[Source, Answer[Any]]:
-        """Newest fields of each source in the chosen style: of pixels, or of blocks."""
-        in_blocks = self._asked.choices.style == "blocks"
-        return dict(self.block_fields if in_blocks else self.fields)
-
-    @property
-    def both_shown_fields(self) -> tuple[Answer[Any] | None, Answer[Any] | None]:
-        """Exact and learned ones of them, if both answer the same question; else twice None."""
-        return self._both(self.shown_fields)
-
-    def is_fresh(self, answer: RegionAnswer | None) -> bool:
-        """Whether an answer is about the present image, region and edits."""
-        if answer is None or not answer.is_of(self._state.inputs):
-            return False
-        request, choices = answer.request, self._asked.choices
-        asked = self._asked.outline, choices.width, choices.measure
-        return (request.region, request.width, request.measure) == asked
-
-    @property
     def is_waiting(self) -> bool:
         """Whether an answer about the region is still to come."""
         can_come = self.chooser.available and not any(self._problems.values())
-        return bool(can_come) and not self.is_fresh(self.region_answer)
+        return bool(can_come) and not self.answers.is_fresh(self.answers.region)
 
     @property
     def region_agreement(self) -> Agreement | None:
         """Agreement of learned and exact responses of the region, over the values of interest."""
-        exact, learned = self._both(self.regions)
-        if exact is None or learned is None or not self.is_fresh(exact):
+        exact, learned = self.answers.both_regions
+        if exact is None or learned is None or not self.answers.is_fresh(exact):
             return None
         return agreement(learned, exact, self._state.scalar_range, self.window)
 
@@ -299,8 +231,7 @@ class SensitivityDispatcher(QObject):
     def _band_moved(self, band: object) -> None:
         if band is None:
             self._band_rest.stop()
-            self._clear_fields()
-            self.fieldAnswered.emit()
+            self.answers.clear_fields()
         else:
             self._ask_field(live=True)
             self._band_rest.start()
@@ -328,11 +259,8 @@ class SensitivityDispatcher(QObject):
         if "exact" not in names:
             self._region["exact"].cancel()
         if not live:
-            # An engine that is not asked any more would keep an answer to an older question.
             asked = {self.exact_source if name == "exact" else "learned" for name in names}
-            if not asked.issuperset(self.regions):
-                self.regions = {s: answer for s, answer in self.regions.items() if s in asked}
-                self.regionAnswered.emit()
+            self.answers.keep_regions(asked)
         for name in names:
             quality = self.chooser.in_common(self.chooser.quality(name, measure, live), names)
             request = RegionSensitivityRequest(inputs, quality, outline, choices.width, measure)
@@ -383,9 +311,9 @@ class SensitivityDispatcher(QObject):
         self._pick["exact"].cancel()
         if _place is not None:
             # Another place: what shows at the one before says nothing about it.
-            self._set_pick(None)
+            self.answers.take_pick(self.exact_source, None)
         if place is None or self.chooser.exact_source is None or not self._asked.choices.shown:
-            self._set_pick(None)
+            self.answers.take_pick(self.exact_source, None)
             return
         x, y = place
         r = PICK_RADIUS
@@ -408,90 +336,20 @@ class SensitivityDispatcher(QObject):
             self.chooser.pace.note((name, timed), request.quality.size, result.seconds)
             answer = Answer(request, result.value, source, result.seconds)
         take(source, answer)
-        if answer is None:
+        # That one can answer about regions says that it is well.
+        if answer is None or isinstance(request, RegionSensitivityRequest):
             self._tell(source, result.error or "")
-
-    def _take_region(self, source: Source, answer: RegionAnswer | None) -> None:
-        if answer is None:
-            self.regions.pop(source, None)
-        elif answer.request.measure != self._asked.choices.measure:
-            return
-        else:
-            self.regions[source] = answer
-            self._compare("curve", answer)
-            self._tell(source, "")
-        self.regionAnswered.emit()
-
-    def _take_field(self, source: Source, answer: FieldAnswer | None) -> None:
-        band = self._asked.band
-        if answer is None:
-            self.fields.pop(source, None)
-        elif band is None or not band.effect:
-            return
-        else:
-            self.fields[source] = answer
-            self._compare("field", answer)
-        self.fieldAnswered.emit()
-
-    def _take_all_values(self, source: Source, answer: Answer[Any] | None) -> None:
-        if answer is None:
-            self.block_fields.pop(source, None)
-            self.ranges.pop(source, None)
-        elif isinstance(answer.request, BlockFieldsRequest):
-            self.block_fields[source] = answer
-        else:
-            self.ranges[source] = answer
-        self.fieldAnswered.emit()
-
-    def _take_seen(self, _source: Source, answer: ValueVisibilityAnswer | None) -> None:
-        band = self._asked.band
-        if answer is None or (band is not None and not band.effect):
-            self.seen = answer
-            self.fieldAnswered.emit()
-
-    def _take_visibility(self, _source: Source, answer: VisibilityAnswer | None) -> None:
-        self.visibility = answer
-        self.visibilityAnswered.emit()
-
-    def _take_pick(self, _source: Source, answer: VisibilityAnswer | None) -> None:
-        self._set_pick(answer)
-
-    def _compare(self, kind: Kind, answer: Answer[Any]) -> None:
-        self._errors.take(kind, answer.source, answer.request, answer.value, answer.seconds)
-
-    def _set_pick(self, answer: VisibilityAnswer | None) -> None:
-        self.pick = answer
-        self.pickAnswered.emit()
 
     def _tell(self, source: Source, problem: str) -> None:
         """Emit the problem of whichever engine has one."""
         self._problems[source] = problem
         self.problem.emit(next(filter(None, self._problems.values()), ""))
 
-    def _both(
-        self, answers: dict[Source, Answer[Any]]
-    ) -> tuple[Answer[Any] | None, Answer[Any] | None]:
-        exact = answers.get(self.exact_source)
-        learned = answers.get("learned")
-        return (exact, learned) if same_question(exact, learned) else (None, None)
-
     def _forget(self) -> None:
-        self.regions.clear()
-        self._clear_fields()
-        self.block_fields.clear()
-        self.ranges.clear()
         self._asked_of_all.clear()
-        self.visibility = self.pick = None
         self.trials.forget()
         for channels in self._channels:
             channels.cancel()
         self._problems.clear()
         self.problem.emit("")
-        for signal in (
-            self.regionAnswered, self.fieldAnswered, self.visibilityAnswered, self.pickAnswered,
-        ):  # fmt: skip
-            signal.emit()
-
-    def _clear_fields(self) -> None:
-        self.fields.clear()
-        self.seen = None
+        self.answers.clear()

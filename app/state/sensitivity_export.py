@@ -43,7 +43,7 @@ def shown_result(
     if band is not None and not band.effect:
         # Where values are visible is no sensitivity.
         band = None
-    answer: Answer | None = dispatcher.region_answer if band is None else dispatcher.field_answer  # type: ignore[type-arg]
+    answer: Answer | None = dispatcher.answers.region if band is None else dispatcher.answers.field  # type: ignore[type-arg]
     if answer is None or image is None or not answer.is_of(state.inputs):
         return None
     common = {
@@ -73,7 +73,7 @@ def shown_result(
             edit=edit_over(band.values, state.scalar_range, answer.request.width),
             **common,
         )
-    if not dispatcher.is_fresh(answer):
+    if not dispatcher.answers.is_fresh(answer):
         return None
     shape = answer.request.quality.pixels.shape
     return SensitivityResult(

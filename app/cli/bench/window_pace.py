@@ -46,22 +46,23 @@ def measure_sensitivity(volume: Path, size: int) -> dict[str, float]:
     """
     with _opened(volume, size) as window:
         dispatcher, asked = window.workspace.sensitivity, window.sensitivity_state
-        _wait_for(volume, lambda: dispatcher.region_answer is not None)
+        _wait_for(volume, lambda: dispatcher.answers.region is not None)
         asked.add_region(Outline.rectangle(0.2, 0.3, 0.5, 0.6))
         start = asked.outline
         lo, hi = dispatcher.window
         rates = {}
         rates["a dragged region"] = _rate(
-            dispatcher.regionAnswered, lambda share: asked.change_region(start.moved(share / 3, 0))
+            dispatcher.answers.regionAnswered,
+            lambda share: asked.change_region(start.moved(share / 3, 0)),
         )
         asked.finish_region()
         wait(lambda: False, REST_SECONDS)
         rates["a hovered value"] = _rate(
-            dispatcher.fieldAnswered, lambda share: asked.hover(lo + share * (hi - lo))
+            dispatcher.answers.fieldAnswered, lambda share: asked.hover(lo + share * (hi - lo))
         )
         asked.pin((lo + hi) / 2)
         wait(lambda: False, REST_SECONDS)
-        rates["the field of a turned view"] = _rate(dispatcher.fieldAnswered, _turn(window))
+        rates["the field of a turned view"] = _rate(dispatcher.answers.fieldAnswered, _turn(window))
         window.state.finish_view()
         return rates
 

@@ -41,8 +41,8 @@ SIZES = [(1000, 640), (1280, 720), (1440, 900), (2560, 1440)]
 def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
     window = make_window()
     dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: set(dispatcher.regions) == {"exact", "learned"})
-    qtbot.waitUntil(lambda: dispatcher.visibility is not None)
+    qtbot.waitUntil(lambda: set(dispatcher.answers.regions) == {"exact", "learned"})
+    qtbot.waitUntil(lambda: dispatcher.answers.visibility is not None)
     return window
 
 
@@ -500,7 +500,7 @@ def test_values_that_no_longer_show_stay_only_for_who_edits_them(
     at[0] = 60
     window.state.edits.undo()
     qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
-    assert dispatcher.visibility is not None
+    assert dispatcher.answers.visibility is not None
 
 
 def test_f6_goes_through_header_plot_card_and_panel(qtbot: QtBot, window: MainWindow) -> None:
@@ -577,7 +577,7 @@ def test_a_peaks_label_covers_no_handle(
     for height in (0.1, 0.3, 0.38, 0.45, 0.6):
         modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
         visible = window.sensitivity.visible
-        with qtbot.waitSignal(window.workspace.sensitivity.visibilityAnswered):
+        with qtbot.waitSignal(window.workspace.sensitivity.answers.visibilityAnswered):
             window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
         (label,) = [each for each in visible._labels if each.isVisible()]
         view = window.editor.area.widget

@@ -73,7 +73,7 @@ def test_blocks_of_all_values_are_asked_once_and_chosen_by_the_mouse(
     window.state.set_view(View(50, 10, 0, 1))
     dispatcher = window.workspace.sensitivity
     qtbot.waitUntil(
-        lambda: all(a.is_of(window.state.inputs) for a in dispatcher.block_fields.values())
+        lambda: all(a.is_of(window.state.inputs) for a in dispatcher.answers.block_fields.values())
     )
     assert [len(of_kind(e.others, BlockFieldsRequest)) for e in engines] == [2, 2]
 

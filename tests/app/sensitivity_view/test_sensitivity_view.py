@@ -52,8 +52,8 @@ def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
     """A window with a model, whose engines have both answered."""
     window = make_window()
     dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: set(dispatcher.regions) == {"exact", "learned"})
-    qtbot.waitUntil(lambda: dispatcher.visibility is not None)
+    qtbot.waitUntil(lambda: set(dispatcher.answers.regions) == {"exact", "learned"})
+    qtbot.waitUntil(lambda: dispatcher.answers.visibility is not None)
     return window
 
 
@@ -126,7 +126,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
 
 def test_without_a_model_the_ray_caster_answers(qtbot: QtBot, make_window: WindowMaker) -> None:
     window = make_window(model=None)
-    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.regions)
+    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.answers.regions)
     text = window.sensitivity.source.said
     assert "exact" in text and "learned" not in text
     window.sensitivity_state.choose(engine="learned")
@@ -179,7 +179,9 @@ def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
     assert window.sensitivity.chips.region.caption == "lung ▾"
     state.activate(0)
     qtbot.waitUntil(
-        lambda: window.workspace.sensitivity.is_fresh(window.workspace.sensitivity.region_answer)
+        lambda: window.workspace.sensitivity.answers.is_fresh(
+            window.workspace.sensitivity.answers.region
+        )
     )
     choose_in_region_menu(window, "Remove")
     assert regions_listed(window) == ["Whole image", "lung"]
@@ -317,8 +319,8 @@ def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
     drag(canvas, at(canvas, 1.1, 0.2), at(canvas, 1.2, 0.3), at(canvas, 1.3, 0.6))
     assert np.ravel(state.outline.points[::2]) == pytest.approx([1.1, 0.2, 1.3, 0.6], abs=0.01)
     dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
-    answer = dispatcher.region_answer
+    qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.region))
+    answer = dispatcher.answers.region
     assert answer is not None and not dispatcher.chooser.learned_size
     rows, columns = answer.request.quality.pixels.shape
     assert columns / rows == pytest.approx(shape[1] / shape[0], abs=0.02)
@@ -342,8 +344,8 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(
     dispatcher, state = window.workspace.sensitivity, window.sensitivity_state
     state.add_region(Outline.rectangle(0.8, 0.2, 1.2, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("exact")))
-    assert set(dispatcher.regions) == {"exact"}
+    qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.regions.get("exact")))
+    assert set(dispatcher.answers.regions) == {"exact"}
 
 
 def test_exact_and_learned_fields_have_one_scale(
@@ -470,7 +472,7 @@ def test_a_field_is_never_over_another_image(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     qtbot.waitUntil(lambda: window.sensitivity.exact.image_of(window.state.inputs) is not None)
     # The image is there, its field is not: what the pane shows is the last pair, or no field.
-    field = window.workspace.sensitivity.fields["exact"]
+    field = window.workspace.sensitivity.answers.fields["exact"]
     assert not field.is_of(window.state.inputs)
     old = window.sensitivity.exact.image_of(field.request.inputs)
     cover = window.reference.canvas.cover
@@ -483,7 +485,9 @@ def test_a_field_is_never_over_another_image(
     assert window.sensitivity.visible.is_marked_stale
     for _ in range(40):
         analyst.gate.release()
-    qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
+    qtbot.waitUntil(
+        lambda: window.workspace.sensitivity.answers.fields["exact"].is_of(window.state.inputs)
+    )
     qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
     qtbot.waitUntil(lambda: not window.sensitivity.visible.is_marked_stale)
     analyst.gate = None
@@ -518,9 +522,12 @@ def test_another_volume_forgets_the_answers(
     assert window.reference.canvas.cover is None
     qtbot.waitUntil(lambda: old.closed)
     dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: "exact" in dispatcher.regions)
-    assert "learned" not in dispatcher.regions
-    assert dispatcher.regions["exact"].request.inputs.opacity_tf.scalar_range == (100.0, 500.0)
+    qtbot.waitUntil(lambda: "exact" in dispatcher.answers.regions)
+    assert "learned" not in dispatcher.answers.regions
+    assert dispatcher.answers.regions["exact"].request.inputs.opacity_tf.scalar_range == (
+        100.0,
+        500.0,
+    )
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
@@ -679,8 +686,12 @@ def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWin
         state.edits.undo,
     ):
         change()
-        qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.region_answer))
-        qtbot.waitUntil(lambda: dispatcher.pick is not None and dispatcher.pick.is_of(state.inputs))
+        qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.region))
+        qtbot.waitUntil(
+            lambda: (
+                dispatcher.answers.pick is not None and dispatcher.answers.pick.is_of(state.inputs)
+            )
+        )
         qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
 
 
@@ -726,7 +737,7 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     assert (tmp_path / "region.csv").read_text().count("\n") == 257
     window.sensitivity_state.pin(150.0)
     dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: dispatcher.field_answer is not None)
+    qtbot.waitUntil(lambda: dispatcher.answers.field is not None)
     choose("value.npz")
     with np.load(tmp_path / "value.npz") as file:
         assert file["sensitivity"].shape[2] == 3
@@ -751,7 +762,7 @@ def test_every_way_to_show_a_field(
     window.sensitivity_state.pin(199.0)
 
     def is_answered() -> bool:
-        field = window.workspace.sensitivity.fields.get("exact")
+        field = window.workspace.sensitivity.answers.fields.get("exact")
         return field is not None and field.request.values == (199.0, 199.0)
 
     qtbot.waitUntil(is_answered)
@@ -766,10 +777,14 @@ def test_a_generator_of_another_light_does_not_answer_alone(
     dispatcher = window.workspace.sensitivity
     window.workspace.reference.choose(lighting="soft")
     for source in ("exact", "learned"):
-        qtbot.waitUntil(lambda source=source: dispatcher.is_fresh(dispatcher.regions.get(source)))
-    assert dispatcher.region_answer is dispatcher.regions["exact"]
+        qtbot.waitUntil(
+            lambda source=source: dispatcher.answers.is_fresh(
+                dispatcher.answers.regions.get(source)
+            )
+        )
+    assert dispatcher.answers.region is dispatcher.answers.regions["exact"]
     label = window.sensitivity.source
-    dispatcher.regions.pop("exact")
+    dispatcher.answers.regions.pop("exact")
     label.refresh()
     assert "test images" not in label.said
     assert "outside what it was trained on" in label.said
@@ -782,12 +797,12 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     analyst.gate = threading.Semaphore(0)
     window.sensitivity_state.choose(engine="exact")
     window.sensitivity_state.choose(engine="learned")
-    qtbot.waitUntil(lambda: dispatcher.is_fresh(dispatcher.regions.get("learned")))
+    qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.regions.get("learned")))
     for _ in range(40):
         analyst.gate.release()
     qtbot.waitUntil(lambda: not any(c["exact"].is_pending for c in dispatcher._channels))
     qtbot.wait(50)
-    assert set(dispatcher.regions) == {"learned"}
+    assert set(dispatcher.answers.regions) == {"learned"}
     analyst.gate = None
 
 

@@ -78,7 +78,7 @@ def test_live_questions_follow_live_images(
     window = make_window()
     window.workspace.reference.choose(lighting="path")
     settle(qtbot, window)
-    qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.regions))
+    qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.answers.regions))
     asked = builders.analysts[-1].others
 
     def live() -> int:
