@@ -11,6 +11,9 @@ from PySide6.QtCore import QPointF, QRectF
 CLOSEST, FARTHEST = 40.0, 0.8
 """Limits of the zoom; at 1 the whole map is in sight."""
 
+WHEEL_FACTOR = 1.2
+"""Of the zoom, for each step of the wheel."""
+
 MARGIN = 1.06
 """The map with a margin, at a zoom of 1."""
 

@@ -14,6 +14,7 @@ from app import theme
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import Legend, lookup_table
 from app.latent_browser.map_frame import MapFrame
+from app.latent_browser.point_cloud import THUMBNAIL
 from app.state.latent_state import NamedPlace, Place
 from model.latent.interpolation import CELLS, Brush
 
@@ -198,3 +199,11 @@ def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
     base = top + metrics.ascent()
     painter.drawText(QPointF(MARGIN, base), legend.low)
     painter.drawText(QPointF(MARGIN + low + LEGEND_WIDTH + 6, base), legend.high)
+
+
+def paint_sample(painter: QPainter, frame: MapFrame, place: Place) -> None:
+    """Paint a frame around the thumbnail under the mouse."""
+    at, half = frame.pixel(place), THUMBNAIL / 2 + 1
+    painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2.5))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))

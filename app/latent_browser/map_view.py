@@ -1,12 +1,8 @@
-"""The map: points, thumbnails and marks, with brush, lasso, hovering, panning and zooming.
-
-The module is long because the mouse and the keys have the same of all of them.
-"""
+"""The map: points, thumbnails and marks, with brush, lasso, hovering, panning and zooming."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +15,6 @@ from PySide6.QtGui import (
     QMouseEvent,
     QPainter,
     QPaintEvent,
-    QPen,
     QResizeEvent,
     QWheelEvent,
 )
@@ -27,15 +22,14 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 from app.controls import BY_KEYS
-from app.image_view.image_canvas import paint_ring, to_qimage
+from app.image_view.image_canvas import paint_ring
 from app.latent_browser import map_marks as marks
+from app.latent_browser.brush_grips import Grip, cursor_of, dragged, grips_at
 from app.latent_browser.map_colors import Shades
-from app.latent_browser.map_frame import MapFrame
+from app.latent_browser.map_frame import WHEEL_FACTOR, MapFrame
+from app.latent_browser.map_thumbnails import MapThumbnails
 from app.latent_browser.point_cloud import (
     RADIUS,
-    THUMBNAIL,
-    THUMBNAILS_FROM,
-    apart,
     density_contours,
     draw_points,
 )
@@ -46,15 +40,9 @@ from app.state.latent_state import LatentState, Place
 from app.state.latent_thumbnails import LatentThumbnails
 from model.latent.interpolation import Brush
 
-Grip = Literal["new", "move", "pan", "lasso", "left", "right", "lower", "upper"]
-
-REACH = 7
-"""Distance in pixels at which the brush's edges are gripped."""
-
 CLICK_REACH = 4
 """A press that moves less is a click."""
 
-WHEEL_FACTOR = 1.2
 KEY_STEP = 12
 """Pixels that an arrow key goes."""
 
@@ -97,14 +85,12 @@ class MapView(QWidget):
         super().__init__()
         self._latent = latent
         self._session = session
-        self._pictures, self._small = pictures, thumbnails
-        self._brightness = brightness
+        self._pictures = pictures
+        self.thumbnails = MapThumbnails(session, pictures, thumbnails, brightness, self)
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
         self._points: QImage | None = None
         self._contours: list[NDArray[np.float64]] = []
-        self._thumbnails: dict[int, QImage] = {}
-        self._chosen_ones: tuple[float, NDArray[np.bool_] | None, NDArray[np.int64]] | None = None
         self._message = self._note = ""
         self._active_cell: int | None = None
         self._path_place: Place | None = None
@@ -125,28 +111,13 @@ class MapView(QWidget):
         ):  # fmt: skip
             signal.connect(lambda _value: self.update())
         latent.placesChanged.connect(self.update)
-        session.filterChanged.connect(self._take_thumbnails)
         latent.trailChanged.connect(self.update)
-        thumbnails.drawn.connect(self._take_thumbnails)
-        brightness.changed.connect(self._brighten)
+        self.thumbnails.changed.connect(self.update)
 
     @property
     def frame(self) -> MapFrame:
         """The part of the map that is in sight."""
         return self._frame
-
-    @property
-    def thumbnails_in_sight(self) -> list[int]:
-        """Samples whose thumbnails are painted, or would be if they were drawn."""
-        map_ = self._session.map
-        if map_ is None or self._frame.zoom < THUMBNAILS_FROM:
-            return []
-        ones = self._far_apart()
-        pixels = self._frame.pixels(map_.places[ones])
-        half = THUMBNAIL / 2
-        size = self._frame.width, self._frame.height
-        inside = ((pixels > -half) & (pixels < np.add(size, half))).all(axis=1)
-        return [int(index) for index in ones[inside]]
 
     def show_message(self, text: str) -> None:
         """Show a text in place of the map; nothing for the map."""
@@ -163,8 +134,7 @@ class MapView(QWidget):
         """Show the session's map as a whole."""
         map_ = self._session.map
         self._contours = [] if map_ is None else density_contours(map_.places)
-        self._chosen_ones = None
-        self._thumbnails.clear()
+        self.thumbnails.start()
         self.reset()
 
     def show_shades(self, shades: Shades) -> None:
@@ -215,17 +185,17 @@ class MapView(QWidget):
             return
         painter.setClipRect(self.rect())
         if self._points is None:
-            self._points = self._draw_points()
+            self._points = self._drawn_points(map_.places, self._shades)
         painter.drawImage(0, 0, self._points)
         if self._frame.zoom <= DENSITY_UNTIL:
             marks.paint_contours(painter, self._frame, self._contours)
-        self._paint_thumbnails(painter)
+        self.thumbnails.paint(painter, self._shades)
         frame, latent = self._frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self._active_cell)
         if self._lasso or latent.lasso:
             marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
         marks.paint_trail(painter, frame, latent.trail)
-        marks.paint_names(painter, frame, latent.places, self._factor)
+        marks.paint_names(painter, frame, latent.places, self.thumbnails.factor)
         if self._session.place is not None:
             code = self._session.present_code
             if code is not None:
@@ -235,7 +205,10 @@ class MapView(QWidget):
         if self._path_place is not None:
             marks.paint_disc(painter, frame, self._path_place, map_.radius / 4)
         if latent.hover is not None and self._pressed is None:
-            self._paint_hover(painter, latent.hover, map_.radius)
+            if latent.hover_sample is None:
+                marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
+            else:
+                marks.paint_sample(painter, frame, latent.hover)
         marks.paint_legend(painter, frame, self._shades.legend)
         if self._is_ringed:
             paint_ring(painter, self.rect())
@@ -268,13 +241,13 @@ class MapView(QWidget):
         elif event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
             self._grips = ("new",)
         else:
-            self._grips = self._grips_at(at) or ("new",)
+            self._grips = grips_at(self._frame, self._before, at) or ("new",)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Drag what is gripped; without a button, say what is under the mouse."""
         at = event.position()
         if self._pressed is None:
-            self._show_cursor(at)
+            self.setCursor(cursor_of(grips_at(self._frame, self._latent.brush, at)))
             self._hover(at)
             return
         distance = at - self._pressed
@@ -288,7 +261,8 @@ class MapView(QWidget):
             self._lasso.append(self._frame.place(at))
             self.update()
         else:
-            self._latent.move_brush(self._dragged(at))
+            start, end = self._frame.place(self._pressed), self._frame.place(at)
+            self._latent.move_brush(dragged(self._grips, self._before, start, end))
         self._last = at
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
@@ -368,141 +342,27 @@ class MapView(QWidget):
 
     def _hover(self, at: QPointF) -> None:
         """Say what is under the mouse: a thumbnail's sample, or a place between samples."""
-        map_ = self._session.map
-        if map_ is None or self._message:
+        if self._session.map is None or self._message:
             return
-        half = THUMBNAIL / 2
-        for index in self.thumbnails_in_sight:
-            place = tuple(map_.places[index].tolist())
-            offset = self._frame.pixel(place) - at
-            if max(abs(offset.x()), abs(offset.y())) <= half and self._thumbnail(index):
-                self._latent.set_hover(place, index)
-                return
-        self._latent.set_hover(self._frame.place(at), closeness=max(self._frame.zoom, 1.0))
-
-    def _paint_hover(self, painter: QPainter, place: Place, radius: float) -> None:
-        if self._latent.hover_sample is None:
-            marks.paint_disc(painter, self._frame, place, radius / self._latent.closeness)
-            return
-        at, half = self._frame.pixel(place), THUMBNAIL / 2 + 1
-        painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2.5))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))
+        found = self.thumbnails.at(at)
+        if found is not None:
+            index, place = found
+            self._latent.set_hover(place, index)
+        else:
+            self._latent.set_hover(self._frame.place(at), closeness=max(self._frame.zoom, 1.0))
 
     def _set_frame(self, frame: MapFrame) -> None:
         if frame != self._frame:
             self._frame = frame
             self._points = None
-        self._small.want(self.thumbnails_in_sight)
+        self.thumbnails.show(frame)
         self.update()
 
-    def _draw_points(self) -> QImage:
-        map_, shades = self._session.map, self._shades
-        assert map_ is not None and shades is not None
-        pixels = self._frame.pixels(map_.places[shades.order])
+    def _drawn_points(self, places: NDArray[np.float32], shades: Shades) -> QImage:
+        pixels = self._frame.pixels(places[shades.order])
         radius = RADIUS * min(self._frame.zoom**0.5, 2.5) * 0.8
         size = self._frame.width, self._frame.height
         return draw_points(pixels, shades.colors[shades.order], size, radius)
 
-    def _far_apart(self) -> NDArray[np.int64]:
-        """Samples whose thumbnails do not overlap at this zoom, in steps of the wheel."""
-        map_, wanted = self._session.map, self._session.wanted
-        assert map_ is not None
-        level = float(np.floor(np.log(self._frame.zoom) / np.log(WHEEL_FACTOR)))
-        known = self._chosen_ones
-        if known is None or known[0] != level or known[1] is not wanted:
-            scale = replace(self._frame, zoom=WHEEL_FACTOR**level).scale
-            some = np.arange(len(map_.codes)) if wanted is None else np.flatnonzero(wanted)
-            ones = some[apart(map_.places[some], (THUMBNAIL + 3) / scale)]
-            known = self._chosen_ones = level, wanted, ones
-        return known[2]
-
-    def _paint_thumbnails(self, painter: QPainter) -> None:
-        map_, shades = self._session.map, self._shades
-        assert map_ is not None and shades is not None
-        half = THUMBNAIL / 2
-        for index in self.thumbnails_in_sight:
-            picture = self._thumbnail(index)
-            if picture is None:
-                continue
-            at = self._frame.pixel(tuple(map_.places[index].tolist()))
-            rect = QRectF(at.x() - half, at.y() - half, THUMBNAIL, THUMBNAIL)
-            stale = index not in self._small.images
-            painter.setOpacity(0.4 if stale or not shades.shown[index] else 1.0)
-            painter.drawImage(rect, picture)
-            painter.setBrush(Qt.BrushStyle.NoBrush)
-            painter.setPen(QPen(QColor(*shades.colors[index].tolist()), 1.5))
-            painter.drawRect(rect)
-        painter.setOpacity(1.0)
-
-    def _thumbnail(self, index: int) -> QImage | None:
-        if index not in self._thumbnails:
-            small = self._small
-            image = small.images.get(index, small.stale.get(index))
-            if image is None:
-                return None
-            self._thumbnails[index] = to_qimage(image, self._factor)
-        return self._thumbnails[index]
-
-    @property
-    def _factor(self) -> float:
-        return self._brightness.of(self._pictures.source)
-
-    def _brighten(self) -> None:
-        self._thumbnails.clear()
-        self.update()
-
-    def _take_thumbnails(self) -> None:
-        # What is drawn anew replaces what was stale.
-        self._thumbnails.clear()
-        self._small.want(self.thumbnails_in_sight)
-        self.update()
-
     def _is_in_sight(self, brush: Brush) -> bool:
         return QRectF(self.rect()).contains(self._frame.rectangle(brush))
-
-    def _grips_at(self, at: QPointF) -> tuple[Grip, ...]:
-        """Edges of the brush at a pixel, "move" inside it, nothing outside."""
-        rect = self._frame.rectangle(self._latent.brush)
-        if not rect.adjusted(-REACH, -REACH, REACH, REACH).contains(at):
-            return ()
-        grips: list[Grip] = []
-        if abs(at.x() - rect.left()) <= REACH:
-            grips.append("left")
-        elif abs(at.x() - rect.right()) <= REACH:
-            grips.append("right")
-        if abs(at.y() - rect.bottom()) <= REACH:
-            grips.append("lower")
-        elif abs(at.y() - rect.top()) <= REACH:
-            grips.append("upper")
-        return tuple(grips) or ("move",)
-
-    def _dragged(self, at: QPointF) -> Brush:
-        """Brush by the drag from the pressed point to a pixel."""
-        assert self._pressed is not None
-        (ax, ay), (bx, by) = self._frame.place(self._pressed), self._frame.place(at)
-        if self._grips == ("new",):
-            return min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)
-        left, lower, right, upper = self._before
-        dx, dy = bx - ax, by - ay
-        if self._grips == ("move",):
-            return left + dx, lower + dy, right + dx, upper + dy
-        left += dx if "left" in self._grips else 0
-        right += dx if "right" in self._grips else 0
-        lower += dy if "lower" in self._grips else 0
-        upper += dy if "upper" in self._grips else 0
-        return min(left, right), min(lower, upper), max(left, right), max(lower, upper)
-
-    def _show_cursor(self, at: QPointF) -> None:
-        shapes = Qt.CursorShape
-        grips = self._grips_at(at)
-        shape = shapes.CrossCursor
-        if grips in (("left", "lower"), ("right", "upper")):
-            shape = shapes.SizeBDiagCursor
-        elif grips in (("left", "upper"), ("right", "lower")):
-            shape = shapes.SizeFDiagCursor
-        elif grips in (("left",), ("right",)):
-            shape = shapes.SizeHorCursor
-        elif grips in (("lower",), ("upper",)):
-            shape = shapes.SizeVerCursor
-        self.setCursor(shape)

@@ -99,7 +99,7 @@ def test_thumbnails_are_drawn_from_codes_and_anew_from_tfs(
     assert map_ is not None
     x, y = map_.places[0].tolist()
     map_view.look_at((x - 0.1, y - 0.1, x + 0.1, y + 0.1))
-    wanted = map_view.thumbnails_in_sight
+    wanted = map_view.thumbnails.in_sight
     assert wanted
     qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
     for sample in wanted:

@@ -314,10 +314,10 @@ def test_thumbnails_come_when_one_is_close(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     map_view, small = window.browser.map, window.workspace.latent.thumbnails
-    assert map_view.thumbnails_in_sight == []
+    assert map_view.thumbnails.in_sight == []
     for _ in range(8):
         turn_wheel(map_view, QPointF(map_view.rect().center()), 1)
-    wanted = map_view.thumbnails_in_sight
+    wanted = map_view.thumbnails.in_sight
     assert wanted
     qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
     latent_map = window.workspace.latent.session.map
@@ -333,7 +333,7 @@ def test_thumbnails_come_when_one_is_close(
     qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
     assert any(r.channel == "thumbnails" for r in builders.analysts[-1].others)
     window.browser.bar.reset.click()
-    assert map_view.thumbnails_in_sight == []
+    assert map_view.thumbnails.in_sight == []
 
 
 def test_filters_by_value_and_lasso(qtbot: QtBot, window: MainWindow) -> None:
@@ -605,8 +605,8 @@ def test_places_of_another_volume_cannot_be_taken(
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.reading.open(Path("other"))
     before = window.state.transfer_function
-    window.browser.take(tf, "old")
-    window.browser._name((0.3, 0.3), tf, None, "old")
+    window.browser.taking.take(tf, "old")
+    window.browser.naming.name((0.3, 0.3), tf, None, "old")
     assert window.state.transfer_function == before
     assert window.latent_state.places == ()
 

@@ -1,0 +1,117 @@
+"""The grid of pictures: which cell is taken, marked or zoomed into."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QObject, QPoint, Qt
+from PySide6.QtWidgets import QMenu
+
+from app.latent_browser.cell_grid import CellGrid
+from app.latent_browser.map_view import MapView
+from app.latent_browser.preview import Preview
+from app.latent_browser.tf_taking import TFTaking
+from app.state.latent_pictures import GridPicture, LatentPictures
+from app.state.latent_state import LatentState
+from model.latent.interpolation import CELLS, Brush
+
+LEAST_SIDE = 0.01
+"""Least side of a brush that a wheel's turn leads to."""
+
+
+class GridControl(QObject):
+    """Shows the pictures in the grid, and moves the brush by its wheel.
+
+    Parameters
+    ----------
+    grid : CellGrid
+        Parent of menus, too.
+    latent : LatentState
+    pictures : LatentPictures
+    map_view : MapView
+        Marks the cell under the mouse.
+    preview : Preview
+    taking : TFTaking
+    """
+
+    def __init__(
+        self,
+        grid: CellGrid,
+        latent: LatentState,
+        pictures: LatentPictures,
+        map_view: MapView,
+        preview: Preview,
+        taking: TFTaking,
+    ) -> None:
+        super().__init__(grid)
+        self._grid, self._latent, self._pictures = grid, latent, pictures
+        self._map, self._preview, self._taking = map_view, preview, taking
+        self._brushes: list[Brush] = []
+        """Rectangles that the wheel returns to."""
+        latent.brushChanged.connect(lambda _brush: self.forget_zooms())
+        pictures.gridDrawn.connect(self._show)
+        pictures.grid_at_work.changed.connect(grid.set_progress)
+        grid.chosen.connect(self._choose)
+        grid.zoomed.connect(self._zoom_into)
+        grid.widened.connect(self._widen)
+        grid.hovered.connect(self._hover)
+        grid.menuRequested.connect(self._open_menu)
+
+    def forget_zooms(self) -> None:
+        """Begin anew with the rectangles that the wheel returns to."""
+        self._brushes.clear()
+
+    def mark_stale(self) -> None:
+        """Show whether the pictures are of the present inputs."""
+        pictures = self._pictures
+        if pictures.grid is not None and self._latent.choices.shown:
+            self._grid.set_stale(not pictures.is_fresh(pictures.grid))
+
+    def _show(self, picture: GridPicture | None) -> None:
+        self._grid.show_grid(picture)
+        self.mark_stale()
+
+    def _choose(self, cell: int) -> None:
+        tf = self._pictures.cell_tf(cell)
+        if tf is not None:
+            self._taking.take(tf, "TF from the grid", self._pictures.cell_place(cell))
+
+    def _hover(self, cell: int | None) -> None:
+        self._map.mark_cell(cell)
+        self._preview.show_tf(None if cell is None else self._pictures.cell_tf(cell))
+
+    def _open_menu(self, point: QPoint) -> None:
+        menu = QMenu(self._grid)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        nearest = menu.addAction("Nearest TF in empty cells")
+        nearest.setCheckable(True)
+        nearest.setChecked(self._latent.choices.nearest)
+        nearest.triggered.connect(lambda on: self._latent.choose(nearest=on))
+        menu.popup(point)
+
+    def _zoom_into(self, cell: int) -> None:
+        left, lower, right, upper = self._latent.brush
+        width, height = (right - left) / CELLS, (upper - lower) / CELLS
+        if min(width, height) < LEAST_SIDE:
+            return
+        row, column = divmod(cell, CELLS)
+        x, y = left + column * width, upper - (row + 1) * height
+        self._set_brush((x, y, x + width, y + height), [*self._brushes, self._latent.brush])
+
+    def _widen(self) -> None:
+        """Return to the rectangle before the last zoom, or to one of twice the size."""
+        before = list(self._brushes)
+        if before:
+            brush = before[-1]
+        else:
+            left, lower, right, upper = self._latent.brush
+            dx, dy = (right - left) / 2, (upper - lower) / 2
+            brush = (
+                min(left, max(left - dx, -1.0)), min(lower, max(lower - dy, -1.0)),
+                max(right, min(right + dx, 1.0)), max(upper, min(upper + dy, 1.0)),
+            )  # fmt: skip
+        self._set_brush(brush, before[:-1])
+
+    def _set_brush(self, brush: Brush, before: list[Brush]) -> None:
+        """Set the rectangle, and those that the wheel returns to."""
+        self._latent.set_brush(brush)
+        self._brushes = before
+        self._map.look_at(brush)
