@@ -54,7 +54,7 @@ class MapThumbnails(QObject):
     @property
     def factor(self) -> float:
         """Factor of the pictures' colours."""
-        return self._brightness.of(self._pictures.source)
+        return self._brightness.of(self._pictures.drawer.source)
 
     @property
     def in_sight(self) -> list[int]:

@@ -212,7 +212,7 @@ class MapView(QWidget):
         marks.paint_legend(painter, frame, self._shades.legend)
         if self._is_ringed:
             paint_ring(painter, self.rect())
-        if self._pictures.has_own_codes:
+        if self._pictures.drawer.has_own_codes:
             marks.paint_singular_values(painter, frame, map_.samples.singular_values)
         elif self._note:
             marks.paint_note(painter, frame, self._note)

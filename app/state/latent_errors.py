@@ -13,7 +13,8 @@ from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
-from app.state.latent_pictures import EngineName, look_of
+from app.state.engine_chooser import EngineName
+from app.state.latent_drawer import look_of
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
 from app.state.viewer_state import ViewerState

@@ -14,7 +14,8 @@ from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
 from app.state.brightness import Brightness
-from app.state.latent_pictures import EngineName, LatentPictures
+from app.state.engine_chooser import EngineName
+from app.state.latent_drawer import LatentDrawer
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
 from app.state.movie_writing import MovieWriting
@@ -74,7 +75,7 @@ class LatentPath(QObject):
     latent : LatentState
         Its named places are visited in their order.
     session : LatentSession
-    pictures : LatentPictures
+    drawer : LatentDrawer
         Knows the engines, and which of them draws.
     brightness : Brightness
         Of movies.
@@ -90,7 +91,7 @@ class LatentPath(QObject):
         state: ViewerState,
         latent: LatentState,
         session: LatentSession,
-        pictures: LatentPictures,
+        drawer: LatentDrawer,
         brightness: Brightness,
         parent: QObject,
     ) -> None:
@@ -99,7 +100,7 @@ class LatentPath(QObject):
         self._state = state
         self._latent = latent
         self._session = session
-        self._pictures = pictures
+        self._drawer = drawer
         self._tfs: list[OpacityTF] = []
         self._codes: NDArray[np.float32] | None = None
         self._places: list[Place] = []
@@ -113,7 +114,7 @@ class LatentPath(QObject):
         self._writing = MovieWriting("latent-movie", self)
         self._writing.done.connect(lambda path: self.ended.emit(f"Saved {path}."))
         self._writing.failed.connect(self._movie_failed)
-        self._channels = Channels(pictures.clients, "path", self._take, self)
+        self._channels = Channels(drawer.clients, "path", self._take, self)
         session.mapClosed.connect(self.cancel)
 
     @property
@@ -165,12 +166,12 @@ class LatentPath(QObject):
         usual = FRAMES_PER_LEG * max(len(tfs) - 1, 1) + 1
         codes = path_codes(space.codec, stations, usual if movie is None else movie.count)
         self._tfs = space.tfs_of(codes)
-        self._codes = codes if self._pictures.from_codes else None
+        self._codes = codes if self._drawer.from_codes else None
         self._places = [map_.place(code) for code in codes]
         self._inputs, self._number, self._movie = self._state.inputs, 0, movie
         self._waiting = None
         # The same engine to the end: frames of another would have another size.
-        self._engine = self._pictures.source
+        self._engine = self._drawer.source
         if movie is None:
             self._timer.start()
         else:
@@ -206,7 +207,7 @@ class LatentPath(QObject):
     def _ask(self) -> None:
         assert self._inputs is not None
         wanted = PLAYED_SIZE if self._movie is None else self._movie.size
-        size = self._pictures.size_of(self._engine, wanted)
+        size = self._drawer.size_of(self._engine, wanted)
         # The view may turn while a path is played.
         inputs = self._state.inputs if self._movie is None else self._inputs
         number = self._number

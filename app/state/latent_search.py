@@ -14,7 +14,8 @@ from app.engines.channels import Channels
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
-from app.state.latent_pictures import EngineName, LatentPictures
+from app.state.engine_chooser import EngineName
+from app.state.latent_drawer import LatentDrawer
 from app.state.latent_session import LatentSession
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
@@ -55,7 +56,7 @@ class LatentSearch(QObject):
     ----------
     state : ViewerState
     session : LatentSession
-    pictures : LatentPictures
+    drawer : LatentDrawer
         Knows the engines, and which of them draws.
     """
 
@@ -68,13 +69,13 @@ class LatentSearch(QObject):
         self,
         state: ViewerState,
         session: LatentSession,
-        pictures: LatentPictures,
+        drawer: LatentDrawer,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._session = session
-        self._pictures = pictures
+        self._drawer = drawer
         self._search: GoalSearch | None = None
         self._inputs: SceneInputs | None = None
         self._wish: tuple[Wish, Outline] | None = None
@@ -83,7 +84,7 @@ class LatentSearch(QObject):
         self._preparing = LatestCall("latent-search", self)
         self._preparing.done.connect(self._begin)
         self._preparing.failed.connect(self._end)
-        self._channels = Channels(pictures.clients, "search", self._take, self)
+        self._channels = Channels(drawer.clients, "search", self._take, self)
         for changed in (state.viewChanged, state.light_input.changed, state.crop_input.changed):
             changed.connect(lambda _value: self.cancel())
         session.mapClosed.connect(self.cancel)
@@ -134,7 +135,7 @@ class LatentSearch(QObject):
     def _start(self, wish: tuple[Wish, Outline] | None) -> None:
         self._inputs, self._wish, self._batches = self._state.inputs, wish, 0
         # The same engine to the end: pictures of another would have another size.
-        self._engine = self._pictures.source
+        self._engine = self._drawer.source
 
     def _prepare(self, goal: Goal) -> None:
         """Choose the codes to start from in the background: thousands are compared."""
@@ -161,7 +162,7 @@ class LatentSearch(QObject):
         self._channels[self._engine].ask(request)
 
     def _size(self) -> int:
-        return self._pictures.size_of(self._engine, SEARCH_SIZE)
+        return self._drawer.size_of(self._engine, SEARCH_SIZE)
 
     def _take(self, name: EngineName, result: Result) -> None:
         if self._channels[name].is_pending or self._inputs is None:

@@ -10,7 +10,9 @@ from PySide6.QtCore import QObject, Signal
 
 from app.engines.messages import Result
 from app.engines.quality import Quality
-from app.state.latent_pictures import EngineName, LatentPictures, look_of
+from app.state.engine_chooser import EngineName
+from app.state.latent_drawer import look_of
+from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.viewer_state import ViewerState
@@ -55,7 +57,7 @@ class LatentThumbnails(QObject):
         self.stale: dict[int, Images] = {}
         self._state, self._latent = state, latent
         self._session, self._pictures = session, pictures
-        self._channels = pictures.opened("thumbnails", self._take)
+        self._channels = pictures.drawer.opened("thumbnails", self._take)
         self._asked: tuple[int, ...] | None = None
         self._wanted: list[int] = []
         self._drawn_for: SceneInputs | None = None
@@ -114,8 +116,8 @@ class LatentThumbnails(QObject):
             return
         self._asked = tuple(self._wanted[:AT_ONCE])
         codes = map_.codes[[*self._asked]]
-        inputs = [self._pictures.with_tf(tf) for tf in space.tfs_of(codes)]
-        self._pictures.ask_for(self._channels, inputs, Quality(SIZE, live=True), codes)
+        inputs = [self._pictures.drawer.with_tf(tf) for tf in space.tfs_of(codes)]
+        self._pictures.drawer.ask(self._channels, inputs, Quality(SIZE, live=True), codes)
 
     def _take(self, source: EngineName, result: Result) -> None:
         if self._channels[source].is_pending:

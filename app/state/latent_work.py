@@ -10,6 +10,7 @@ from PySide6.QtCore import QObject
 from app.engines.client import EngineClient
 from app.engines.states import EngineState
 from app.state.brightness import Brightness
+from app.state.latent_drawer import LatentDrawer
 from app.state.latent_errors import LatentErrors
 from app.state.latent_path import LatentPath
 from app.state.latent_pictures import LatentPictures
@@ -49,12 +50,14 @@ class LatentWork(QObject):
         self.state = latent
         self._model: Path | None = None
         self.session = LatentSession(state, latent, open_space, self)
-        self.pictures = LatentPictures(state, latent, self.session, exact, learned, errors, self)
+        self.drawer = LatentDrawer(state, latent, self.session, exact, learned, self)
+        self.pictures = LatentPictures(state, latent, self.session, self.drawer, errors, self)
+        self.drawer.problem.connect(self.pictures.problem)
         self.thumbnails = LatentThumbnails(state, latent, self.session, self.pictures, self)
         exact.stateChanged.connect(partial(self._check_failure, exact))
-        self.search = LatentSearch(state, self.session, self.pictures, self)
-        self.errors = LatentErrors(state, latent, self.session, self.pictures.clients, self)
-        self.path = LatentPath(state, latent, self.session, self.pictures, brightness, self)
+        self.search = LatentSearch(state, self.session, self.drawer, self)
+        self.errors = LatentErrors(state, latent, self.session, self.drawer.clients, self)
+        self.path = LatentPath(state, latent, self.session, self.drawer, brightness, self)
 
     def _check_failure(self, client: EngineClient, state: EngineState) -> None:
         """End what waits for an engine that has failed."""
@@ -84,7 +87,7 @@ class LatentWork(QObject):
             Whether it draws images from the codes of its own codec: another model's arrival, or
             its end, then also chooses the codec.
         """
-        if size != self.pictures.learned_size:
+        if size != self.drawer.learned_size:
             self.search.cancel()
             self.path.cancel()
         draws_codes = draws_codes and folder is not None
@@ -92,7 +95,7 @@ class LatentWork(QObject):
         if folder == self._model:
             chosen = self.state.choices.codec
         self._model = folder
-        self.pictures.draws_codes = draws_codes
+        self.drawer.set_codes(draws_codes)
         if chosen == "model":
             # First the folder, then the choice of its codec: the map is opened once.
             self.session.set_model(folder)

@@ -163,7 +163,7 @@ class Workspace(QObject):
         """Have all live answers be as fast as the images are to be."""
         patience = STEPS[choices.exactness].patience
         self.sensitivity.allow(patience)
-        self.latent.pictures.allow(patience)
+        self.latent.drawer.allow(patience)
 
     @property
     def opened(self) -> OpenedVolume | None:

@@ -519,8 +519,8 @@ class MainWindow(QMainWindow):
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         opened = self.workspace.opened
         self.training_card.set_offered(opened is not None and not self.workspace.model.is_open)
-        pictures = self.workspace.latent.pictures
-        self.browser.bar.set_model(pictures.learned_size is not None, pictures.draws_codes)
+        drawer = self.workspace.latent.drawer
+        self.browser.bar.set_model(drawer.learned_size is not None, drawer.draws_codes)
 
     def _tell(self, source: QObject, text: str) -> None:
         """Show an error; one about what was tried last replaces the one before."""

@@ -163,8 +163,8 @@ class Menus(QObject):
         decoded.setCheckable(True)
 
         def show_decoded() -> None:
-            pictures = self._parts.workspace.latent.pictures
-            decoded.setEnabled(pictures.has_own_codes and latent.choices.shown)
+            drawer = self._parts.workspace.latent.drawer
+            decoded.setEnabled(drawer.has_own_codes and latent.choices.shown)
             decoded.setChecked(latent.choices.drawn == "tf")
 
         latent.choicesChanged.connect(lambda _choices: show_decoded())

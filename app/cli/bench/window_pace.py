@@ -92,7 +92,7 @@ def measure_browser(volume: Path, model: Path | None = None) -> dict[str, float]
         pictures = work.pictures
         if model is not None:
             window.workspace.open_model(model)
-            _wait_for(volume, lambda: pictures.learned_size is not None)
+            _wait_for(volume, lambda: pictures.drawer.learned_size is not None)
             latent.choose(engine="learned")
         latent.choose(shown=True)
         _wait_for(volume, lambda: pictures.grid is not None and work.session.overview is not None)

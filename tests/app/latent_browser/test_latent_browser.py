@@ -554,7 +554,7 @@ def test_the_model_draws_and_is_compared(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     pictures = window.workspace.latent.pictures
-    assert pictures.source == "exact"
+    assert pictures.drawer.source == "exact"
     assert window.browser.bar.engine.isEnabled()
     assert window.browser.bar.codec.menuAction().isVisible()
     window.latent_state.choose(engine="learned")

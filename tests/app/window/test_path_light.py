@@ -45,7 +45,7 @@ def test_it_draws_while_the_light_is_path_traced(
     assert window.workspace.sensitivity.exact_source == "stand-in"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.
-    assert window.workspace.latent.pictures.learned_size is None
+    assert window.workspace.latent.pictures.drawer.learned_size is None
     asked = len(model.requests)
     window.state.move_view(window.state.view)
     window.state.finish_view()
@@ -56,7 +56,7 @@ def test_it_draws_while_the_light_is_path_traced(
     assert window.generator.title != PATH_TITLE
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
-    assert window.workspace.latent.pictures.learned_size == 16
+    assert window.workspace.latent.pictures.drawer.learned_size == 16
 
 
 def test_a_ground_truth_of_one_sample_says_nothing_of_the_generators_error(
