@@ -111,7 +111,7 @@ class LatentSession(QObject):
         self._embedding: EmbeddingProcess | None = None
         self._computing = LatestCall("latent-map", self)
         self._computing.done.connect(self._take_places)
-        self._computing.failed.connect(self._embedding_failed)
+        self._computing.failed.connect(lambda text: self._take_places((None, text)))
         self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
         latent.lassoChanged.connect(lambda _lasso: self._filter())
@@ -306,11 +306,6 @@ class LatentSession(QObject):
             self._place_present()
         if problem:
             self.problem.emit(problem)
-
-    def _embedding_failed(self, text: str) -> None:
-        self._embedding = None
-        self.progressed.emit(1.0)
-        self.problem.emit(text)
 
     def _place_of(self, tf: OpacityTF) -> tuple[float, float]:
         assert self.map is not None and self.space is not None

@@ -33,7 +33,14 @@ CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)
 
 
 class ViewNavigation(QObject):
-    """The view, with a home view, a history, and the axis of the volume that points up."""
+    """The view, with a home view, a history, and the axis of the volume that points up.
+
+    Attributes
+    ----------
+    views : ViewHistory
+    trackball : bool
+        Whether dragging turns freely; else it turns about the up axis.
+    """
 
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
@@ -47,13 +54,13 @@ class ViewNavigation(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._view = self._home = HOME_VIEW
-        self._views = ViewHistory(HOME_VIEW)
+        self.views = ViewHistory(HOME_VIEW)
         self._proportions = CUBE
         self._shown = WHOLE
         self._reach = SQUARE
         self._up_axis = DEFAULT_UP
         self._axis_labels: tuple[str, ...] = ()
-        self._trackball = False
+        self.trackball = False
         self._view_moving = False
 
     @property
@@ -90,21 +97,6 @@ class ViewNavigation(QObject):
     def proportions(self) -> Triple:
         """The volume's lengths along x, y and z, relative to its diagonal."""
         return self._proportions
-
-    @property
-    def trackball(self) -> bool:
-        """True if dragging turns freely, False if it turns about the up axis."""
-        return self._trackball
-
-    @property
-    def can_undo_view(self) -> bool:
-        """True if there is a view to go back to."""
-        return self._views.can_undo
-
-    @property
-    def can_redo_view(self) -> bool:
-        """True if a view was undone."""
-        return self._views.can_redo
 
     @property
     def pivot(self) -> NDArray[np.float64]:
@@ -144,7 +136,7 @@ class ViewNavigation(QObject):
         """
         if self._view_moving:
             self._view_moving = False
-            self._views.record(self._view, kind)
+            self.views.record(self._view, kind)
             self.viewHistoryChanged.emit()
             self.viewChangeFinished.emit(self._view)
 
@@ -156,12 +148,12 @@ class ViewNavigation(QObject):
     def undo_view(self) -> None:
         """Go back to the view before the last gesture."""
         self.finish_view()
-        self._look(self._views.undo())
+        self._look(self.views.undo())
 
     def redo_view(self) -> None:
         """Go to the view that was undone last."""
         self.finish_view()
-        self._look(self._views.redo())
+        self._look(self.views.redo())
 
     def reset_view(self) -> None:
         """Go to the volume's home view."""
@@ -205,7 +197,7 @@ class ViewNavigation(QObject):
             at_home = self._view == self._home and not self._view_moving
             self._home = self._upright_home()
             if follow and at_home:
-                self._views.replace(self._home)
+                self.views.replace(self._home)
                 self._look(self._home)
             self.navigationChanged.emit()
 
@@ -234,8 +226,8 @@ class ViewNavigation(QObject):
 
     def set_trackball(self, free: bool) -> None:
         """Choose whether dragging turns freely."""
-        if free != self._trackball:
-            self._trackball = free
+        if free != self.trackball:
+            self.trackball = free
             self.navigationChanged.emit()
 
     def start_view(
@@ -277,7 +269,7 @@ class ViewNavigation(QObject):
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
         self._up_axis, self._home, self._reach = up, home, reach
         first = view or self._home
-        self._views.start(first)
+        self.views.start(first)
         self.navigationChanged.emit()
         self._look(first)
 

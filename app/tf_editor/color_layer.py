@@ -136,7 +136,7 @@ class ColorLayer(QObject):
         self._area.show_readout(self._view, x, 0.5, f"{value_at(x, self._state.scale):.5g}")
 
     def _finish_drag(self) -> None:
-        self._area.hide_readout()
+        self._area.readout.hide()
         self._moves.finish("drag colour stop")
 
     def _menu(self, index: int, point: QPoint) -> None:

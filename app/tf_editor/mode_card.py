@@ -88,7 +88,7 @@ class ModeCard(QFrame):
         selection.changed.connect(self.refresh)
         for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
             changed.connect(self.place)
-        area.readoutChanged.connect(self.place)
+        area.readout.changed.connect(self.place)
         area.recolored.connect(self.refresh)
         self.refresh()
 
@@ -254,7 +254,7 @@ class ModeCard(QFrame):
     def place(self) -> None:
         """Go to where the handle is, or hide."""
         at = self._handle_at()
-        if at is None or self._area.readout:
+        if at is None or self._area.readout.text:
             self.hide()
             return
         self._row.activate()

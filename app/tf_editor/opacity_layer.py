@@ -195,7 +195,7 @@ class OpacityLayer(QObject):
 
     def _finish_drag(self) -> None:
         self._moves.finish(f"drag {handle_name(self._state.transfer_function.opacity)}")
-        self._area.hide_readout()
+        self._area.readout.hide()
 
     def _peak_menu(self, index: int, point: QPoint) -> None:
         opacity = self._state.transfer_function.opacity

@@ -9,7 +9,7 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QHelpEvent
-from PySide6.QtWidgets import QGraphicsItem, QLabel, QToolTip, QWidget
+from PySide6.QtWidgets import QGraphicsItem, QToolTip, QWidget
 
 from app import theme
 from app.controls import BY_KEYS
@@ -17,6 +17,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.histogram import HistogramLayer
 from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_labels import PlotLabels, Side
+from app.tf_editor.plot_readout import PlotReadout
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
@@ -29,8 +30,6 @@ STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 
 HEADROOM = 16
 """Pixels above the opacity 1, for flags and the grips of the range."""
-
-_READOUT_GAP = 18
 
 
 class PlotArea(QObject):
@@ -56,6 +55,8 @@ class PlotArea(QObject):
         The ground behind both, with the opacity's scale: for areas, over which lines are seen.
     second_labels : PlotLabels
         Its numbers, at the right.
+    readout : PlotReadout
+        Numbers of a drag.
     """
 
     opacityClicked = Signal()
@@ -66,8 +67,6 @@ class PlotArea(QObject):
     """Emitted when other values are visible, or a scale is another."""
     heightChanged = Signal()
     """Emitted when the opacity plot has another size."""
-    readoutChanged = Signal()
-    """Emitted when the numbers of a drag appear or go."""
     flagsMoved = Signal()
     """Emitted when widgets over the plot have moved."""
     recolored = Signal()
@@ -88,8 +87,8 @@ class PlotArea(QObject):
         layout = self.widget.ci.layout
         self.widget.ci.setContentsMargins(0, TOP_MARGIN, 0, 0)
         layout.setSpacing(0)
-        self.opacity: Any = self._add_view(row=0)
-        self.strip: Any = self._add_view(row=1)
+        self.opacity: Any = _add_view(self.widget, row=0)
+        self.strip: Any = _add_view(self.widget, row=1)
         self.strip.setXLink(self.opacity)
         self.opacity.setXRange(0.0, 1.0, padding=0)
         self.strip.setYRange(0, 1, padding=0)
@@ -97,16 +96,13 @@ class PlotArea(QObject):
             layout.setRowFixedHeight(row, height)
         for column, width in ((0, LEFT_MARGIN), (2, RIGHT_MARGIN)):
             layout.setColumnFixedWidth(column, width)
-        self._opacities = self._add_labels("left", 0, 0, "Opacity")
-        self.second_labels = self._add_labels("right", 0, 2, "")
-        self._values = self._add_labels("bottom", 3, 1, "Scalar value")
-        self.second, self.back = self._add_view_behind(1), self._add_view_behind(2)
+        self._opacities = _add_labels(self.widget, "left", 0, 0, "Opacity")
+        self.second_labels = _add_labels(self.widget, "right", 0, 2, "")
+        self._values = _add_labels(self.widget, "bottom", 3, 1, "Scalar value")
+        self.second, self.back = _view_behind(self.opacity, 1), _view_behind(self.opacity, 2)
         self._lines: list[Any] = []
         self.histogram = HistogramLayer(self.back)
-        self._readout = QLabel(self.widget)
-        self._readout.setProperty("role", "readout")
-        self._readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._readout.hide()
+        self.readout = PlotReadout(self.widget, self)
         self.flags: list[QWidget] = []
         """Widgets over the plot that nothing else may cover."""
         self.opacity.sigResized.connect(lambda *_: self._fit_heights())
@@ -303,55 +299,9 @@ class PlotArea(QObject):
             places, heights = cut, np.interp(cut, places, heights)
         item.setData(places, self.scale.heights(heights) if are_opacities else heights)
 
-    @property
-    def readout(self) -> str:
-        """Numbers shown beside the mouse during a drag; empty otherwise."""
-        return "" if self._readout.isHidden() else self._readout.text()
-
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
         """Show numbers beside a point of one of the plots."""
-        at = self.pixel(plot, self.axis.place(value), height)
-        self._readout.setText(text)
-        self._readout.adjustSize()
-        size = self._readout.size()
-        on_right = at.x() < self.widget.width() / 2
-        x = at.x() + _READOUT_GAP if on_right else at.x() - _READOUT_GAP - size.width()
-        y = min(max(at.y() - size.height() // 2, 0), self.widget.height() - size.height())
-        self._readout.move(x, y)
-        if self._readout.isHidden():
-            self._readout.show()
-            self.readoutChanged.emit()
-
-    def hide_readout(self) -> None:
-        """Hide the numbers again."""
-        if not self._readout.isHidden():
-            self._readout.hide()
-            self.readoutChanged.emit()
-
-    def _add_view_behind(self, steps: int) -> Any:
-        """Return a plot at the opacity's place, behind it."""
-        view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
-        view.disableAutoRange()
-        view.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
-        self.widget.scene().addItem(view)
-        view.setZValue(self.opacity.zValue() - steps)
-        view.setXLink(self.opacity)
-        return view
-
-    def _add_view(self, row: int) -> Any:
-        """Add a plot without panning, zooming and context menu."""
-        view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
-        view.disableAutoRange()
-        # Qt would clip handles of constant size in the wrong units, making them hard to hit.
-        view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemClipsChildrenToShape, False)
-        self.widget.addItem(view, row=row, col=1)
-        return view
-
-    def _add_labels(self, side: Side, row: int, column: int, tip: str) -> PlotLabels:
-        labels = PlotLabels(side)
-        labels.setToolTip(tip)
-        self.widget.ci.addItem(labels, row=row, col=column)
-        return labels
+        self.readout.show_at(self.pixel(plot, self.axis.place(value), height), text)
 
     def _clicked(self, event: Any) -> None:
         """Emit the signal for a click on one of the plots; handles accept their own clicks."""
@@ -374,3 +324,31 @@ class PlotArea(QObject):
         ):
             place = self.strip.mapSceneToView(position).x()
             self.stripClicked.emit(self.axis.value(place))
+
+
+def _view_behind(opacity: Any, steps: int) -> Any:
+    """Return a plot at the opacity plot's place, behind it."""
+    view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+    view.disableAutoRange()
+    view.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
+    opacity.scene().addItem(view)
+    view.setZValue(opacity.zValue() - steps)
+    view.setXLink(opacity)
+    return view
+
+
+def _add_view(widget: Any, row: int) -> Any:
+    """Add a plot without panning, zooming and context menu."""
+    view = pg.ViewBox(enableMouse=False, enableMenu=False, defaultPadding=0)
+    view.disableAutoRange()
+    # Qt would clip handles of constant size in the wrong units, making them hard to hit.
+    view.setFlag(QGraphicsItem.GraphicsItemFlag.ItemClipsChildrenToShape, False)
+    widget.addItem(view, row=row, col=1)
+    return view
+
+
+def _add_labels(widget: Any, side: Side, row: int, column: int, tip: str) -> PlotLabels:
+    labels = PlotLabels(side)
+    labels.setToolTip(tip)
+    widget.ci.addItem(labels, row=row, col=column)
+    return labels

@@ -183,7 +183,7 @@ class RangeLayer(QObject):
         if self._cuts:
             self._cut = self._state.transfer_function, self._begun
         self._before = None
-        self._area.hide_readout()
+        self._area.readout.hide()
         self._state.tf_input.finish("range")
 
 

@@ -284,8 +284,8 @@ class Menus(QObject):
         forth = add_action(menu, "&Next view", state.redo_view, "Alt+Right")
 
         def show_history() -> None:
-            back.setEnabled(state.can_undo_view)
-            forth.setEnabled(state.can_redo_view)
+            back.setEnabled(state.views.can_undo)
+            forth.setEnabled(state.views.can_redo)
 
         state.viewHistoryChanged.connect(show_history)
         show_history()

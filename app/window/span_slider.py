@@ -61,6 +61,7 @@ class SpanSlider(QWidget):
         self._hovered: Part | None = None
         self._grip: tuple[float, float, float] | None = None
         self._changing = False
+        self.setMinimumSize(LEAST_WIDTH, HEIGHT)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setMouseTracking(True)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -93,10 +94,6 @@ class SpanSlider(QWidget):
         """Return a size with room for two knobs and a span."""
         return QSize(120, HEIGHT)
 
-    def minimumSizeHint(self) -> QSize:
-        """Return the smallest useful size."""
-        return QSize(LEAST_WIDTH, HEIGHT)
-
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take hold of an end or the middle; beside the span, bring the nearest end there."""
         if event.button() != Qt.MouseButton.LeftButton:
@@ -109,13 +106,14 @@ class SpanSlider(QWidget):
         if beside or event.position().x() > self.x_of(self._high) + KNOB:
             held = value
         self._grip = value - held, self._low, self._high
-        self._follow(value)
+        self._move(self._part, held, self._low, self._high)
         self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Move what is held."""
         if self._grip is not None:
-            self._follow(self._value_at(event.position()))
+            offset, low, high = self._grip
+            self._move(self._part, self._value_at(event.position()) - offset, low, high)
         else:
             self._hover(self._part_at(event.position()))
 
@@ -217,11 +215,6 @@ class SpanSlider(QWidget):
         if part != self._hovered:
             self._hovered = part
             self.update()
-
-    def _follow(self, value: float) -> None:
-        assert self._grip is not None
-        offset, low, high = self._grip
-        self._move(self._part, value - offset, low, high)
 
     def _move(self, part: Part, target: float, low: float, high: float) -> None:
         """Bring a part of a span to a value, as far as the limits and its least length allow."""

@@ -85,12 +85,12 @@ def test_gestures_are_undone_apart_from_the_tf(qtbot: QtBot, state: ViewerState)
     for azimuth in (1.0, 2.0):
         state.move_view(View(azimuth - 0.5))
         state.set_view(View(azimuth))
-    assert state.can_undo_view
+    assert state.views.can_undo
     with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished, state.viewHistoryChanged]):
         state.undo_view()
     assert state.view == View(1.0)
     state.undo_view()
-    assert (state.view, state.can_undo_view, state.can_redo_view) == (HOME_VIEW, False, True)
+    assert (state.view, state.views.can_undo, state.views.can_redo) == (HOME_VIEW, False, True)
     state.redo_view()
     assert state.view == View(1.0)
     assert not state.edits.stack.canUndo()
@@ -112,7 +112,7 @@ def test_a_volume_starts_at_its_home_view_without_a_history(
     with qtbot.waitSignals([*signals, state.viewChangeFinished]):
         state.start_view(BOX, "-y")
     assert state.view == state.home == home_view(BOX, "-y")
-    assert (state.up_axis, state.can_undo_view) == ("-y", False)
+    assert (state.up_axis, state.views.can_undo) == ("-y", False)
     given = View(5.0, distance=0.5)
     state.start_view(BOX, view=given)
     assert (state.view, state.up_axis) == (given, "+z")
@@ -141,7 +141,7 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerSt
     wide = home_view(BOX, reach=(1.5, 0.5))
     assert state.view == state.home == wide
     assert state.home.distance < square.distance
-    assert not state.can_undo_view
+    assert not state.views.can_undo
     # Once it has been seen, the image shows what it showed.
     state.set_reach((0.6, 0.5))
     assert state.view == wide != state.home
@@ -247,7 +247,7 @@ def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> No
 def test_only_finished_gestures_change_the_history(qtbot: QtBot, state: ViewerState) -> None:
     with qtbot.assertNotEmitted(state.viewHistoryChanged):
         state.move_view(View(1.0))
-        assert not state.can_undo_view
+        assert not state.views.can_undo
     with qtbot.waitSignal(state.viewHistoryChanged):
         state.finish_view()
     with qtbot.assertNotEmitted(state.viewHistoryChanged):

@@ -132,9 +132,9 @@ def test_while_a_handle_is_dragged_it_has_its_numbers_only(make_editor: EditorMa
     left = Qt.MouseButton.LeftButton
     QTest.mousePress(viewport, left, pos=start)
     QTest.mouseMove(viewport, start + QPoint(40, 20))
-    assert editor.card.isHidden() and editor.area.readout
+    assert editor.card.isHidden() and editor.area.readout.text
     QTest.mouseRelease(viewport, left, pos=start + QPoint(40, 20))
-    assert editor.card.isVisible() and not editor.area.readout
+    assert editor.card.isVisible() and not editor.area.readout.text
 
 
 def test_f2_types_the_value_tab_goes_on_and_escape_returns(

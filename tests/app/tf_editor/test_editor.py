@@ -99,7 +99,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
         move(editor, half)
         move(editor, end)
     assert state.live
-    value, word, height = editor.area.readout.split()
+    value, word, height = editor.area.readout.text.split()
     assert float(value) == pytest.approx(150.0, abs=0.3)
     assert word == "opacity"
     assert float(height) == pytest.approx(0.8, abs=0.02)
@@ -110,7 +110,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
     assert mode.mean == pytest.approx(150.0, abs=0.3)
     assert mode.amplitude == pytest.approx(0.8, abs=0.02)
     assert mode.width == 8.0
-    assert editor.area.readout == ""
+    assert editor.area.readout.text == ""
     state.edits.undo()
     assert state.transfer_function.opacity.modes[0].mean == 130.0
     assert not state.edits.stack.canUndo()
@@ -139,7 +139,7 @@ def test_dragging_a_flank_changes_only_the_width(
     end = pixel(editor, 185.0, right.pos().y())
     press(editor, start)
     move(editor, end)
-    assert "width" in editor.area.readout
+    assert "width" in editor.area.readout.text
     release(editor, end)
     mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.amplitude) == (170.0, 0.5)

@@ -282,7 +282,7 @@ def test_a_dragged_line_stretches_the_tf_and_back(
     QTest.mousePress(viewport, LEFT, pos=start)
     QTest.mouseMove(viewport, (start + end) / 2)
     QTest.mouseMove(viewport, end)
-    assert "Ctrl: cut" in editor.area.readout
+    assert "Ctrl: cut" in editor.area.readout.text
     QTest.mouseRelease(viewport, LEFT, pos=end)
     lo, hi = state.scalar_range
     assert lo == 100.0
