@@ -141,7 +141,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
         state.crop_input.set(start.crop)
         window.crop_card.set_shown(True)
     if start.light is not None and state.light is not None:
-        workspace.reference.place_light(start.light)
+        workspace.reference.light.place(start.light)
     elif start.light is not None:
         window.notice.tell("The light is fixed here; a model beside it was trained with another.")
     if start.tf is not None:

@@ -15,6 +15,7 @@ from app.state.dispatcher import Dispatcher
 from app.state.drawing_plan import NO_MODEL_SIZE
 from app.state.exactness import STEPS
 from app.state.known_volume import LightingChoice
+from app.state.light_keeper import LightKeeper
 from app.state.light_pictures import LightPictures
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
@@ -24,7 +25,6 @@ from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from model.rendering.path_tracing import denoising
 from model.rendering.raster import Raster
-from model.scene.light import LightDirection
 from model.scene.region import SQUARE, Reach
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
@@ -63,6 +63,8 @@ class ReferenceWork(QObject):
         What the reference is drawn with now.
     fits_view : bool
         Whether the home view is still fitted to the pane while it is looked from.
+    light : LightKeeper
+        Sets the light's direction, and keeps it.
     trade : TradeWork
         Measures time and error of images while something moves.
     lights : LightPictures
@@ -119,10 +121,9 @@ class ReferenceWork(QObject):
         self._trades = TradeKeeper(preferences)
         self.trade = TradeWork(state, reference, self._analyst, dispatcher, self._trades, self)
         self.lights = LightPictures(state, builders, self)
-        self._keeps_light = True
+        self.light = LightKeeper(state, preferences, self)
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
-        state.light_input.changeFinished.connect(self._keep_light)
 
     @property
     def light_is_slow(self) -> bool:
@@ -201,12 +202,6 @@ class ReferenceWork(QObject):
         elif traded and self._volume is not None:
             self._dispatcher.show_trade()
 
-    def place_light(self, light: LightDirection | None) -> None:
-        """Set the light's direction without keeping it for the next run."""
-        self._keeps_light = False
-        self._state.start_light(light)
-        self._keeps_light = True
-
     def start(self, volume: Volume, scene: Scene | None) -> None:
         """Draw another volume.
 
@@ -220,6 +215,7 @@ class ReferenceWork(QObject):
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:
             self._slow_lights = SlowLights()
+            self.light.start(volume.fingerprint)
             self._take_light(before)
             # A model that comes or goes with the volume leaves another pane.
             self._follow_pane()
@@ -283,7 +279,7 @@ class ReferenceWork(QObject):
         self._proposed_lighting = "auto"
         self.choices = replace(self.choices, lighting=lighting)
         self.choicesChanged.emit(self.choices)
-        self.place_light(None)
+        self.light.place(None)
 
     def _take_settings(self) -> None:
         self.settings = self.choices.settings(self._scene, self._slow_lights.found)
@@ -329,22 +325,9 @@ class ReferenceWork(QObject):
         """Make the light movable where it may be, and keep its direction where it was."""
         limits = self.choices.light_range(self._scene, self.settings)
         if (limits is None) != (self._state.light is None):
-            angles = self._known_light()
-            chosen = LightDirection(*angles) if angles else self.settings.light
-            self.place_light(None if limits is None or chosen is None else limits.nearest(chosen))
+            chosen = self.light.known or self.settings.light
+            self.light.place(None if limits is None or chosen is None else limits.nearest(chosen))
         self.lightRangeChanged.emit(limits)
-
-    def _keep_light(self, light: LightDirection | None) -> None:
-        if light is not None and self._keeps_light and self._volume is not None:
-            usual = light == LightDirection()
-            angles = () if usual else (light.azimuth, light.elevation)
-            self._preferences.note_volume(self._volume.fingerprint, light=angles)
-
-    def _known_light(self) -> tuple[float, ...]:
-        """Angles of the light that the user has moved in this volume; empty if not moved."""
-        if self._volume is None:
-            return ()
-        return self._preferences.volume(self._volume.fingerprint).light
 
     def _fit_home(self) -> None:
         self._state.set_reach(self.reach, follow=self.fits_view)

@@ -193,7 +193,7 @@ class SessionWork(QObject):
         )
         light = session.look.get("light", ())
         if light and self._state.light is not None:
-            reference.place_light(LightDirection(*light))
+            reference.light.place(LightDirection(*light))
         if not session.look.get("regions"):
             # Those of the volume before stay for another time step, and for the same volume.
             self._sensitivity.start_volume(None, count=session.look.get("region_count", 0))

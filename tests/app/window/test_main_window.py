@@ -583,7 +583,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     assert first.brightness.value == 2 and first.state.crop is None
     assert shown(opened("other", first)) == fresh
     # What a start has asked for is not kept.
-    first.workspace.reference.place_light(light)
+    first.workspace.reference.light.place(light)
     assert not first.brightness.is_chosen
     first.close()
     second = opened("other")
