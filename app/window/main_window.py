@@ -7,14 +7,12 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
     QDropEvent,
-    QGuiApplication,
     QKeyEvent,
     QStatusTipEvent,
 )
@@ -39,10 +37,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.session_work import SessionWork
-from app.state.training_clock import MINUTES
-from app.state.training_order import TrainingChoices, training_order
-from app.state.training_pace import TrainingPace
-from app.state.training_run import TRAINED_LIGHT, TrainingRun
+from app.state.training_run import TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -78,14 +73,13 @@ from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
 from app.window.training_card import TrainingCard
-from app.window.training_question import TrainingQuestion
+from app.window.training_start import TrainingStart
 from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
 from app.window.window_parts import WindowParts
-from app.window.window_place import LARGEST, first_size
+from app.window.window_place import size_on
 from model.rendering.scale_bar import Scale
-from model.volume_files.choice import Choice
 
 PAPER_TITLE = "Paper's networks"
 PATH_TITLE = "Generator of one sample"
@@ -159,13 +153,15 @@ class MainWindow(QMainWindow):
         self.browse = self.top_bar.browse
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
         self.training = TrainingRun(self)
-        self.pace = TrainingPace(self)
         self.training_card = TrainingCard(self.training)
         self.up_axis_card = UpAxisCard()
         self.crop_card = CropCard(self.state)
         self.tools = ToolStrip(self.sensitivity_state, self.crop_card)
         self.tools.setEnabled(False)
         self.status = StatusLine(self.state)
+        self.training_start = TrainingStart(
+            self.training, self.training_card, self.workspace, self.state, self.preferences, self
+        )
         self._images = QWidget()
         self._floating = Floating(self._images)
         self._splitter = DockSplitter(self._images_and_floating(), self.editor)
@@ -329,17 +325,8 @@ class MainWindow(QMainWindow):
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
         self.preferences.problem.connect(partial(self.notice.tell, tone="error"))
-        self.training_card.trainRequested.connect(self._ask_training)
         self.training_card.trained.connect(self.opening.open_model)
-        run = self.training
-        ends: tuple[Any, ...] = (run.progressed, run.finished, run.failed, run.cancelled)
-        for change in ends:
-            change.connect(self._follow_training)
         self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
-
-    def _follow_training(self) -> None:
-        """Leave the processors to a training: nothing is measured beside it."""
-        self.workspace.reference.trade.pause(self.training.is_running)
 
     def _name_light(self) -> None:
         """Say in which light the reference is drawn, and where the volume is a compressed one."""
@@ -434,7 +421,7 @@ class MainWindow(QMainWindow):
         self.compact.cancel()
         self.workspace.stop()
         self.training.cancel()
-        self.pace.cancel()
+        self.training_start.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
@@ -458,7 +445,7 @@ class MainWindow(QMainWindow):
         self.setStatusBar(self.status)
         self.setWindowTitle("tfscope")
         self.setAcceptDrops(True)
-        self.resize(self._first_size())
+        self.resize(size_on(self.screen()))
 
     def _images_and_floating(self) -> QWidget:
         """Return the images, and what floats over them and moves nothing."""
@@ -470,13 +457,6 @@ class MainWindow(QMainWindow):
         self._floating.add_bottom(self.crop_card)
         self._floating.add_bottom(self.up_axis_card)
         return self._images
-
-    def _first_size(self) -> QSize:
-        """Return the size at which the window opens on its screen."""
-        if QGuiApplication.platformName() == "offscreen":
-            # Where nothing is seen, Qt has a smaller screen than anybody.
-            return LARGEST
-        return first_size(self.screen().availableSize())
 
     def _arrange(self) -> None:
         """Put cube, tools and cards over the images that are there."""
@@ -526,35 +506,6 @@ class MainWindow(QMainWindow):
         """Show an error; one about what was tried last replaces the one before."""
         keys = {self.opening: "opening", self.files: "files", self.browser: "browser"}
         self.notice.tell(text, key=keys.get(source, ""), tone="error")
-
-    def _ask_training(self) -> None:
-        """Train a model of the open volume once that is confirmed."""
-        opened = self.workspace.opened
-        if opened is None:
-            return
-        order = training_order(opened.path, MINUTES, **self._training_choices(opened))
-        question = TrainingQuestion(opened.volume.name, self.pace, self)
-        question.train.clicked.connect(partial(self._train, opened))
-        question.open()
-        self.pace.measure(order)
-
-    def _train(self, opened: OpenedVolume, _checked: bool = False) -> None:
-        """Train a model of the open volume, as it is shown."""
-        if opened is not self.workspace.opened:
-            return
-        self.training.start(opened.path, **self._training_choices(opened))
-
-    def _training_choices(self, opened: OpenedVolume) -> TrainingChoices:
-        """Say what a model of the open volume is of, as it is shown."""
-        known = self.preferences.volume(opened.fingerprint)
-        return TrainingChoices(
-            lighting=TRAINED_LIGHT[self.workspace.reference.settings.lighting],
-            scalar_range=opened.volume.scalar_range,
-            scale=opened.volume.scale,
-            raw_layout=known.raw_layout,
-            up=self.state.up_axis,
-            choice=Choice.parse(known.choice),
-        )
 
     def _show_range(self, opened: OpenedVolume) -> None:
         self.editor.area.histogram.set_data(opened.counts, opened.edges)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPoint, QRect, QSize
+from PySide6.QtGui import QGuiApplication, QScreen
 
 SHARE = 0.8
 """Of the screen's free area, along both sides."""
@@ -17,6 +18,14 @@ FRAME = 32
 
 LEAST_SEEN = 80
 """Pixels of the window's upper edge that have to be on a screen, so that it can be moved."""
+
+
+def size_on(screen: QScreen) -> QSize:
+    """Return the size at which the window opens on a screen."""
+    if QGuiApplication.platformName() == "offscreen":
+        # Where nothing is seen, Qt has a smaller screen than anybody.
+        return LARGEST
+    return first_size(screen.availableSize())
 
 
 def first_size(free: QSize) -> QSize:

@@ -64,7 +64,7 @@ def test_the_window_asks_for_the_open_volume(
 ) -> None:
     window = make_window(model=None)
     asked: list[tuple[str, ...]] = []
-    monkeypatch.setattr(window.pace, "measure", asked.append)
+    monkeypatch.setattr(window.training_start.pace, "measure", asked.append)
     started: list[Path] = []
     monkeypatch.setattr(window.training, "start", lambda path, **_: started.append(path))
     window.training_card.train.trigger()
