@@ -26,9 +26,10 @@ from model.rendering.path_tracing.tracking import CLEAREST, Medium
 from model.rendering.raster import Raster
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
+from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import travel_direction
-from model.rendering.raycast.renderer import LARGEST_ERROR, NATIVE_TYPES
+from model.rendering.raycast.renderer import NATIVE_TYPES
 from model.rendering.raycast.tables import (
     LEVELS,
     LEVELS_PER_BIN,

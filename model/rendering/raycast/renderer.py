@@ -9,38 +9,35 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.noise import noise_of
-from model.rendering.opacity_correction import least_transparency, per_sample_derivative
+from model.rendering.opacity_correction import least_transparency
 from model.rendering.raster import Raster
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
+from model.rendering.raycast.classification import LARGEST_ERROR, Classification, Classifier
 from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
-from model.rendering.raycast.illumination import Illumination, gradient_light
-from model.rendering.raycast.shading import Light, LightGrid
-from model.rendering.raycast.shadows import Shadows, shadow_rays
+from model.rendering.raycast.illumination import Illumination
+from model.rendering.raycast.scene_light import UNLIT, SceneLight
 from model.rendering.raycast.tables import (
     FARTHEST_LEVELS,
     LEVELS,
     LEVELS_PER_BIN,
     color_table,
     level_table,
-    opacity_table,
     preintegrated_table,
 )
 from model.rendering.scalars import renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
-from model.scene.view import View
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, Range
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -49,16 +46,13 @@ if TYPE_CHECKING:
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 """Scalar types that are rendered without conversion."""
 
-LARGEST_ERROR = 1 / 510
-"""Largest error of a pixel by skipping and early termination together: half an 8-bit step."""
-
 ROWS_PER_TASK = 8
 TASKS = 32
 """Number of tasks that differentiated windows are divided into, to balance the threads' load."""
 
-FINE_FROM, COARSE_LIGHT = 128, 32
+FINE_FROM = 128
 """Pixels of an image, from which on soft light's changes by many edits are computed on the light's
-own grid, and nodes along the longest axis of a grid for smaller images. Its curves differ by 2 to
+own grid, from smaller ones on a coarse one. Its curves differ by 2 to
 6 % in length, and in direction by a cosine of .9998, and take a fifth of the time."""
 
 Device = Literal["cpu", "cuda"]
@@ -141,7 +135,6 @@ class RaycastRenderer:
         self.skip_empty = self.terminate_early = True
         self._volume = volume
         self._lighting = lighting
-        self._light = light or LightDirection()
         self._preintegrated = preintegrated
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="raycast"
@@ -159,19 +152,10 @@ class RaycastRenderer:
             np.float32(-beyond),
             np.float32(LEVELS - 1 + beyond),
         )
-        reflects = lighting in ("direct", "shadows")
-        self._noise = noise_of(scalars) if reflects else 0.0
-        self._values = float(scalars.min()), float(scalars.max())
         self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
-        self._opacities = lru_cache(maxsize=4)(self._opacities_of)
-        self._distances = lru_cache(maxsize=4)(self._distances_of)
-        self._illumination: Illumination | None = None
-        if lighting == "soft":
-            light_grid = partial(
-                Illumination, scalars, bins, volume, self._executor, missing=hidden
-            )
-            self._illumination = light_grid()
-            self._coarse = lru_cache(lambda: light_grid(longest=COARSE_LIGHT))
+        self._classifier = Classifier(volume, self.cells)
+        light_grid = partial(Illumination, scalars, bins, volume, self._executor, missing=hidden)
+        self._light = SceneLight(volume, scalars, lighting, light or LightDirection(), light_grid)
         self._cuda = _gpu_painter(self._voxels) if device == "cuda" else None
 
     @property
@@ -182,7 +166,7 @@ class RaycastRenderer:
     @property
     def differentiates_windows(self) -> bool:
         """Whether many windows are as fast as one; soft light is taken back for each of them."""
-        return self._illumination is None
+        return self._light.grid is None
 
     @property
     def scalar_range(self) -> Range:
@@ -248,7 +232,7 @@ class RaycastRenderer:
         RenderError
             With pre-integration or on a GPU.
         """
-        if self._illumination is None:
+        if self._light.grid is None:
             return self._differentiated(inputs, size, windows)[:2]
         parts = [self.differentiate_together(inputs, size, window[None]) for window in windows]
         gradients, energies = zip(*parts, strict=True)
@@ -276,9 +260,9 @@ class RaycastRenderer:
         """
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
-        if self._illumination is not None and by_light is not None:
-            lit = self._light_inputs(inputs)
-            gradient += self._illumination.pass_back(*lit, by_light, inputs.crop)
+        if self._light.grid is not None and by_light is not None:
+            lit = self._light.soft_inputs(inputs)
+            gradient += self._light.grid.pass_back(*lit, by_light, inputs.crop)
         return gradient, float(energies.sum())
 
     def _differentiated(
@@ -292,7 +276,7 @@ class RaycastRenderer:
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
         by_light: list[NDArray[np.float64]] = []
-        lit = self._illumination
+        lit = self._light.grid
         run: Any = differentiate_windows
 
         def task(part: slice) -> None:
@@ -303,7 +287,7 @@ class RaycastRenderer:
                 by_light.append(nodes)
 
         self._divide(len(windows), task)
-        gradients *= self._per_sample_derivative(inputs)
+        gradients *= self._classified(inputs).derivative
         return gradients, energies, np.sum(by_light, axis=0) if by_light else None
 
     def squared_changes(
@@ -337,15 +321,15 @@ class RaycastRenderer:
         from model.rendering.raycast.change_norms import BAND, band_of, square_changes
 
         arguments = self._path_arguments(inputs, size)
-        by_bin, begin = band_of(edits * self._per_sample_derivative(inputs))
+        by_bin, begin = band_of(edits * self._classified(inputs).derivative)
         count = int(begin.max()) + BAND
         turns = None
-        if self._illumination is not None:
+        if self._light.grid is not None:
             padded = np.zeros((max(count, len(edits)), TF_SAMPLES), dtype=np.float32)
             padded[: len(edits)] = edits
             is_fine = Raster.of(size).shorter >= FINE_FROM
-            grid = self._illumination if is_fine else self._coarse()
-            turns = grid.changes(*self._light_inputs(inputs), padded[:count], inputs.crop)
+            grid = self._light.grid if is_fine else self._light.coarse_grid()
+            turns = grid.changes(*self._light.soft_inputs(inputs), padded[:count], inputs.crop)
         parts: list[NDArray[np.float64]] = []
         run: Any = square_changes
 
@@ -383,29 +367,30 @@ class RaycastRenderer:
 
         self._check_differentiable()
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
-        changes = level_table(edit * self._per_sample_derivative(inputs))
-        shown = self._opacities(inputs.opacity_tf, distance) + abs(changes)
+        classified = self._classified(inputs)
+        changes = level_table(edit * classified.derivative)
+        shown = classified.opacity + abs(changes)
         image = np.empty((*raster.shape, 3), dtype=np.float32)
-        glow, turn = self._glow(inputs, distance), None
-        if self._illumination is not None and glow is not None:
+        lit, turn = self._light.of(inputs, classified), None
+        if self._light.grid is not None:
             edits = np.asarray(edit, dtype=np.float32)[None]
-            turn = self._illumination.changes(*self._light_inputs(inputs), edits, inputs.crop)
+            turn = self._light.grid.changes(*self._light.soft_inputs(inputs), edits, inputs.crop)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
             self._voxels,
             volume.dimensions,
             self._scale,
             self._missing,
-            self._distances_to(shown, distance, self.skip_empty),
+            self._classifier.cells_around(shown, distance, self.skip_empty),
             self.cells.shape,
             SHIFT,
-            self._opacities(inputs.opacity_tf, distance),
+            classified.opacity,
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
-            self._gradient_light(inputs, distance),
-            glow,
+            lit.gradient,
+            lit.soft,
             turn,
-            self._shadows(inputs, distance),
+            lit.shadows,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -433,9 +418,10 @@ class RaycastRenderer:
         from model.rendering.raycast.tangents import add_visibility
 
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
+        classified = self._classified(inputs)
         arguments = (
-            *self._voxels_and_cells(inputs.opacity_tf, distance),
-            self._opacities(inputs.opacity_tf, distance),
+            *self._voxels_and_cells(classified),
+            classified.opacity,
             self._camera(inputs, raster),
             distance * volume.voxel_size,
             raster.columns,
@@ -494,10 +480,10 @@ class RaycastRenderer:
         distance = sample_distance or self.sample_distance
         raster = Raster.of(size)
         image = np.empty((*raster.shape, 4 if colored else 1), dtype=np.float32)
-        volume = self._volume
+        volume, classified = self._volume, self._classified(inputs, distance)
         arguments = (
-            *self._voxels_and_cells(inputs.opacity_tf, distance),
-            *self._tables(inputs, distance, colored, lit),
+            *self._voxels_and_cells(classified),
+            *self._tables(inputs, classified, colored, lit),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -529,62 +515,25 @@ class RaycastRenderer:
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 
     def _tables(
-        self, inputs: SceneInputs, distance: float, colored: bool, lit: bool
+        self, inputs: SceneInputs, classified: Classification, colored: bool, lit: bool
     ) -> tuple[Any, ...]:
         """Look-up tables and light, as arguments of the drawing kernels."""
         scalar_range = self._volume.scalar_range
         opacity_tf, color_tf = inputs.opacity_tf, inputs.color_tf
         if self._preintegrated:
             table = preintegrated_table(
-                opacity_tf, color_tf if colored else None, scalar_range, distance
+                opacity_tf, color_tf if colored else None, scalar_range, classified.distance
             )
             return (table,)
-        alphas = self._opacities(opacity_tf, distance)
+        alphas = classified.opacity
         if not colored:
             return alphas, None, None, None, None
-        light = self._gradient_light(inputs, distance) if lit else None
-        glow = None
-        shadows = self._shadows(inputs, distance) if lit else None
-        if lit:
-            glow = self._glow(inputs, distance)
-        return alphas, color_table(color_tf, scalar_range, alphas), light, glow, shadows
+        colors = color_table(color_tf, scalar_range, alphas)
+        light = self._light.of(inputs, classified) if lit else UNLIT
+        return alphas, colors, light.gradient, light.soft, light.shadows
 
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.crop)
-
-    def _gradient_light(self, inputs: SceneInputs, distance: float) -> Light | None:
-        """Parameters of gradient shading; None where surfaces reflect nothing."""
-        if self._lighting not in ("direct", "shadows"):
-            return None
-        light = inputs.light or self._light
-        dim = self._dim(self._opacities(inputs.opacity_tf, distance), distance)
-        return gradient_light(inputs.view, light, self._volume, inputs.crop, self._noise, dim)
-
-    def _dim(self, opacity: NDArray[np.float32], distance: float) -> float:
-        """How bright a pixel can be, 0 to 1, with these opacities of samples."""
-        samples = 2 * self._volume.radius / (distance * self._volume.voxel_size)
-        return min(1.0, samples * float(opacity.max()))
-
-    def _shadows(self, inputs: SceneInputs, distance: float) -> Shadows | None:
-        """Parameters of shadow rays; None where there are none."""
-        if self._lighting != "shadows":
-            return None
-        step, light = distance * self._volume.voxel_size, inputs.light or self._light
-        return shadow_rays(inputs.view, light, self._volume, step, self._values)
-
-    def _glow(self, inputs: SceneInputs, distance: float) -> LightGrid | None:
-        """Soft light; None under another one."""
-        if self._illumination is None:
-            return None
-        dim = self._dim(self._opacities(inputs.opacity_tf, distance), distance)
-        return self._illumination.grid(*self._light_inputs(inputs), inputs.crop, dim)
-
-    def _light_inputs(
-        self, inputs: SceneInputs
-    ) -> tuple[View, LightDirection, NDArray[np.float32]]:
-        """What soft light depends on besides the crop box."""
-        opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
-        return inputs.view, inputs.light or self._light, opacities
 
     def _divide(self, count: int, task: Callable[[slice], object]) -> None:
         """Call a task on this renderer's threads for all parts of `count` windows."""
@@ -597,13 +546,15 @@ class RaycastRenderer:
         self._check_differentiable()
         volume, distance, raster = self._volume, self.sample_distance, Raster.of(size)
         step = distance * volume.voxel_size
+        classified = self._classified(inputs)
+        lit = self._light.of(inputs, classified)
         return (
-            *self._voxels_and_cells(inputs.opacity_tf, distance),
-            self._opacities(inputs.opacity_tf, distance),
+            *self._voxels_and_cells(classified),
+            classified.opacity,
             color_table(inputs.color_tf, volume.scalar_range),
-            self._gradient_light(inputs, distance),
-            self._glow(inputs, distance),
-            self._shadows(inputs, distance),
+            lit.gradient,
+            lit.soft,
+            lit.shadows,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,
@@ -611,58 +562,28 @@ class RaycastRenderer:
             int(2 * volume.radius / step) + 2,
         )
 
-    def _per_sample_derivative(self, inputs: SceneInputs) -> NDArray[np.float64]:
-        """Derivative of a sample's opacity by the TF's, at each bin."""
-        opacity = inputs.opacity_tf.sample(self._volume.scalar_range)
-        return per_sample_derivative(opacity, self.sample_distance)
-
     def _check_differentiable(self) -> None:
         if not self.is_differentiable:
             raise RenderError(
                 "The exact sensitivity is there on the CPU, without pre-integration; choose those."
             )
 
-    def _voxels_and_cells(self, opacity_tf: OpacityTF, distance: float) -> tuple[Any, ...]:
+    def _classified(self, inputs: SceneInputs, distance: float | None = None) -> Classification:
+        """Classify the samples under a scene's TF; the renderer's own distance by default."""
+        apart = distance or self.sample_distance
+        return self._classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
+
+    def _voxels_and_cells(self, classified: Classification) -> tuple[Any, ...]:
         """First arguments of all kernels: the volume and the cells for empty-space skipping."""
         return (
             self._voxels,
             self._volume.dimensions,
             self._scale,
             self._missing,
-            self._distances(opacity_tf, distance, self.skip_empty),
+            classified.cells,
             self.cells.shape,
             SHIFT,
         )
-
-    def _opacities_of(self, opacity_tf: OpacityTF, sample_distance: float) -> NDArray[np.float32]:
-        """Opacity of a sample at each level."""
-        return opacity_table(opacity_tf, self._volume.scalar_range, sample_distance)
-
-    def _distances_of(
-        self, opacity_tf: OpacityTF, sample_distance: float, skip_empty: bool
-    ) -> NDArray[np.int8]:
-        """Distance of each cell to the nearest visible one; zeros without empty-space skipping."""
-        opacity = self._opacities(opacity_tf, sample_distance)
-        return self._distances_to(opacity, sample_distance, skip_empty)
-
-    def _distances_to(
-        self, opacity: NDArray[np.float32], sample_distance: float, skip_empty: bool
-    ) -> NDArray[np.int8]:
-        """Return the same for the opacities of all levels."""
-        if not skip_empty:
-            return np.zeros(np.prod(self.cells.shape), dtype=np.int8)
-        volume = self._volume
-        samples = 2 * volume.radius / (sample_distance * volume.voxel_size)
-        # All skipped samples of a ray together must stay below the largest error, or that share
-        # of the brightest pixel that a nearly transparent TF can make.
-        brightest = self._dim(opacity, sample_distance)
-        shown = opacity > brightest * LARGEST_ERROR / 2 / samples
-        in_bin = np.zeros(TF_SAMPLES, dtype=bool)
-        # Levels between two bins count for both.
-        level = np.flatnonzero(shown)
-        in_bin[level // LEVELS_PER_BIN] = True
-        in_bin[-(-level // LEVELS_PER_BIN)] = True
-        return self.cells.distances(in_bin)
 
 
 def _gpu_painter(voxels: NDArray[Any]) -> Painter:

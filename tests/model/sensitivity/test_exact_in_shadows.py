@@ -121,8 +121,8 @@ class Reference:
     """Images in float64, as a function of the TF's 256 opacities."""
 
     def __init__(self, renderer: RaycastRenderer, volume: Volume, inputs: SceneInputs) -> None:
-        self.shadows = renderer._shadows(inputs, STEP)
-        light = renderer._gradient_light(inputs, renderer.sample_distance)
+        self.shadows = renderer._light.of(inputs, renderer._classified(inputs, STEP)).shadows
+        light = renderer._light.of(inputs, renderer._classified(inputs)).gradient
         step = STEP * volume.voxel_size
         longest = int(2 * volume.radius / step) + 2
         seen = np.full((SIZE, SIZE, longest), -1, np.int32)

@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from model.benchmarks.reference_raycaster import cast, composite, correct, depth, render
-from model.rendering.raycast.renderer import LARGEST_ERROR, RaycastRenderer
+from model.rendering.raycast.classification import LARGEST_ERROR
+from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import (
     TF_SAMPLES,

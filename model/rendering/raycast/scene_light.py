@@ -1,0 +1,100 @@
+"""The light of a scene, as the kernels of the ray caster take it."""
+
+from __future__ import annotations
+
+from functools import lru_cache, partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.noise import noise_of
+from model.rendering.raycast.classification import Classification
+from model.rendering.raycast.illumination import Illumination, gradient_light
+from model.rendering.raycast.shading import Light, LightGrid
+from model.rendering.raycast.shadows import Shadows, shadow_rays
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.view import View
+from model.scene.volume import Volume
+
+COARSE = 32
+"""Nodes along the longest axis of a coarse grid of soft light."""
+
+
+class Lit(NamedTuple):
+    """A scene's light.
+
+    Attributes
+    ----------
+    gradient : Light or None
+        Of surfaces by their gradient; None where they reflect nothing.
+    soft : LightGrid or None
+        Soft light at the nodes of a grid; None under another one.
+    shadows : Shadows or None
+        Rays towards the light; None where there are none.
+    """
+
+    gradient: Light | None
+    soft: LightGrid | None
+    shadows: Shadows | None
+
+
+UNLIT = Lit(None, None, None)
+
+
+class SceneLight:
+    """Lights the scenes of one volume.
+
+    Parameters
+    ----------
+    volume : Volume
+    scalars : ndarray, shape (nz, ny, nx)
+        Its voxels, as they are rendered.
+    lighting : {"none", "direct", "soft", "shadows"}
+    default : LightDirection
+        For inputs without a light.
+    light_grid : callable
+        Builds the grid of soft light.
+
+    Attributes
+    ----------
+    grid : Illumination or None
+        The grid of soft light; None under another one.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        scalars: NDArray[np.generic],
+        lighting: Lighting,
+        default: LightDirection,
+        light_grid: partial[Illumination],
+    ) -> None:
+        self._volume, self._lighting, self._default = volume, lighting, default
+        reflects = lighting in ("direct", "shadows")
+        self._noise = noise_of(scalars) if reflects else 0.0
+        self._values = float(scalars.min()), float(scalars.max())
+        self.grid = light_grid() if lighting == "soft" else None
+        self.coarse_grid = lru_cache(lambda: light_grid(longest=COARSE))
+
+    def of(self, inputs: SceneInputs, classification: Classification) -> Lit:
+        """Return the light of a scene."""
+        light = inputs.light or self._default
+        gradient, soft, shadows = None, None, None
+        if self._lighting in ("direct", "shadows"):
+            gradient = gradient_light(
+                inputs.view, light, self._volume, inputs.crop, self._noise, classification.brightest
+            )
+        if self._lighting == "shadows":
+            step = classification.distance * self._volume.voxel_size
+            shadows = shadow_rays(inputs.view, light, self._volume, step, self._values)
+        if self.grid is not None:
+            soft = self.grid.grid(*self.soft_inputs(inputs), inputs.crop, classification.brightest)
+        return Lit(gradient, soft, shadows)
+
+    def soft_inputs(self, inputs: SceneInputs) -> tuple[View, LightDirection, NDArray[np.float32]]:
+        """Return what soft light depends on besides the crop box: view, light and opacities."""
+        opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
+        return inputs.view, inputs.light or self._default, opacities
