@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +85,15 @@ class Lamp:
     sharpness: float = 30.0
     surfaces: bool = True
     bounces: int = 32
+
+
+class _Seen(NamedTuple):
+    """What view rays go through: the medium, opacities of samples, the camera and the step."""
+
+    medium: Medium
+    alphas: NDArray[np.float32]
+    camera: NDArray[np.float64]
+    step: float
 
 
 class PathTracer:
@@ -173,27 +182,27 @@ class PathTracer:
             In voxels; the renderer's own by default.
         """
         raster = Raster.of(size)
-        distance = sample_distance or self.sample_distance
-        volume = self._volume
-        step = distance * volume.voxel_size
-        camera = camera_array(inputs.view, volume, raster, inputs.crop)
-        alphas = opacity_table(inputs.opacity_tf, volume.scalar_range, distance)
-        colors = color_table(inputs.color_tf, volume.scalar_range)
+        seen = self._seen(inputs, raster, sample_distance)
+        unlit = self._unlit(inputs, seen, raster, wanted)
+        if unlit is None:
+            return
+        colors = color_table(inputs.color_tf, self._volume.scalar_range)
         scatters = partial(single_scattering_albedo, asymmetry=self._lamp.asymmetry)
         media = shares(colors.reshape(-1, 4), scatters).ravel()
         surfaces = shares(colors.reshape(-1, 4), facet_albedo).ravel()
-        medium = self._medium(inputs)
-        unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
-        draw: Any = draw_rows
-        trace: Any = trace_rows
-        ends = np.float32(LARGEST_ERROR / 2)
-        looks = color_table(inputs.color_tf, volume.scalar_range, alphas)
-        seen = (*medium[:7], alphas, looks, None, None, None, ends, camera, step)
-        if not self._run(lambda rows: draw(*seen, rows, unlit, None), raster, wanted):
-            return
-        np.clip(unlit, 0, 1, out=unlit)
         opacity = np.ascontiguousarray(unlit[..., 3:])
-        traced = (medium, alphas, surfaces, media, self._optics(inputs), camera, step, opacity)
+        optics = self._optics(inputs)
+        traced = (
+            seen.medium,
+            seen.alphas,
+            surfaces,
+            media,
+            optics,
+            seen.camera,
+            seen.step,
+            opacity,
+        )
+        trace: Any = trace_rows
         place = raster.left, raster.top, raster.width
         sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
         for done in range(1, samples + 1):
@@ -206,6 +215,28 @@ class PathTracer:
                 return
             if done & (done - 1) == 0 or done == samples:
                 yield estimate_of(sums, unlit, done)
+
+    def unlit(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+    ) -> NDArray[np.float32] | None:
+        """Draw what the paths begin at: the TF's colours, in no light, and the opacity.
+
+        Parameters
+        ----------
+        inputs, size, wanted, sample_distance
+            See :meth:`refine`.
+
+        Returns
+        -------
+        ndarray of float32, shape (rows, columns, 4), or None
+            None if it is no longer wanted.
+        """
+        raster = Raster.of(size)
+        return self._unlit(inputs, self._seen(inputs, raster, sample_distance), raster, wanted)
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""
@@ -225,6 +256,28 @@ class PathTracer:
             return True
 
         return all(list(self._executor.map(part, range(0, rows, per_task))))
+
+    def _seen(self, inputs: SceneInputs, raster: Raster, distance: float | None) -> _Seen:
+        distance, volume = distance or self.sample_distance, self._volume
+        return _Seen(
+            self._medium(inputs),
+            opacity_table(inputs.opacity_tf, volume.scalar_range, distance),
+            camera_array(inputs.view, volume, raster, inputs.crop),
+            distance * volume.voxel_size,
+        )
+
+    def _unlit(
+        self, inputs: SceneInputs, seen: _Seen, raster: Raster, wanted: Callable[[], bool]
+    ) -> NDArray[np.float32] | None:
+        unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
+        draw: Any = draw_rows
+        ends = np.float32(LARGEST_ERROR / 2)
+        looks = color_table(inputs.color_tf, self._volume.scalar_range, seen.alphas)
+        tables = (seen.alphas, looks, None, None, None, ends, seen.camera, seen.step)
+        arguments = (*seen.medium[:7], *tables)
+        if not self._run(lambda rows: draw(*arguments, rows, unlit, None), raster, wanted):
+            return None
+        return np.clip(unlit, 0, 1, out=unlit)
 
     def _medium(self, inputs: SceneInputs) -> Medium:
         volume = self._volume
