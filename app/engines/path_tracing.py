@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from app.engines.messages import SupersededError
 from app.engines.renderer_engine import TILE, RendererEngine
 from app.engines.requests import UNWATCHED, Array, ImageRequest, PictureRequest, Watch
+from model.rendering.path_tracing.coarse_light import SIDE
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 from model.rendering.path_tracing.renderer import PIXELS_PER_TASK
 from model.rendering.raster import Raster
@@ -57,10 +58,13 @@ class PathTracingEngine(RendererEngine):
     def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
         """Trace as many samples as the request asks for, until it is no longer wanted.
 
-        A request for more samples of the last picture goes on where that ended.
+        A request for more samples of the last picture goes on where that ended. While something
+        moves, several pixels share their light.
         """
         quality = request.quality
         distance = self._sample_distance * quality.coarseness
+        if quality.live:
+            return self._moving(request, distance, watch)
         key = request.inputs, quality.pixels, distance
         # What is measured is drawn anew, even if it is there.
         if self._drawn.key != key or request.is_measured:
@@ -81,6 +85,17 @@ class PathTracingEngine(RendererEngine):
             self._said += f", {last.deed}"
         self.image_error = last.error
         return last.rgba
+
+    def _moving(self, request: ImageRequest, distance: float, watch: Watch) -> Array:
+        renderer = self._refining
+        picture = renderer.moving(request.inputs, request.quality.pixels, watch, distance)
+        if picture is None:
+            raise SupersededError
+        self._said = ""
+        if picture.deed:
+            self._said = f", light of 1 in {SIDE**2} pixels, {picture.deed}"
+        self.image_error = picture.error
+        return picture.rgba
 
     def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, watch: Watch) -> Array:
         """Trace a small image of few samples."""

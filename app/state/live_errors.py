@@ -105,7 +105,7 @@ def _as_large(coarse: NDArray[np.float32], fine: NDArray[np.float32]) -> NDArray
     if coarse.shape == fine.shape:
         return coarse
     # Late: it is needed at rest only, and brings the renderers.
-    from model.rendering.setting import resized
+    from model.rendering.resizing import resized
 
     shape = fine.shape[-3:-1]
     if coarse.ndim == 3:

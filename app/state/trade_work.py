@@ -178,7 +178,7 @@ class TradeWork(QObject):
             return None
         if self._of_rest is None or self._of_rest[0] is not truth:
             # Late: it is needed at rest only, and brings the renderers.
-            from model.rendering.setting import quartered
+            from model.rendering.resizing import quartered
 
             error = distance(quartered(truth.value), truth.value)
             self._of_rest = truth, AtRest(_seconds_a_sample(truth), error)

@@ -2,63 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.path_tracing.cleaning import Cleaning
-from model.rendering.path_tracing.refinement import drawn
-from model.rendering.path_tracing.renderer import PathTracer
 from model.scene.inputs import SceneInputs
 
 PERCENTILE = 99.0
 
+Draw = Callable[[SceneInputs], NDArray[np.float32]]
+
+
+@dataclass(frozen=True)
+class Flicker:
+    """What successive pictures change beyond the truth, and how far they are from it.
+
+    Attributes
+    ----------
+    seconds : float
+        Median time of a picture.
+    most, mean : float
+        99th percentile and mean, over all pixels and colours, of the second difference's distance
+        from the truth's, in steps of 8 bits.
+    error : float
+        Root mean square of the colours' distances from the truth's, 0 to 1.
+    """
+
+    seconds: float
+    most: float
+    mean: float
+    error: float
+
 
 def flicker(
-    tracer: PathTracer,
-    cleanings: dict[str, Cleaning | None],
-    truth: PathTracer,
-    frames: Sequence[SceneInputs],
-    size: int,
-    samples: int,
-    many: int,
-) -> dict[str, float]:
-    """Measure what successive pictures of few samples change beyond the truth.
+    draws: Mapping[str, Draw], truth: Draw, frames: Sequence[SceneInputs], first: int = 0
+) -> dict[str, Flicker]:
+    """Measure how pictures flicker.
 
     Parameters
     ----------
-    tracer : PathTracer
-        Draws the pictures.
-    cleanings : dict of str to callable, or None
-        What takes the noise out of them, by name.
-    truth : PathTracer
+    draws : dict of str to callable
+        What draws a picture (rows, columns, 4), by name; it is called frame by frame.
+    truth : callable
         Draws what they are compared with.
     frames : sequence of SceneInputs
-        Three or more of one movement.
-    size : int
-        Width and height in pixels.
-    samples, many : int
-        Of each pixel: of the pictures, and of the truth, which is denoised where it can be.
-
-    Returns
-    -------
-    dict of str to float
-        By the names of `cleanings`: the 99th percentile over all pixels and colours of the second
-        difference's distance from the truth's, in steps of 8 bits.
+        Of one movement.
+    first : int
+        First frame that counts; three or more do.
     """
-
-    def series(draw: Callable[[SceneInputs], NDArray[np.float32]]) -> NDArray[np.float32]:
-        return np.diff(np.stack([draw(inputs)[..., :3] for inputs in frames]), n=2, axis=0)
-
-    best = next((each for each in cleanings.values() if each is not None), None)
-    right = series(lambda inputs: drawn(truth, inputs, size, many, cleaning=best).rgba)
+    right = np.stack([truth(inputs)[..., :3] for inputs in frames[first:]])
     found = {}
-    for name, cleaning in cleanings.items():
-
-        def draw(inputs: SceneInputs, cleaning: Cleaning | None = cleaning) -> NDArray[np.float32]:
-            return drawn(tracer, inputs, size, samples, cleaning=cleaning).rgba
-
-        beyond = np.abs(series(draw) - right)
-        found[name] = 255 * float(np.percentile(beyond, PERCENTILE))
+    for name, draw in draws.items():
+        timed = [_timed(draw, inputs) for inputs in frames][first:]
+        drawn = np.stack([image[..., :3] for image, _ in timed])
+        beyond = 255 * np.abs(np.diff(drawn, n=2, axis=0) - np.diff(right, n=2, axis=0))
+        found[name] = Flicker(
+            median(seconds for _, seconds in timed),
+            float(np.percentile(beyond, PERCENTILE)),
+            float(beyond.mean()),
+            float(np.sqrt(np.mean((drawn - right) ** 2))),
+        )
     return found
+
+
+def _timed(draw: Draw, inputs: SceneInputs) -> tuple[NDArray[np.float32], float]:
+    begun = time.perf_counter()
+    return draw(inputs), time.perf_counter() - begun

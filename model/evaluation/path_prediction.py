@@ -14,7 +14,8 @@ from model.generator.path_light_generator import MOST_SAMPLES
 from model.rendering.path_tracing.cleaning import Cleaner, Denoiser, cleaned, error_of
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.raster import Raster
-from model.rendering.setting import Setting, SettingRenderer, enlarged
+from model.rendering.resizing import enlarged
+from model.rendering.setting import Setting, SettingRenderer
 from model.scene.inputs import SceneInputs
 
 DRAWN = MOST_SAMPLES

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer, open_renderer
+from model.rendering.resizing import enlarged, resized
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
@@ -228,39 +229,6 @@ class SettingRenderer:
                 )
             self._renderers[key] = known
         return known
-
-
-def enlarged(image: NDArray[np.float32], drawn: Raster, shown: Raster) -> NDArray[np.float32]:
-    """Interpolate an image's pixels (h, w, channels) linearly to those shown, as a screen does."""
-    places = (
-        (drawn.top, drawn.height, shown.top, shown.rows, shown.height),
-        (drawn.left, drawn.width, shown.left, shown.columns, shown.width),
-    )
-    for axis, (first, have, start, count, want) in enumerate(places):
-        if have == want:
-            continue
-        last = image.shape[axis] - 1
-        at = np.clip((np.arange(start, start + count) + 0.5) * have / want - 0.5 - first, 0, last)
-        before = np.minimum(at.astype(np.intp), max(last - 1, 0))
-        part = (at - before).astype(np.float32)
-        part = part.reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
-        after = np.minimum(before + 1, last)
-        image = np.take(image, before, axis) * (1 - part) + np.take(image, after, axis) * part
-    return image
-
-
-def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Interpolate a whole image (h, w, channels) linearly to other rows and columns."""
-    (height, width), (rows, columns) = image.shape[:2], shape
-    return enlarged(image, Raster(width, height), Raster(columns, rows))
-
-
-def quartered(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an image with the means of 2 x 2 pixels; an odd last row or column is left out."""
-    rows, columns = image.shape[0] // 2 * 2, image.shape[1] // 2 * 2
-    blocks = image[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2, -1)
-    mean: NDArray[np.float32] = blocks.mean(axis=(1, 3))
-    return mean
 
 
 def _covering(first: int, end: int, shown: int, drawn: int) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.setting import resized
+from model.rendering.resizing import resized
 from model.sensitivity.cosine import cosine
 
 LEAST_SIZE = 32

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from statistics import fmean
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app.cli.bench.machine import print_machine
 from app.cli.console import console, print_table
 from app.cli.outputs import write_json
-from model.benchmarks.flicker import flicker
+from model.benchmarks.flicker import Draw, flicker
 from model.benchmarks.path_tracing import OtherLightRow, PathRow, other_light_rows, path_rows
 from model.generator.path_light_generator import cleaning_of
 from model.rendering.path_tracing.cleaning import Cleaning, denoiser
+from model.rendering.path_tracing.refinement import RefiningRenderer, drawn
 from model.rendering.path_tracing.renderer import PathTracer
 from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs
@@ -28,6 +33,9 @@ VIEWS = (View(30, 20, 0, 0.7), View(210, -10, 0, 0.7))
 
 TURN = 1.0
 """Degrees between two frames of a movement."""
+
+SETTLING = 4
+"""Frames before those that count."""
 
 
 def bench_path(
@@ -72,22 +80,46 @@ def _print_lights(rows: list[OtherLightRow]) -> None:
 
 
 def _print_flicker(volume: Volume, first: SceneInputs, frames: int, size: int, truth: int) -> None:
-    """Turn a scene, a frame of one sample each, and say how it flickers."""
+    """Turn a scene, and say how its pictures flicker, and how wrong they are."""
     view = first.view
     turned = [
         replace(first, view=replace(view, azimuth=view.azimuth + TURN * number))
-        for number in range(frames)
+        for number in range(SETTLING + frames)
     ]
-    tracer, other = PathTracer(volume), PathTracer(volume, seed=1)
-    cleaning, close = cleaning_of(volume)
-    ways: dict[str, Cleaning | None] = {"as traced": None}
+    tracers = [PathTracer(volume, seed=seed) for seed in (0, 1, 2)]
+    cleaning, release = cleaning_of(volume)
+
+    def draw(
+        inputs: SceneInputs, seed: int, samples: int, way: Cleaning | None
+    ) -> NDArray[np.float32]:
+        return drawn(tracers[seed], inputs, size, samples, cleaning=way).rgba
+
+    draws: dict[str, Draw] = {"1 sample, as traced": partial(draw, seed=0, samples=1, way=None)}
     if cleaning is not None:
-        ways = {"denoised": denoiser, "as shown": cleaning, **ways}
-    found = flicker(tracer, ways, other, turned, size, 1, truth)
-    told = ", ".join(f"{name} {steps:.1f}" for name, steps in found.items())
-    console.print(f"Flicker of one sample while it turns, in 8-bit steps: {told}.")
-    for each in (close, tracer.close, other.close):
+        draws["1 sample, denoised"] = partial(draw, seed=0, samples=1, way=denoiser)
+        draws["1 sample, finished"] = partial(draw, seed=0, samples=1, way=cleaning)
+        moving = RefiningRenderer(tracers[0], cleaning)
+        draws["while something moves"] = partial(_moved, moving, size=size)
+    # Of pictures that nobody would call noisy: what the truth itself leaves.
+    draws[f"{truth} other samples"] = partial(draw, seed=2, samples=truth, way=cleaning)
+    right = partial(draw, seed=1, samples=truth, way=cleaning)
+    found = flicker(draws, right, turned, SETTLING)
+    print_table(
+        f"Turning by {TURN:g} degree a frame",
+        ("picture", "ms", "RMSE", "flicker, 99 %", "mean"),
+        [
+            (name, f"{1e3 * f.seconds:.0f}", f"{f.error:.4f}", f"{f.most:.1f}", f"{f.mean:.2f}")
+            for name, f in found.items()
+        ],
+    )
+    for each in (release, *(tracer.close for tracer in tracers)):
         each()
+
+
+def _moved(renderer: RefiningRenderer, inputs: SceneInputs, size: int) -> NDArray[np.float32]:
+    picture = renderer.moving(inputs, size)
+    assert picture is not None
+    return picture.rgba
 
 
 def _print(title: str, rows: list[PathRow]) -> None:

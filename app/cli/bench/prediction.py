@@ -16,13 +16,8 @@ from model.evaluation.prediction import Predictor
 from model.evaluation.tradeoff import settings_of
 from model.generator.path_light_generator import cleaning_of
 from model.rendering.raster import Raster
-from model.rendering.setting import (
-    Setting,
-    SettingRenderer,
-    quartered,
-    resized,
-    smooth_distance,
-)
+from model.rendering.resizing import quartered, resized
+from model.rendering.setting import Setting, SettingRenderer, smooth_distance
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, Scene

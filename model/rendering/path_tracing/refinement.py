@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -11,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, cleaned, error_of
+from model.rendering.path_tracing.coarse_light import SAMPLES as SHARED_SAMPLES
+from model.rendering.path_tracing.coarse_light import coarse, light_of, relit
 from model.rendering.path_tracing.estimate import Estimate
+from model.rendering.path_tracing.light_history import LightHistory
 from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
@@ -154,6 +158,7 @@ class RefiningRenderer:
         self.sample_distance = tracer.sample_distance
         self.samples = samples
         self._tracer, self._cleaning = tracer, cleaning
+        self._history = LightHistory(tracer.geometry)
 
     @property
     def cleans(self) -> bool:
@@ -182,6 +187,41 @@ class RefiningRenderer:
         if last is None or last.samples < samples:
             return None
         return shown(last, self._cleaning(inputs, Raster.of(size)) if self._cleaning else None)
+
+    def moving(
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        wanted: Callable[[], bool] = lambda: True,
+        sample_distance: float | None = None,
+    ) -> Refined | None:
+        """Draw a picture while something moves; None if it is no longer wanted meanwhile.
+
+        Where pictures are cleaned, light comes from fewer pixels and from the pictures before;
+        see :mod:`.coarse_light` and :mod:`.light_history`. Else it is one of one sample.
+
+        Parameters
+        ----------
+        size : int or Raster
+            A whole picture.
+        """
+        raster = Raster.of(size)
+        if self._cleaning is None:
+            return self.drawn(inputs, raster, 1, wanted, sample_distance)
+        few = coarse(raster)
+        depth = np.empty(few.shape, dtype=np.float32)
+        coming = self._tracer.refine(inputs, few, SHARED_SAMPLES, wanted, sample_distance, depth)
+        (last,) = deque(coming, maxlen=1) or (None,)
+        if last is None or last.samples < SHARED_SAMPLES:
+            return None
+        unlit = self._tracer.unlit(inputs, raster, wanted, sample_distance)
+        if unlit is None:
+            return None
+        cleaner = self._cleaning(inputs, few)
+        lit = cleaner.clean(last.radiance, last, last.samples)
+        light = self._history.averaged(inputs, few, light_of(lit, last.albedo), depth)
+        picture = relit(unlit, light, last.albedo)
+        return Refined(picture, last.samples, math.inf, cleaner.deed(last.samples))
 
     def refined(
         self,

@@ -152,6 +152,11 @@ class PathTracer:
         self._cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
         self._extinction = lru_cache(maxsize=4)(self._extinction_of)
 
+    @property
+    def geometry(self) -> Volume:
+        """The volume, whose lengths a picture's places depend on."""
+        return self._volume
+
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
@@ -166,6 +171,7 @@ class PathTracer:
         samples: int,
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
+        depth: NDArray[np.float32] | None = None,
     ) -> Iterator[Estimate]:
         """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
@@ -180,10 +186,13 @@ class PathTracer:
             returns False.
         sample_distance : float, optional
             In voxels; the renderer's own by default.
+        depth : ndarray of float32, shape (rows, columns), optional
+            Output: distance from the eye at which something is seen, in world units; infinite
+            where nothing is.
         """
         raster = Raster.of(size)
         seen = self._seen(inputs, raster, sample_distance)
-        unlit = self._unlit(inputs, seen, raster, wanted)
+        unlit = self._unlit(inputs, seen, raster, wanted, depth)
         if unlit is None:
             return
         colors = color_table(inputs.color_tf, self._volume.scalar_range)
@@ -267,7 +276,12 @@ class PathTracer:
         )
 
     def _unlit(
-        self, inputs: SceneInputs, seen: _Seen, raster: Raster, wanted: Callable[[], bool]
+        self,
+        inputs: SceneInputs,
+        seen: _Seen,
+        raster: Raster,
+        wanted: Callable[[], bool],
+        depth: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32] | None:
         unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
         draw: Any = draw_rows
@@ -275,7 +289,7 @@ class PathTracer:
         looks = color_table(inputs.color_tf, self._volume.scalar_range, seen.alphas)
         tables = (seen.alphas, looks, None, None, None, ends, seen.camera, seen.step)
         arguments = (*seen.medium[:7], *tables)
-        if not self._run(lambda rows: draw(*arguments, rows, unlit, None), raster, wanted):
+        if not self._run(lambda rows: draw(*arguments, rows, unlit, depth), raster, wanted):
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 

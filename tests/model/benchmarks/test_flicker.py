@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from model.benchmarks import flicker as module
 from model.benchmarks.flicker import flicker
 
 
 @pytest.mark.parametrize(("noise", "steps"), [(0.0, 0.0), (1 / 255, 4.0)])
-def test_it_is_what_the_scene_does_not_change(
-    monkeypatch: pytest.MonkeyPatch, noise: float, steps: float
-) -> None:
+def test_it_is_what_the_scene_does_not_change(noise: float, steps: float) -> None:
     # The scene's brightness grows with the square of time; noise changes sign in each frame.
-    def drawn(tracer, frame, size, samples, cleaning):
-        value = 0.01 * frame**2 + (noise * (-1) ** frame if tracer == "few" else 0.0)
-        return SimpleNamespace(rgba=np.full((size, size, 4), value))
+    def draw(frame: int, share: float = 0.0) -> np.ndarray:
+        return np.full((4, 4, 4), 0.01 * frame**2 + share * (-1) ** frame)
 
-    monkeypatch.setattr(module, "drawn", drawn)
-    found = flicker("few", {"alone": None}, "many", [0, 1, 2, 3], 4, 1, 64)
-    assert found == {"alone": pytest.approx(steps)}
+    found = flicker({"noisy": lambda frame: draw(frame, noise)}, draw, [0, 1, 2, 3, 4], first=1)
+    noisy = found["noisy"]
+    assert (noisy.most, noisy.mean) == pytest.approx((steps, steps))
+    assert noisy.error == pytest.approx(noise) and noisy.seconds > 0

@@ -12,7 +12,8 @@ from model.evaluation.path_prediction import SMOOTHED, PathPredictor
 from model.rendering.path_tracing import denoising
 from model.rendering.path_tracing.cleaning import denoiser
 from model.rendering.raster import Raster
-from model.rendering.setting import Setting, SettingRenderer, enlarged
+from model.rendering.resizing import enlarged
+from model.rendering.setting import Setting, SettingRenderer
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume

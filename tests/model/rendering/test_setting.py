@@ -8,7 +8,8 @@ import torch
 
 from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
-from model.rendering.setting import Setting, SettingRenderer, enlarged, quartered
+from model.rendering.resizing import enlarged, quartered
+from model.rendering.setting import Setting, SettingRenderer
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume

@@ -1,0 +1,158 @@
+"""Light of the pictures before, found again where the same places are seen now.
+
+A few paths of each pixel leave noise, which changes as the view turns: it flickers. The light of
+the last pictures, taken from where each place was seen then, makes it steadier and nearer to what
+many paths would bring.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Geometry
+
+MOST = 4
+"""Pictures that light is a mean of; each new one counts as much as that many share."""
+
+SAME_PLACE = 0.03
+"""Difference of two distances, in radii of the volume, up to which the same place is seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Past:
+    """The last picture."""
+
+    inputs: SceneInputs
+    raster: Raster
+    light: NDArray[np.float32]
+    counts: NDArray[np.float32]
+    depth: NDArray[np.float32]
+
+
+class LightHistory:
+    """Averages the light of successive pictures of one volume.
+
+    It begins anew when anything but the view changes: while a TF is edited, the paths' random
+    numbers stay, and what changes is the edit.
+
+    Parameters
+    ----------
+    geometry : Geometry
+        The volume's.
+    """
+
+    def __init__(self, geometry: Geometry) -> None:
+        self._geometry = geometry
+        self._past: _Past | None = None
+
+    def averaged(
+        self,
+        inputs: SceneInputs,
+        raster: Raster,
+        light: NDArray[np.float32],
+        depth: NDArray[np.float32],
+    ) -> NDArray[np.float32]:
+        """Take a picture's light, and return its mean with that of the pictures before.
+
+        Parameters
+        ----------
+        raster : Raster
+            The whole picture.
+        light : ndarray of float32, shape (rows, columns, 3)
+            Factors of the unlit colours.
+        depth : ndarray of float32, shape (rows, columns)
+            Distance from the eye at which something is seen, in world units; infinite where
+            nothing is.
+
+        Returns
+        -------
+        ndarray of float32, shape (rows, columns, 3)
+        """
+        counts = np.zeros(raster.shape, dtype=np.float32)
+        past = self._past
+        if past is not None and past.raster == raster and _is_alike(past.inputs, inputs):
+            before, counts = self._found_again(past, inputs.view, raster, depth)
+            counts = np.minimum(counts, np.float32(MOST - 1))
+            share = (counts / (1 + counts))[..., None]
+            light = np.asarray(light + share * (before - light), dtype=np.float32)
+        self._past = _Past(inputs, raster, light, counts + 1, depth)
+        return light
+
+    def _found_again(
+        self, past: _Past, view: View, raster: Raster, depth: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return the past light of what each pixel shows, and of how many pictures it is."""
+        radius = self._geometry.radius
+        seen = np.isfinite(depth)
+        points = _eye(view, radius) + np.where(seen, depth, 0)[..., None] * _directions(
+            view, raster
+        )
+        columns, rows, distances = _pixels(past.inputs.view, raster, points, radius)
+        inside = (columns > -0.5) & (columns < raster.width - 0.5)
+        inside &= (rows > -0.5) & (rows < raster.height - 0.5)
+        nearest = (
+            np.clip(np.rint(rows), 0, raster.height - 1).astype(np.intp),
+            np.clip(np.rint(columns), 0, raster.width - 1).astype(np.intp),
+        )
+        with np.errstate(invalid="ignore"):
+            same = np.abs(past.depth[nearest] - distances) < SAME_PLACE * radius
+        counts = np.where(seen & inside & same, past.counts[nearest], 0).astype(np.float32)
+        return _between(past.light, rows, columns), counts
+
+
+def _is_alike(one: SceneInputs, other: SceneInputs) -> bool:
+    """Whether two scenes differ by their views alone."""
+    return replace(one, view=other.view) == other
+
+
+def _eye(view: View, radius: float) -> NDArray[np.float64]:
+    """Return where the camera is, from the volume's centre, in world units."""
+    return np.asarray(view.camera_distance(radius) * view.basis()[2])
+
+
+def _directions(view: View, raster: Raster) -> NDArray[np.float64]:
+    """Return the directions of the pixels' rays, of length 1, shape (rows, columns, 3)."""
+    right, up, back = view.basis()
+    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+    x = (2 * np.arange(raster.width) + 1 - raster.width) / raster.shorter - view.pan_x
+    y = (raster.height - 1 - 2 * np.arange(raster.height)) / raster.shorter - view.pan_y
+    rays = tangent * (x[None, :, None] * right + y[:, None, None] * up) - back
+    return np.asarray(rays / np.linalg.norm(rays, axis=2, keepdims=True))
+
+
+def _pixels(
+    view: View, raster: Raster, points: NDArray[np.float64], radius: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the columns and rows at which points are seen, and their distances from the eye."""
+    right, up, back = view.basis()
+    offsets = points - _eye(view, radius)
+    ahead = np.maximum(-offsets @ back, 1e-9 * radius) * math.tan(math.radians(VIEW_ANGLE / 2))
+    x, y = offsets @ right / ahead + view.pan_x, offsets @ up / ahead + view.pan_y
+    columns = (x * raster.shorter + raster.width - 1) / 2
+    rows = (raster.height - 1 - y * raster.shorter) / 2
+    return columns, rows, np.linalg.norm(offsets, axis=2)
+
+
+def _between(
+    image: NDArray[np.float32], rows: NDArray[np.float64], columns: NDArray[np.float64]
+) -> NDArray[np.float32]:
+    """Interpolate an image (height, width, channels) at places between its pixels."""
+    height, width = image.shape[:2]
+    rows, columns = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
+    top, left = (
+        np.minimum(places.astype(np.intp), max(size - 2, 0))
+        for places, size in ((rows, height), (columns, width))
+    )
+    down = (rows - top).astype(np.float32)[..., None]
+    along = (columns - left).astype(np.float32)[..., None]
+    below, beside = np.minimum(top + 1, height - 1), np.minimum(left + 1, width - 1)
+    upper = image[top, left] * (1 - along) + image[top, beside] * along
+    lower = image[below, left] * (1 - along) + image[below, beside] * along
+    return np.asarray(upper * (1 - down) + lower * down)
