@@ -27,6 +27,8 @@ from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
+Image = NDArray[np.float32]
+
 VIEWS = (View(30, 20, 0, 0.7), View(210, -10, 0, 0.7))
 """From two sides, close enough that the volume fills the picture."""
 
@@ -89,9 +91,7 @@ def _print_flicker(volume: Volume, first: SceneInputs, frames: int, size: int, t
     tracers = [PathTracer(volume, seed=seed) for seed in (0, 1, 2)]
     cleaning, release = cleaning_of(volume)
 
-    def draw(
-        inputs: SceneInputs, seed: int, samples: int, way: Cleaning | None
-    ) -> NDArray[np.float32]:
+    def draw(inputs: SceneInputs, seed: int, samples: int, way: Cleaning | None) -> Image:
         return drawn(tracers[seed], inputs, size, samples, cleaning=way).rgba
 
     draws: dict[str, Draw] = {"1 sample, as traced": partial(draw, seed=0, samples=1, way=None)}
@@ -116,7 +116,7 @@ def _print_flicker(volume: Volume, first: SceneInputs, frames: int, size: int, t
         each()
 
 
-def _moved(renderer: RefiningRenderer, inputs: SceneInputs, size: int) -> NDArray[np.float32]:
+def _moved(renderer: RefiningRenderer, inputs: SceneInputs, size: int) -> Image:
     picture = renderer.moving(inputs, size)
     assert picture is not None
     return picture.rgba

@@ -16,9 +16,6 @@ from model.rendering.resizing import resized
 SIDE = 2
 """Pixels along either side that share light."""
 
-SAMPLES = 2
-"""Paths of each of the pixels that light is traced for."""
-
 FAINT = np.float32(0.02)
 """Colour up to which light says less and less: where nothing is, there is none."""
 

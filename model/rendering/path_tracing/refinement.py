@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, cleaned, error_of
-from model.rendering.path_tracing.coarse_light import SAMPLES as SHARED_SAMPLES
 from model.rendering.path_tracing.coarse_light import coarse, light_of, relit
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.light_history import LightHistory
@@ -210,9 +209,9 @@ class RefiningRenderer:
             return self.drawn(inputs, raster, 1, wanted, sample_distance)
         few = coarse(raster)
         depth = np.empty(few.shape, dtype=np.float32)
-        coming = self._tracer.refine(inputs, few, SHARED_SAMPLES, wanted, sample_distance, depth)
-        (last,) = deque(coming, maxlen=1) or (None,)
-        if last is None or last.samples < SHARED_SAMPLES:
+        coming = self._tracer.refine(inputs, few, 1, wanted, sample_distance, depth)
+        last = next(coming, None)
+        if last is None:
             return None
         unlit = self._tracer.unlit(inputs, raster, wanted, sample_distance)
         if unlit is None:

@@ -72,7 +72,7 @@ def several(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[Choice 
         facts = FileFacts(contents=listed)
         return replace(volume, voxels=volume.voxels + number, file=facts)
 
-    monkeypatch.setattr(window.workspace._opening, "_read_volume", read)
+    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", read)
     return asked
 
 
@@ -117,7 +117,7 @@ def test_a_remembered_choice_that_is_gone_gives_way(
             raise VolumeError(f"{path}: there is no channel '2'; there are 0, 1.")
         return make_volume("other")
 
-    monkeypatch.setattr(window.workspace._opening, "_read_volume", refuse)
+    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", refuse)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
     assert several == [Choice(channel="2"), Choice(channel="2"), None]

@@ -198,7 +198,7 @@ def test_a_raw_file_is_asked_for_once(
         used.append(raw)
         return replace(make_volume(path.stem), spacing=(1.0, 1.0, 2.5))
 
-    monkeypatch.setattr(window.workspace._opening, "_read_volume", read)
+    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", read)
     scan = tmp_path / "scan.raw"
     scan.write_bytes(bytes(120))
     for _ in range(2):

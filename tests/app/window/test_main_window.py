@@ -450,7 +450,9 @@ def test_the_sample_volumes_are_in_the_menu(
 ) -> None:
     window = make_window()
     opened: list[Path] = []
-    monkeypatch.setattr(window.workspace, "open_volume", lambda path, *_, **__: opened.append(path))
+    monkeypatch.setattr(
+        window.workspace.reading, "open", lambda path, *_, **__: opened.append(path)
+    )
     for name in ("Chest CT (LIDC)", "Reacting jet, temperature"):
         action(window, name).trigger()
     assert opened == shipped_volumes()

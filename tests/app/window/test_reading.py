@@ -36,7 +36,7 @@ def test_a_long_reading_is_told_and_cancelled(
         finally:
             ended.set()
 
-    window.workspace._opening._read_volume = read_slowly
+    window.workspace.reading._opening._read_volume = read_slowly
     window.opening._slow.setInterval(1)
     window.opening.open_volume(Path("series"))
     qtbot.waitUntil(lambda: "of 500 slices read" in window.status.news)

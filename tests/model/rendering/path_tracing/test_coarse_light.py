@@ -63,8 +63,8 @@ def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels() -> None:
     raster = Raster(72, 64)
     renderer = RefiningRenderer(PathTracer(volume), denoiser)
     moving = renderer.moving(inputs, raster)
-    few = renderer.drawn(inputs, coarse(raster), 2)
-    assert moving is not None and few is not None and moving.samples == few.samples == 2
+    few = renderer.drawn(inputs, coarse(raster), 1)
+    assert moving is not None and few is not None and moving.samples == few.samples == 1
     renderer.close()
     other = PathTracer(volume, seed=1, samples=256)
     truth = other.render(inputs, raster)
@@ -73,7 +73,7 @@ def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels() -> None:
         float(np.sqrt(np.mean((image - truth)[..., :3] ** 2)))
         for image in (moving.rgba, resized(few.rgba, raster.shape))
     ]
-    assert errors[0] < 0.8 * errors[1]
+    assert errors[0] < 0.9 * errors[1]
     caster = RaycastRenderer(volume)
     np.testing.assert_allclose(
         moving.rgba[..., 3], caster.render(inputs, raster)[..., 3], atol=1e-6
