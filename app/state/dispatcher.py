@@ -15,7 +15,7 @@ from app.state.drawing_plan import NO_MODEL_SIZE, DrawingPlan
 from app.state.live_drawer import LiveDrawer
 from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
-from model.rendering.raster import Raster
+from model.rendering.raster import TIME_GROWTH, Raster
 
 LIVE_COARSENESS = 4.0
 """Factor of the sample distance in VTK's live images.
@@ -92,6 +92,8 @@ class Dispatcher(QObject):
         self._state = state
         self._generator, self._reference, self._stand_in = generator, reference, stand_in
         self._pace = Pace()
+        # Of small images a good part of the time has nothing to do with their pixels.
+        self._live_pace = Pace(TIME_GROWTH)
         self._live_drawer = LiveDrawer()
         self._asked: set[int] = set()
         self._sent: Quality | None = None
@@ -118,6 +120,7 @@ class Dispatcher(QObject):
     def forget_times(self) -> None:
         """Forget how long images took, as another volume, light or renderer is drawn."""
         self._pace.forget()
+        self._live_pace.forget()
         self._choose_live_drawer()
 
     def send(self, generator_only: bool = False) -> None:
@@ -245,7 +248,7 @@ class Dispatcher(QObject):
     def _live(self, drawer: Drawer) -> Quality:
         seconds = self.plan.exactness.live_seconds
         first = FIRST_SCALE if self.plan.begins_coarse else 0.35
-        scale = self._pace.scale((drawer, True), self.plan.raster.side, seconds, first)
+        scale = self._live_pace.scale((drawer, True), self.plan.raster.side, seconds, first)
         raster = self.plan.raster.scaled(scale)
         by_vtk = drawer == "reference" and not self._reference.by_raycast
         coarseness = LIVE_COARSENESS if by_vtk and not self.plan.begins_coarse else 1.0
@@ -265,7 +268,7 @@ class Dispatcher(QObject):
         if plan.may_stand_in and plan.most_samples == 1 and not self._reference.by_raycast:
             self._live_drawer.choose(
                 self._pace.expected(AT_REST, size),
-                self._pace.expected(("stand-in", True), size),
+                self._live_pace.expected(("stand-in", True), size),
                 self.plan.exactness.live_seconds,
             )
         else:
@@ -283,9 +286,8 @@ class Dispatcher(QObject):
             # A live image with all samples tells how long one at rest takes.
             whole = not stands_in and self._live_drawer.is_vtk
             live = request.quality.live and not whole
-            self._pace.note(
-                ("stand-in" if stands_in else "reference", live), raster.side, result.seconds
-            )
+            pace = self._live_pace if live else self._pace
+            pace.note(("stand-in" if stands_in else "reference", live), raster.side, result.seconds)
             self._choose_live_drawer()
         newest = request.sequence in self._asked and not self._state.live
         if stands_in and newest and request.quality.live:
@@ -307,7 +309,7 @@ class Dispatcher(QObject):
         """Note how long a live image took that the generator drew in the reference's place."""
         request = result.request
         if request.quality.live and self.plan.generator_follows:
-            self._pace.note(("reference", True), request.quality.pixels.side, result.seconds)
+            self._live_pace.note(("reference", True), request.quality.pixels.side, result.seconds)
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""

@@ -12,15 +12,22 @@ SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)
 
 
 class Pace:
-    """Remembers the time per pixel of each kind of answer."""
+    """Remembers the time per pixel of each kind of answer.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    growth : float
+        Power of the number of pixels with which the time is expected to grow.
+    """
+
+    def __init__(self, growth: float = 1.0) -> None:
+        self._growth = growth
         self._per_pixel: dict[object, float] = {}
         self._first: set[object] = set()
 
     def note(self, kind: object, size: float, seconds: float) -> None:
         """Note how long an answer of a size took."""
-        now = seconds / size**2
+        now = seconds / self._pixels(size)
         before = self._per_pixel.get(kind)
         if before is None:
             self._first.add(kind)
@@ -41,7 +48,7 @@ class Pace:
     def expected(self, kind: object, size: float) -> float | None:
         """Return the expected seconds of an answer; None if unknown."""
         per_pixel = self._per_pixel.get(kind)
-        return None if per_pixel is None else per_pixel * size**2
+        return None if per_pixel is None else per_pixel * self._pixels(size)
 
     def live_size(self, kind: object, largest: int, seconds: float) -> int:
         """Return the largest size, at most `largest`, at which an answer takes some seconds."""
@@ -49,7 +56,7 @@ class Pace:
         sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]
         if per_pixel is None:
             return min(128, sizes[0])
-        return next((s for s in sizes if per_pixel * s**2 <= seconds), sizes[-1])
+        return next((s for s in sizes if per_pixel * self._pixels(s) <= seconds), sizes[-1])
 
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
         """Return the largest of :data:`SCALES` at which a picture takes at most some seconds.
@@ -61,7 +68,13 @@ class Pace:
         first : float
             Scale as long as nothing is known.
         """
-        whole = self.expected(kind, size)
-        if whole is None:
+        per_pixel = self._per_pixel.get(kind)
+        if per_pixel is None:
             return first
-        return next((s for s in SCALES if whole * s**2 <= seconds), SCALES[-1])
+        return next(
+            (s for s in SCALES if per_pixel * self._pixels(s * size) <= seconds), SCALES[-1]
+        )
+
+    def _pixels(self, size: float) -> float:
+        """Number of pixels, as far as it counts."""
+        return float(size ** (2 * self._growth))

@@ -16,6 +16,9 @@ from model.rendering.resizing import resized
 SIDE = 2
 """Pixels along either side that share light."""
 
+APART = 2.0
+"""Factor of the distance between samples along view rays."""
+
 FAINT = np.float32(0.02)
 """Colour up to which light says less and less: where nothing is, there is none."""
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, cleaned, error_of
-from model.rendering.path_tracing.coarse_light import coarse, light_of, relit
+from model.rendering.path_tracing.coarse_light import APART, coarse, light_of, relit
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.light_history import LightHistory
 from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
@@ -196,8 +196,9 @@ class RefiningRenderer:
     ) -> Refined | None:
         """Draw a picture while something moves; None if it is no longer wanted meanwhile.
 
-        Where pictures are cleaned, light comes from fewer pixels and from the pictures before;
-        see :mod:`.coarse_light` and :mod:`.light_history`. Else it is one of one sample.
+        Where pictures are cleaned, samples of view rays are farther apart, and light comes from
+        fewer pixels and from the pictures before; see :mod:`.coarse_light` and
+        :mod:`.light_history`. Else it is one of one sample.
 
         Parameters
         ----------
@@ -207,13 +208,13 @@ class RefiningRenderer:
         raster = Raster.of(size)
         if self._cleaning is None:
             return self.drawn(inputs, raster, 1, wanted, sample_distance)
-        few = coarse(raster)
+        few, apart = coarse(raster), APART * (sample_distance or self.sample_distance)
         depth = np.empty(few.shape, dtype=np.float32)
-        coming = self._tracer.refine(inputs, few, 1, wanted, sample_distance, depth)
+        coming = self._tracer.refine(inputs, few, 1, wanted, apart, depth)
         last = next(coming, None)
         if last is None:
             return None
-        unlit = self._tracer.unlit(inputs, raster, wanted, sample_distance)
+        unlit = self._tracer.unlit(inputs, raster, wanted, apart)
         if unlit is None:
             return None
         cleaner = self._cleaning(inputs, few)
