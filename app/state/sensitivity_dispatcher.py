@@ -6,6 +6,8 @@ the one that is fast enough is asked; at rest both, so that they can be compared
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -48,6 +50,9 @@ from model.scene.transfer_function import Range
 
 BAND_REST_MS = 150
 """Time without a change after which a field is asked for at full quality."""
+
+FOLLOW_S = 0.4
+"""Time between two questions that follow path-traced images: their answers take as long."""
 
 PICK_RADIUS = 0.012
 """Half the edge of the square that a click stands for, as a fraction of the image."""
@@ -118,7 +123,7 @@ class SensitivityDispatcher(QObject):
         self.trials = EditTrials(
             state, sensitivity, self.chooser, both, answers.fields.get, brightness, self
         )
-        self._follows_image = False
+        self._follows_image, self._followed = False, -math.inf
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
         state.inputsChangeFinished.connect(self.ask)
@@ -218,9 +223,11 @@ class SensitivityDispatcher(QObject):
             self._ask_field(live=True)
 
     def follow_image(self, result: Result) -> None:
-        """Ask what waits for the next live image, now that there is one."""
-        if result.request.quality.live and self._follows_image and self._state.live:
-            self._follows_image = False
+        """Ask what waits for a live image, unless something was asked so just before."""
+        if not (result.request.quality.live and self._follows_image and self._state.live):
+            return
+        if time.monotonic() - self._followed >= FOLLOW_S:
+            self._follows_image, self._followed = False, time.monotonic()
             self._ask_region(live=True)
             self._ask_field(live=True)
 

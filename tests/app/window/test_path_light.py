@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
 from app.engines.requests import VisibilityRequest
-from app.state import generator_work
+from app.state import generator_work, sensitivity_dispatcher
 from app.window.main_window import PATH_TITLE, MainWindow
 from model.rendering.path_tracing import denoising
 from model.scene.view import View
@@ -93,6 +93,26 @@ def test_live_questions_follow_live_images(
     window.state.finish_view()
     settle(qtbot, window)
     assert live() <= before + 2
+
+
+def test_live_questions_leave_time_for_images(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(sensitivity_dispatcher, "FOLLOW_S", 1e9)
+    window = make_window()
+    window.workspace.reference.choose(lighting="path")
+    settle(qtbot, window)
+    asked = builders.analysts[-1].others
+    for azimuth in (1.0, 2.0, 3.0):
+        with qtbot.waitSignal(window.generator.client.images.answered):
+            window.state.move_view(View(azimuth))
+    window.state.finish_view()
+    settle(qtbot, window)
+    live = [each for each in asked if isinstance(each, VisibilityRequest) and each.quality.live]
+    assert len(live) == 1
 
 
 def test_without_the_network_or_the_denoiser_the_model_stays(
