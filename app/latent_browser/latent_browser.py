@@ -17,14 +17,13 @@ from app.latent_browser.browser_bar import HEIGHT, BrowserBar
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.grid_control import GridControl
 from app.latent_browser.map_colors import shades_of
-from app.latent_browser.map_facts import SOURCES, count_of, facts_of
+from app.latent_browser.map_facts import count_of, facts_of
 from app.latent_browser.map_view import MapView
 from app.latent_browser.path_control import PathControl
 from app.latent_browser.place_naming import PlaceNaming
 from app.latent_browser.preview import Preview
 from app.latent_browser.search_control import SearchControl
 from app.latent_browser.tf_taking import TFTaking
-from app.state.latent_pictures import HoverPicture
 from app.state.latent_state import LatentChoices, Place
 from app.state.latent_work import LatentWork
 from app.state.sensitivity_state import SensitivityState
@@ -167,7 +166,7 @@ class LatentBrowser(QWidget):
         session.filterChanged.connect(self._color)
         latent.hoverChanged.connect(lambda _place: self._tell())
         pictures.gridDrawn.connect(lambda _picture: self._tell())
-        pictures.hoverDrawn.connect(self._show_hover)
+        pictures.hoverDrawn.connect(self.preview.show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
         pictures.problem.connect(self.problem)
         self._state.inputsChanged.connect(self._grids.mark_stale)
@@ -256,20 +255,6 @@ class LatentBrowser(QWidget):
         name = partial(self.naming.ask, place, self.taking.editable(tf), picture)
         add_action(menu, "Name this place…", name)
         menu.popup(point)
-
-    # The picture under the mouse.
-
-    def _show_hover(self, picture: HoverPicture | None) -> None:
-        if picture is None:
-            self.preview.show_picture(None)
-            return
-        source = SOURCES[picture.source]
-        drawn = f"{source} from the code" if picture.of_code else source
-        of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
-            picture.samples, f"{picture.samples} samples"
-        )
-        text = f"Under the mouse: {of}; {drawn}, {1000 * picture.seconds:.0f} ms"
-        self.preview.show_picture(picture.image, text, picture.source)
 
     def _name_present(self) -> None:
         place = self._work.session.place

@@ -12,7 +12,9 @@ from PySide6.QtCore import QObject, Signal
 from app import theme
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
+from app.latent_browser.map_facts import SOURCES
 from app.state.engine_chooser import EngineName
+from app.state.latent_pictures import HoverPicture
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import OpacityTF
 
@@ -80,6 +82,19 @@ class Preview(QObject):
         brightness = self._pane.brightness.of(engine)
         self._pane.canvas.show_cover(None if image is None else to_qimage(image, brightness))
         self._show_caption()
+
+    def show_hover(self, picture: HoverPicture | None) -> None:
+        """Show the picture of the place under the mouse; None for none."""
+        if picture is None:
+            self.show_picture(None)
+            return
+        source = SOURCES[picture.source]
+        drawn = f"{source} from the code" if picture.of_code else source
+        of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
+            picture.samples, f"{picture.samples} samples"
+        )
+        text = f"Under the mouse: {of}; {drawn}, {1000 * picture.seconds:.0f} ms"
+        self.show_picture(picture.image, text, picture.source)
 
     def _show_caption(self) -> None:
         if self._covers:

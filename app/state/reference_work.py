@@ -167,16 +167,16 @@ class ReferenceWork(QObject):
         lighting = self.choices.lighting
         if keep and self._volume is not None and choices.lighting != lighting:
             self._state.edits.change(
-                self._show_lighting, lighting, choices.lighting, "kind of light"
+                lambda shown: self._choose(replace(self.choices, lighting=shown), keep=True),
+                lighting,
+                choices.lighting,
+                "kind of light",
             )
         self._choose(choices, keep)
 
     def propose(self, lighting: Lighting) -> None:
         """Show the next volume in a light, unless it was seen in another one before."""
         self._proposed_lighting = lighting
-
-    def _show_lighting(self, lighting: LightingChoice) -> None:
-        self._choose(replace(self.choices, lighting=lighting), keep=True)
 
     def _choose(self, choices: ReferenceChoices, keep: bool) -> None:
         if choices == self.choices:
