@@ -238,7 +238,9 @@ class MainWindow(QMainWindow):
             self.preferences,
         )
         presets = self.editor.menu.presets
-        PresetPictures(presets, self.state, analyst, reference, self.brightness)
+        PresetPictures(
+            presets, self.state, analyst, reference, self.brightness, self.workspace.reference
+        )
         self.logarithm_offer = LogarithmOffer(self.state, self.workspace, self.notice, self)
         NarrowNotice(self.state, self.notice, self.editor.range.set_range, self)
         LightNotice(self.workspace.reference, self.notice)

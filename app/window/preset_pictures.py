@@ -11,6 +11,7 @@ from PySide6.QtGui import QImage
 
 from app.engines.client import EngineClient
 from app.state.brightness import Brightness
+from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
 from app.tf_editor.preset_menu import PICTURE, PresetMenu
 from app.window.small_pictures import SmallPictures
@@ -35,6 +36,8 @@ class PresetPictures(QObject):
     analyst, reference : EngineClient
         Draw the pictures; see :class:`~app.window.small_pictures.SmallPictures`.
     brightness : Brightness
+    work : ReferenceWork
+        Knows the light.
     """
 
     def __init__(
@@ -44,15 +47,17 @@ class PresetPictures(QObject):
         analyst: EngineClient,
         reference: EngineClient,
         brightness: Brightness,
+        work: ReferenceWork,
     ) -> None:
         super().__init__(menu)
         self._menu = menu
         self._state = state
-        self._reference = reference
+        self._reference, self._work = reference, work
         self._names: tuple[str, ...] = ()
         self._pictures = SmallPictures("presets", PICTURE, analyst, reference, brightness, self)
         self._pictures.drawn.connect(self._show)
-        menu.picturesWanted.connect(self._ask)
+        menu.picturesWanted.connect(self._follow)
+        menu.aboutToHide.connect(self._pictures.trace_no_more)
         self._ranked: object = None
         reference.settled.connect(self._rank_new)
 
@@ -62,7 +67,10 @@ class PresetPictures(QObject):
             self._ranked = of
             self._ask(self._menu.listed())
 
-    def _ask(self, listed: tuple[Preset, ...]) -> None:
+    def _follow(self, listed: tuple[Preset, ...]) -> None:
+        self._ask(listed, traced=self._work.settings.lighting == "path")
+
+    def _ask(self, listed: tuple[Preset, ...], traced: bool = False) -> None:
         self._names = tuple(preset.name for preset in listed)
         # The image may be wider than the pictures, and zoomed.
         shown = replace(self._state.inputs, view=self._state.for_picture(self._state.view))
@@ -70,7 +78,8 @@ class PresetPictures(QObject):
             [
                 replace(shown, opacity_tf=preset.tf.opacity, color_tf=preset.tf.color)
                 for preset in listed
-            ]
+            ],
+            traced,
         )
 
     def _show(self, images: list[QImage]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -62,18 +63,33 @@ class SmallPictures(QObject):
         )
         self._brightness = brightness
         self._wanted: BatchRequest | None = None
+        self._traced = self._is_tracing = False
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(self._ask_reference)
         for channel in (self._analyst, self._reference):
             channel.answered.connect(partial(self._take, channel))
 
-    def ask(self, wanted: Sequence[SceneInputs]) -> None:
-        """Ask for the pictures of some inputs."""
+    def ask(self, wanted: Sequence[SceneInputs], traced: bool = False) -> None:
+        """Ask for the pictures of some inputs.
+
+        Parameters
+        ----------
+        traced : bool
+            Whether those of the ray caster, in the light that stands in for the image's, are
+            followed by path-traced ones, where these do not take long.
+        """
         first, *more = wanted
+        self._traced, self._is_tracing = traced, False
         self._wanted = BatchRequest(first, self._quality, tuple(more))
         self._reference.cancel()
         self._analyst.ask(self._wanted)
         self._patience.start()
+
+    def trace_no_more(self) -> None:
+        """Leave out the traced ones: nobody looks any more."""
+        self._traced = False
+        if self._is_tracing:
+            self._analyst.cancel()
 
     def _ask_reference(self) -> None:
         if self._wanted is not None and not self._analyst.client.is_ready:
@@ -87,3 +103,8 @@ class SmallPictures(QObject):
         self._reference.cancel()
         brightness = self._brightness.of("exact")
         self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])
+        if self._traced and channel is self._analyst:
+            self._traced, self._is_tracing = False, True
+            request = result.request
+            assert isinstance(request, BatchRequest)
+            channel.ask(replace(request, quality=Quality(request.quality.size), traced=True))

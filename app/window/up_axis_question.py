@@ -82,7 +82,8 @@ class UpAxisQuestion(QObject):
         proportions, points = opened.volume.proportions, opened.shown
         homes = [home_view(proportions, axis, points=points) for axis in AXES]
         views = [self._state.for_picture(home) for home in homes]
-        self._pictures.ask([replace(self._state.inputs, view=view) for view in views])
+        traced = self._workspace.reference.settings.lighting == "path"
+        self._pictures.ask([replace(self._state.inputs, view=view) for view in views], traced)
 
     def _show_pictures(self, images: list[QImage]) -> None:
         if not self._bar.isHidden():
@@ -99,6 +100,7 @@ class UpAxisQuestion(QObject):
 
     def _remember(self) -> None:
         opened = self._workspace.opened
+        self._pictures.trace_no_more()
         if opened is not None:
             self._bar.hide()
             self._preferences.note_volume(opened.fingerprint, up_axis=self._state.up_axis)

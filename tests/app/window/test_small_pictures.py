@@ -61,6 +61,12 @@ def test_the_reference_draws_while_the_ray_caster_is_compiled(
         assert [level(image) for image in brightest.args[0]] == pytest.approx([0, 46], abs=1)
         qtbot.wait(20)
         assert (len(engines[0].others), len(engines[1].others)) == (2, 1)
+        # In path-traced light, traced ones follow.
+        with qtbot.waitSignals([pictures.drawn, pictures.drawn]):
+            pictures.ask(wanted, traced=True)
+        asked = engines[0].others[2:]
+        assert [each.traced for each in asked] == [False, True]
+        assert len(engines[1].others) == 1
     finally:
         compiled.set()
         for client in (analyst, reference):
