@@ -17,7 +17,8 @@ SIDE = 2
 """Pixels along either side that share light."""
 
 APART = 2.0
-"""Factor of the distance between samples along view rays."""
+"""Factor of the distance between samples along the view rays that light is traced for. The unlit
+colours keep theirs: rings of far samples would flicker."""
 
 FAINT = np.float32(0.02)
 """Colour up to which light says less and less: where nothing is, there is none."""

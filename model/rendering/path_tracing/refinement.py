@@ -196,9 +196,8 @@ class RefiningRenderer:
     ) -> Refined | None:
         """Draw a picture while something moves; None if it is no longer wanted meanwhile.
 
-        Where pictures are cleaned, samples of view rays are farther apart, and light comes from
-        fewer pixels and from the pictures before; see :mod:`.coarse_light` and
-        :mod:`.light_history`. Else it is one of one sample.
+        Where pictures are cleaned, light comes from fewer pixels and from the pictures before;
+        see :mod:`.coarse_light` and :mod:`.light_history`. Else it is one of one sample.
 
         Parameters
         ----------
@@ -214,7 +213,7 @@ class RefiningRenderer:
         last = next(coming, None)
         if last is None:
             return None
-        unlit = self._tracer.unlit(inputs, raster, wanted, apart)
+        unlit = self._tracer.unlit(inputs, raster, wanted, sample_distance)
         if unlit is None:
             return None
         cleaner = self._cleaning(inputs, few)

@@ -76,7 +76,7 @@ def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels() -> None:
     assert errors[0] < 0.9 * errors[1]
     caster = RaycastRenderer(volume)
     np.testing.assert_allclose(
-        moving.rgba[..., 3], caster.render(inputs, raster, 1.0)[..., 3], atol=1e-6
+        moving.rgba[..., 3], caster.render(inputs, raster)[..., 3], atol=1e-6
     )
     caster.close()
 
