@@ -1,4 +1,4 @@
-"""Who draws the pictures of the map of TFs, from what, and in how many pixels.
+"""Drawing of the map's pictures: by which engine, from what, and in how many pixels.
 
 Automatically it is the ray caster, or the model where the ray caster has proved too slow. A
 picture is that of the decoded TF, so that it is what a click on it gives, or, by a model that draws
