@@ -1,4 +1,4 @@
-"""What there is to know of the map and its pictures, in words."""
+"""Facts of the map and its pictures, in words."""
 
 from __future__ import annotations
 

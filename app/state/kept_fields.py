@@ -12,9 +12,9 @@ from typing import Any, Literal
 from app.state.value_checks import Check, Checks
 
 Merging = Literal["newest", "newest_first", "collected", "greatest", "named"]
-"""How two windows' changes of a value become one: the later one counts; a list in which whatever
-was opened last stands first; a list to which something is added, and from which something is
-removed; a number that grows; a dict whose values are merged by name."""
+"""Ways in which two windows' changes of a value become one: the later one counts; a list in which
+whatever was opened last stands first; a list to which something is added, and from which something
+is removed; a number that grows; a dict whose values are merged by name."""
 
 _KEY = "kept"
 

@@ -1,4 +1,4 @@
-"""What is remembered of a volume, as plain data whose every value is checked by itself."""
+"""Memories of a volume, as plain data whose every value is checked by itself."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ def _visible(value: Any) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class KnownVolume:
-    """What is remembered of a volume.
+    """Memories of one volume.
 
     Attributes
     ----------

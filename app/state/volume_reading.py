@@ -29,7 +29,7 @@ from model.volume_files.raw import RawLayout
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a volume is to be shown with at first.
+    """Wishes for how a volume is shown at first.
 
     Attributes
     ----------

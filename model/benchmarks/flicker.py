@@ -19,7 +19,7 @@ Draw = Callable[[SceneInputs], NDArray[np.float32]]
 
 @dataclass(frozen=True)
 class Flicker:
-    """What successive pictures change beyond the truth, and how far they are from it.
+    """Changes of successive pictures beyond the truth, and their distance from it.
 
     Attributes
     ----------

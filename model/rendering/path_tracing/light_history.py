@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
+from model.scene.projection import NEAREST_DEPTH, Projection
 from model.scene.view import VIEW_ANGLE, View
-from model.scene.volume import Geometry
+from model.scene.volume import Volume
 
 MOST = 4
-"""Pictures that light is a mean of; each new one counts as much as that many share."""
+"""Pictures that light is the mean of at most: a new one counts one part in so many."""
 
 SAME_PLACE = 0.03
 """Difference of two distances, in radii of the volume, up to which the same place is seen."""
@@ -44,12 +45,11 @@ class LightHistory:
 
     Parameters
     ----------
-    geometry : Geometry
-        The volume's.
+    volume : Volume
     """
 
-    def __init__(self, geometry: Geometry) -> None:
-        self._geometry = geometry
+    def __init__(self, volume: Volume) -> None:
+        self._volume = volume
         self._past: _Past | None = None
 
     def averaged(
@@ -89,20 +89,28 @@ class LightHistory:
         self, past: _Past, view: View, raster: Raster, depth: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the past light of what each pixel shows, and of how many pictures it is."""
-        radius = self._geometry.radius
+        proportions, diagonal = self._volume.proportions, 2 * self._volume.radius
+        present = Projection(view, proportions)
+        before = Projection(past.inputs.view, proportions)
         seen = np.isfinite(depth)
-        points = _eye(view, radius) + np.where(seen, depth, 0)[..., None] * _directions(
-            view, raster
-        )
-        columns, rows, distances = _pixels(past.inputs.view, raster, points, radius)
-        inside = (columns > -0.5) & (columns < raster.width - 0.5)
+        away = np.where(seen, depth, 0)[..., None] / diagonal
+        points = present.eye + away * _directions(view, raster) / proportions
+        flat = points.reshape(-1, 3)
+        ahead = before.depths(flat).reshape(depth.shape) > NEAREST_DEPTH
+        with np.errstate(divide="ignore", invalid="ignore"):
+            places = np.nan_to_num(before.places(flat), posinf=0.0, neginf=0.0)
+        x, y = places.reshape(*depth.shape, 2).transpose(2, 0, 1)
+        columns = (x * raster.shorter + raster.width - 1) / 2
+        rows = (raster.height - 1 - y * raster.shorter) / 2
+        distances = diagonal * np.linalg.norm((points - before.eye) * proportions, axis=2)
+        inside = ahead & (columns > -0.5) & (columns < raster.width - 0.5)
         inside &= (rows > -0.5) & (rows < raster.height - 0.5)
         nearest = (
             np.clip(np.rint(rows), 0, raster.height - 1).astype(np.intp),
             np.clip(np.rint(columns), 0, raster.width - 1).astype(np.intp),
         )
         with np.errstate(invalid="ignore"):
-            same = np.abs(past.depth[nearest] - distances) < SAME_PLACE * radius
+            same = np.abs(past.depth[nearest] - distances) < SAME_PLACE * self._volume.radius
         counts = np.where(seen & inside & same, past.counts[nearest], 0).astype(np.float32)
         return _between(past.light, rows, columns), counts
 
@@ -110,11 +118,6 @@ class LightHistory:
 def _is_alike(one: SceneInputs, other: SceneInputs) -> bool:
     """Whether two scenes differ by their views alone."""
     return replace(one, view=other.view) == other
-
-
-def _eye(view: View, radius: float) -> NDArray[np.float64]:
-    """Return where the camera is, from the volume's centre, in world units."""
-    return np.asarray(view.camera_distance(radius) * view.basis()[2])
 
 
 def _directions(view: View, raster: Raster) -> NDArray[np.float64]:
@@ -125,19 +128,6 @@ def _directions(view: View, raster: Raster) -> NDArray[np.float64]:
     y = (raster.height - 1 - 2 * np.arange(raster.height)) / raster.shorter - view.pan_y
     rays = tangent * (x[None, :, None] * right + y[:, None, None] * up) - back
     return np.asarray(rays / np.linalg.norm(rays, axis=2, keepdims=True))
-
-
-def _pixels(
-    view: View, raster: Raster, points: NDArray[np.float64], radius: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the columns and rows at which points are seen, and their distances from the eye."""
-    right, up, back = view.basis()
-    offsets = points - _eye(view, radius)
-    ahead = np.maximum(-offsets @ back, 1e-9 * radius) * math.tan(math.radians(VIEW_ANGLE / 2))
-    x, y = offsets @ right / ahead + view.pan_x, offsets @ up / ahead + view.pan_y
-    columns = (x * raster.shorter + raster.width - 1) / 2
-    rows = (raster.height - 1 - y * raster.shorter) / 2
-    return columns, rows, np.linalg.norm(offsets, axis=2)
 
 
 def _between(

@@ -157,7 +157,7 @@ class RefiningRenderer:
         self.sample_distance = tracer.sample_distance
         self.samples = samples
         self._tracer, self._cleaning = tracer, cleaning
-        self._history = LightHistory(tracer.geometry)
+        self._history = LightHistory(tracer.volume)
 
     @property
     def cleans(self) -> bool:

@@ -88,7 +88,7 @@ class Lamp:
 
 
 class _Seen(NamedTuple):
-    """What view rays go through: the medium, opacities of samples, the camera and the step."""
+    """Arguments of view rays: the medium, opacities of samples, the camera and the step."""
 
     medium: Medium
     alphas: NDArray[np.float32]
@@ -153,8 +153,8 @@ class PathTracer:
         self._extinction = lru_cache(maxsize=4)(self._extinction_of)
 
     @property
-    def geometry(self) -> Volume:
-        """The volume, whose lengths a picture's places depend on."""
+    def volume(self) -> Volume:
+        """The volume that is drawn."""
         return self._volume
 
     def render(

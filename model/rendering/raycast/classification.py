@@ -1,4 +1,4 @@
-"""What an opacity transfer function (TF) makes of a volume's samples: the classification."""
+"""Classification: opacities of a volume's samples under an opacity transfer function (TF)."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ class Tracer:
     """Pictures of 1, 2, 4 ... samples, with the error of each."""
 
     sample_distance = 0.5
-    geometry = None
+    volume = None
 
     def refine(self, inputs, size, samples, wanted=None, sample_distance=None):
         done = 1
