@@ -54,7 +54,7 @@ LEAST_OPACITY = 0.04
 BRIGHTEST = 8.0
 """Radiance that is kept of single pixels."""
 
-FIELDS = ("unlit", "soft", "opacity", "denoised", "traced", "exact")
+FIELDS = ("unlit", "direct", "soft", "opacity", "denoised", "traced", "exact")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,8 @@ class Pairs:
 
     Attributes
     ----------
-    unlit, soft : ndarray, shape (N, 3, h, w)
+    unlit, direct, soft : ndarray, shape (N, 3, h, w)
+        Nobody learns from `direct`; it is there to be compared with.
     opacity : ndarray, shape (N, 1, h, w)
     denoised, traced : ndarray, shape (N, len(FEW), 3, h, w)
         After each number of samples in :data:`FEW`.
@@ -74,6 +75,7 @@ class Pairs:
     """
 
     unlit: NDArray[np.float16]
+    direct: NDArray[np.float16]
     soft: NDArray[np.float16]
     opacity: NDArray[np.float16]
     denoised: NDArray[np.float16]
@@ -101,7 +103,7 @@ class PairDrawer:
     ) -> None:
         self._volume, self._many, self._size, self._largest = volume, many, size, largest
         self._scene = Scene.of(volume, size, "path", renderer="raycast", movable_light=True)
-        self._soft = RaycastRenderer(volume, "soft")
+        self._lit = {name: RaycastRenderer(volume, name) for name in ("direct", "soft")}
 
     def block(self, seed: int, number: int) -> Pairs | None:
         """Draw the pairs of a block; None where the volume shows too little."""
@@ -127,7 +129,8 @@ class PairDrawer:
 
     def close(self) -> None:
         """End the threads."""
-        self._soft.close()
+        for renderer in self._lit.values():
+            renderer.close()
 
     def _inputs(self, rng: np.random.Generator) -> SceneInputs:
         inputs = draw_inputs(rng, self._scene)
@@ -156,11 +159,10 @@ class PairDrawer:
         if unlit.rgba[..., 3].mean() < LEAST_OPACITY:
             return None
         *_, exact = many.refine(inputs, part, self._many)
-        soft = self._soft.render(inputs, part)[..., :3]
         kept = [estimate for estimate in estimates if estimate.samples in FEW]
         return {
             "unlit": _first(unlit.albedo),
-            "soft": _first(soft),
+            **{name: _first(r.render(inputs, part)[..., :3]) for name, r in self._lit.items()},
             "opacity": _first(unlit.rgba[..., 3:]),
             "denoised": np.stack([_first(denoise(e.radiance, e.albedo)) for e in kept]),
             "traced": np.stack([_first(e.radiance) for e in kept]),
@@ -230,7 +232,8 @@ def read_pairs(folder: Path) -> dict[str, Pairs]:
                 arrays = {name: file[name] for name in (*FIELDS, "error")}
         except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
             raise DatasetError(
-                f"{path}: the pairs are damaged ({error}); delete the file, and draw them anew."
+                f"{path}: the pairs are damaged, or of an older version ({error}); "
+                "delete the file, and draw them anew."
             ) from error
         found.setdefault(path.name.split("-")[0], []).append(arrays)
     if not found:

@@ -62,7 +62,7 @@ def test_blocks_of_a_volume_are_joined(tmp_path: Path) -> None:
     def pairs(value: float) -> Pairs:
         color = np.full((2, 3, 4, 4), value, np.float16)
         few = np.full((2, len(FEW), 3, 4, 4), value, np.float16)
-        return Pairs(color, color, color[:, :1], few, few, color, np.full(2, value))
+        return Pairs(color, color, color, color[:, :1], few, few, color, np.full(2, value))
 
     for number, name in enumerate(["a-0-0000", "a-0-0001", "b-0-0000"]):
         write_block(tmp_path / f"{name}.npz", pairs(float(number)))
