@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from model.networks.names import BackendName, StudyName
 from model.scene.scene import RendererName
 
 Renderer = Literal[RendererName, "generator"]
@@ -18,9 +19,6 @@ SensitivityEngine = Literal["exact", "learned", "blockwise"]
 FieldScale = Literal["own", "global"]
 """Colour scales of a value's field."""
 
-StudyName = Literal["baselines", "latent-dim", "l1-weight"]
-"""The paper's studies."""
-
 PaperItem = Literal[
     "all",
     "teaser",
@@ -32,26 +30,12 @@ PaperItem = Literal[
     "qualitative",
     "table1",
     "table2",
-    "baselines",
-    "latent-dim",
-    "l1-weight",
+    StudyName,
 ]
 """The paper's figures and tables."""
 
-Device = Literal["auto", "cpu", "cuda"]
-"""Devices that networks run on."""
-
-Backend = Literal["auto", "eager", "compiled", "openvino", "onnxruntime"]
-"""Backends of generators."""
-
-Precision = Literal["auto", "float32", "bfloat16"]
-"""Precisions of networks."""
-
-Preset = Literal["draft", "compact", "large", "paper"]
-"""Presets of network and image sizes."""
-
-CodecKind = Literal["plain", "contractive", "variational"]
-"""Kinds of codecs, see :class:`model.training.codec_training.CodecDesign`."""
+Backend = Literal["auto", BackendName]
+"""What draws a generator's images."""
 
 
 def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:

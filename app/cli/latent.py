@@ -24,13 +24,13 @@ from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
 from model.networks.card import load_card
+from model.networks.names import CodecKind
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
 from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import OpacityTF, TransferFunction
 from model.scene.volume import Volume
-from model.training.codec_training import CodecKind
 from model.volume_files.source import volume_of
 
 PICTURES: dict[PictureOf, str] = {

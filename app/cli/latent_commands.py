@@ -7,11 +7,12 @@ from typing import Annotated, cast
 
 import typer
 
-from app.cli import choices, options, values
+from app.cli import options, values
 from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.volume_options import takes_volume
 from model.errors import LatentError
 from model.latent.codes import PictureOf
+from model.networks.names import CodecKind
 from model.volume_files.source import VolumeSource
 
 
@@ -128,7 +129,7 @@ def codec(
         ),
     ],
     kind: Annotated[
-        choices.CodecKind,
+        CodecKind,
         typer.Option("--kind", help="What the training asks of codes."),
     ] = "variational",
     latent_dim: Annotated[

@@ -15,6 +15,7 @@ from app.cli import choices, options, values
 from app.cli.outputs import make_room_for
 from app.cli.volume_options import takes_volume
 from model.errors import TfscopeError, TrainingError
+from model.networks.names import PresetName, StudyName
 from model.scene.scene import TFFamily
 from model.volume_files.source import VolumeSource
 
@@ -87,7 +88,7 @@ def train(
         ),
     ],
     preset: Annotated[
-        choices.Preset | None,
+        PresetName | None,
         typer.Option(
             "--preset",
             help="Images of 64, 128 or 256 pixels by the paper's two networks at a quarter of "
@@ -361,7 +362,7 @@ def evaluate(
 @takes_volume()
 def study(
     *,
-    study: Annotated[choices.StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
+    study: Annotated[StudyName, typer.Argument(metavar="STUDY", help="Which one.")],
     out: Annotated[
         Path,
         typer.Option(
@@ -372,9 +373,7 @@ def study(
         ),
     ],
     source: VolumeSource,
-    preset: Annotated[
-        choices.Preset, typer.Option("--preset", help="Size of all networks.")
-    ] = "draft",
+    preset: Annotated[PresetName, typer.Option("--preset", help="Size of all networks.")] = "draft",
     lighting: options.LightingName = "none",
     faithful: Annotated[
         bool,

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import choices, values
+from model.networks.names import DeviceChoice, PrecisionChoice
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.region import Region
@@ -96,7 +97,7 @@ ModelFolder = Annotated[
     Path | None,
     typer.Option("--model", help="Folder of a trained model.", callback=values.model),
 ]
-DeviceName = Annotated[choices.Device, typer.Option("--device", help="Where the generator runs.")]
+DeviceName = Annotated[DeviceChoice, typer.Option("--device", help="Where the generator runs.")]
 BackendName = Annotated[
     choices.Backend,
     typer.Option(
@@ -105,7 +106,7 @@ BackendName = Annotated[
     ),
 ]
 PrecisionName = Annotated[
-    choices.Precision,
+    PrecisionChoice,
     typer.Option(
         "--precision",
         help="In bfloat16 images come faster and are off by some 1/255. (auto: where that is "
@@ -113,7 +114,7 @@ PrecisionName = Annotated[
     ),
 ]
 TrainingPrecisionName = Annotated[
-    choices.Precision,
+    PrecisionChoice,
     typer.Option(
         "--precision", help="Digits that steps are computed in. (auto: the faster one here)"
     ),

@@ -8,11 +8,14 @@ from pathlib import Path
 from app.cli.console import console, counting, print_table
 from app.cli.outputs import write_json
 from model.devices import choose_device
+from model.errors import TrainingError
 from model.evaluation.path_light_alternatives import path_light_alternatives
 from model.generator.catalog import PATH_LIGHT
+from model.networks.names import PathLightLoss
 from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
-from model.networks.path_light_network import PathLightSize
+from model.networks.path_light_network import PathLightNetwork, PathLightSize
 from model.samples.path_light_pairs import FEW, read_pairs, write_pairs
+from model.training.path_light_losses import PATH_LIGHT_LOSSES
 from model.training.path_light_training import (
     PathLightErrors,
     PathLightOptions,
@@ -36,20 +39,24 @@ def draw_pairs(
     console.print(f"{out} has {count} pairs.")
 
 
+def path_light_options(
+    minutes: float, width: int, seed: int, loss: PathLightLoss = "rms"
+) -> PathLightOptions:
+    """Return how networks are trained."""
+    return PathLightOptions(minutes, PathLightSize(width), seed=seed, loss=loss)
+
+
 def train_network(
     folder: Path,
     out: Path,
     held_out: Path | None,
-    minutes: float,
-    width: int,
+    training: PathLightOptions,
     start_from: Path | None,
     device: str,
-    seed: int,
 ) -> None:
     """Train on pairs, measure on others, and write the network with what is known about it."""
     pairs, chosen = read_pairs(folder), choose_device(device)
     others = read_pairs(held_out) if held_out else {}
-    training = PathLightOptions(minutes, PathLightSize(width), seed=seed)
     start = None
     if start_from is not None:
         known_card, start = load_path_light(start_from)
@@ -80,14 +87,44 @@ def train_network(
     console.print(f"The network is {out}, {out.stat().st_size / 1e6:.1f} MB.")
 
 
+def study_networks(
+    folder: Path, held_out: Path, out: Path, training: PathLightOptions, device: str
+) -> None:
+    """Train a network by each loss, or what is missing of it, and compare all of them."""
+    networks: dict[str, PathLightNetwork] = {}
+    for loss in PATH_LIGHT_LOSSES:
+        path = out / f"{loss}.safetensors"
+        if not path.exists():
+            console.print(f"[bold]Loss {loss}[/bold]")
+            train_network(folder, path, None, replace(training, loss=loss), None, device)
+        card, networks[f"finished, trained by {loss}"] = load_path_light(path)
+        if card.training.get("trained_minutes", 0) < training.minutes - 0.1:
+            raise TrainingError(
+                f"{path}: this network has been trained for {card.training['trained_minutes']} "
+                "minutes; give as many, or another folder."
+            )
+    _compare(networks, held_out, folder, device, out / "study.json")
+
+
 def evaluate_network(
     held_out: Path, network: Path | None, trained: Path | None, device: str, json_path: Path | None
 ) -> None:
     """Measure a network and its alternatives; print a table, write JSON if requested."""
     _card, loaded = load_path_light(network or PATH_LIGHT)
+    _compare({"finished": loaded}, held_out, trained, device, json_path)
+
+
+def _compare(
+    networks: dict[str, PathLightNetwork],
+    held_out: Path,
+    trained: Path | None,
+    device: str,
+    json_path: Path | None,
+) -> None:
+    """Measure networks and what could be shown in their place, and tell it."""
     others = read_pairs(held_out)
     learned = read_pairs(trained) if trained else {}
-    found = path_light_alternatives(loaded, others, learned, choose_device(device))
+    found = path_light_alternatives(networks, others, learned, choose_device(device))
     count = sum(len(each.error) for each in others.values())
     print_table(
         f"RMSE on {count} pairs of {len(others)} volumes, after so many samples of each pixel",

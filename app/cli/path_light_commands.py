@@ -8,6 +8,10 @@ from typing import Annotated
 import typer
 
 from app.cli import options
+from model.networks.names import PathLightLoss
+
+Minutes = Annotated[float, typer.Option("--minutes", min=0.01, help="Of training of each network.")]
+Width = Annotated[int, typer.Option("--width", min=4, max=512, help="Channels of the first level.")]
 
 light = typer.Typer(
     help="The network behind the denoiser of path-traced light: pairs of pictures, and training."
@@ -50,10 +54,8 @@ def train(
         Path | None,
         typer.Option("--held-out", metavar="PAIRS", help="Pairs that errors are measured on."),
     ] = None,
-    minutes: Annotated[float, typer.Option("--minutes", min=0.01, help="Of training.")] = 30.0,
-    width: Annotated[
-        int, typer.Option("--width", min=4, max=512, help="Channels of the first level.")
-    ] = 40,
+    minutes: Minutes = 30.0,
+    width: Width = 40,
     start_from: Annotated[
         Path | None,
         typer.Option(
@@ -62,13 +64,22 @@ def train(
             help="Begin with this network's weights and size, at a third of the rate.",
         ),
     ] = None,
+    loss: Annotated[
+        PathLightLoss,
+        typer.Option(
+            "--loss",
+            help="rms: root mean square of each picture's difference; l1: mean absolute "
+            "difference; gan-l1: that and the paper's adversary.",
+        ),
+    ] = "rms",
     device: options.DeviceName = "auto",
     seed: options.Seed = 0,
 ) -> None:
     """Train the network on pairs; one that was stopped goes on."""
-    from app.cli.path_light import train_network
+    from app.cli.path_light import path_light_options, train_network
 
-    train_network(folder, out, held_out, minutes, width, start_from, device, seed)
+    training = path_light_options(minutes, width, seed, loss)
+    train_network(folder, out, held_out, training, start_from, device)
 
 
 @light.command()
@@ -93,3 +104,24 @@ def evaluate(
     from app.cli.path_light import evaluate_network
 
     evaluate_network(held_out, network, trained, device, json)
+
+
+@light.command()
+def study(
+    folder: Annotated[Path, typer.Argument(metavar="PAIRS", help="Folder of 'light pairs'.")],
+    held_out: Annotated[
+        Path,
+        typer.Option("--held-out", metavar="PAIRS", help="Pairs that errors are measured on."),
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", metavar="FOLDER", help="What is there already stays.")
+    ],
+    minutes: Minutes = 30.0,
+    width: Width = 40,
+    device: options.DeviceName = "auto",
+    seed: options.Seed = 0,
+) -> None:
+    """Train the network by each loss, and compare all with what could be shown in their place."""
+    from app.cli.path_light import path_light_options, study_networks
+
+    study_networks(folder, held_out, out, path_light_options(minutes, width, seed), device)

@@ -47,9 +47,9 @@ from model.scene.view import View
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
-    from model.generator.backends import BackendName
     from model.generator.generator import Generator
     from model.latent.latent_space import LatentSpace
+    from model.networks.names import BackendName
     from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
 

@@ -11,10 +11,11 @@ from torch import Tensor
 from torch.utils.benchmark import Timer
 
 from model.errors import first_line
-from model.generator.backends import BACKENDS, EAGER, Backend, BackendName, make_decode, obstacle
+from model.generator.backends import BACKENDS, EAGER, Backend, make_decode, obstacle
 from model.networks.blocks import place
 from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
+from model.networks.names import BackendName
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 

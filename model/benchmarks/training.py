@@ -12,13 +12,14 @@ from typing import get_args
 
 import torch
 
+from model.networks.names import Precision
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.batch import encode_batch
 from model.training.execution import Execution
 from model.training.execution_choice import LATE, choose_execution, step_seconds
-from model.training.options import Precision, TrainingOptions
+from model.training.options import TrainingOptions
 from model.training.schedule import Schedule
 from model.training.streamed_samples import StreamSource
 

@@ -33,22 +33,24 @@ class Alternative:
 
 
 def path_light_alternatives(
-    network: PathLightNetwork,
+    networks: dict[str, PathLightNetwork],
     held_out: dict[str, Pairs],
     trained: dict[str, Pairs],
     device: torch.device,
 ) -> list[Alternative]:
-    """Measure a network, and what could be shown in its place, on held-out pairs.
+    """Measure networks, and what could be shown in their place, on held-out pairs.
 
-    Unlit pictures and those in soft light are taken times the factor that brings each of them
+    Unlit pictures and those in other light are taken times the factor that brings each of them
     nearest.
 
     Parameters
     ----------
+    networks : dict of str to PathLightNetwork
+        By the names of the alternatives that they are.
     held_out : dict of str to Pairs
         By volume.
     trained : dict of str to Pairs
-        What the network has learned from: the nearest picture among them is what a program would
+        What the networks have learned from: the nearest picture among them is what a program would
         show that remembers instead. Empty to leave that out.
     """
     found = []
@@ -56,15 +58,13 @@ def path_light_alternatives(
         known = np.concatenate([_clipped(each.exact) for each in trained.values()])
         found.append(_steady("nearest training picture", held_out, lambda p: _nearest(p, known)))
     found.append(_steady("unlit", held_out, lambda p: _scaled(p.unlit, p.exact)))
+    found.append(_steady("direct light", held_out, lambda p: _scaled(p.direct, p.exact)))
     found.append(_steady("soft light", held_out, lambda p: _scaled(p.soft, p.exact)))
-    as_traced = [
-        _mean_error(held_out, lambda p, place=place: _clipped(p.traced[:, place]))  # type: ignore[misc]
-        for place in range(len(FEW))
-    ]
-    found.append(Alternative("as traced", tuple(as_traced)))
-    measured = [each.means for each in path_light_errors(network, held_out, device)]
-    for name, errors in zip(("denoised", "finished"), zip(*measured, strict=True), strict=True):
-        found.append(Alternative(name, errors))
+    found.append(_refined("as traced", held_out, lambda p: p.traced))
+    found.append(_refined("denoised", held_out, lambda p: p.denoised))
+    for name, network in networks.items():
+        errors = path_light_errors(network, held_out, device)
+        found.append(Alternative(name, tuple(each.means[1] for each in errors)))
     return found
 
 
@@ -73,6 +73,17 @@ def _steady(
 ) -> Alternative:
     """Return an alternative that does not depend on the number of samples."""
     return Alternative(name, (_mean_error(held_out, draw),) * len(FEW))
+
+
+def _refined(
+    name: str, held_out: dict[str, Pairs], pictures: Callable[[Pairs], NDArray[np.float16]]
+) -> Alternative:
+    """Return an alternative with pictures of its own for each number of samples."""
+    errors = [
+        _mean_error(held_out, lambda p, place=place: _clipped(pictures(p)[:, place]))  # type: ignore[misc]
+        for place in range(len(FEW))
+    ]
+    return Alternative(name, tuple(errors))
 
 
 def _mean_error(held_out: dict[str, Pairs], draw: Callable[[Pairs], Pictures]) -> float:

@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, cast, get_args
+from typing import Any, NamedTuple, cast, get_args
 
 import numpy as np
 import torch
@@ -28,10 +28,8 @@ from torch import Tensor, nn
 
 from model.errors import DeviceError
 from model.networks.generator_network import GeneratorNetwork
+from model.networks.names import BackendName, Precision, PrecisionChoice
 
-BackendName = Literal["eager", "compiled", "openvino", "onnxruntime"]
-Precision = Literal["float32", "bfloat16"]
-PrecisionChoice = Literal["auto", "float32", "bfloat16"]
 BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
 
 Decode = Callable[..., tuple[Tensor, Tensor]]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import torch
@@ -17,14 +17,12 @@ from model.errors import TrainingError
 from model.networks.blocks import kaiming_init
 from model.networks.codec import BrowserCodec, LatentCodec, roots
 from model.networks.encoding import encode_unit
+from model.networks.names import CodecKind
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
 from model.training.codec_loss import decoded_tf_error, layer_opacity
 from model.training.optimizers import adam, cosine_decay, set_rate
-
-CodecKind = Literal["plain", "contractive", "variational"]
-"""What a codec's loss asks of codes: nothing, small changes by small edits, or N(0, 1)."""
 
 POOL = 65_536
 """TFs that are drawn before training; each step takes some of them, half of them mirrored."""

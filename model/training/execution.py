@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import torch
 
-from model.training.options import Precision
+from model.networks.names import Precision
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,14 @@ from torch import nn
 from model.errors import DeviceError
 from model.measurements import keep, kept
 from model.networks.encoding import EncodedInputs
+from model.networks.names import Precision
 from model.networks.size import NetworkSize
 from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.training.batch import EncodedBatch
 from model.training.execution import Execution
-from model.training.options import STAGES, Precision, TrainingOptions
+from model.training.options import STAGES, TrainingOptions
 from model.training.recording import FIRST_PASSES
 from model.training.schedule import Schedule
 

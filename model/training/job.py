@@ -15,12 +15,13 @@ from typing import Any, get_args
 from model.errors import TrainingError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
+from model.networks.names import Precision
 from model.networks.size import NetworkSize
 from model.scene.axes import AXES
 from model.scene.scene import Lighting, RendererName, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
-from model.training.options import PRESETS, Budget, Precision, TrainingOptions
+from model.training.options import PRESETS, Budget, TrainingOptions
 from model.volume_files.source import VolumeSource
 
 JOB_VERSION = 3

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 from model.errors import TrainingError
 from model.networks.size import NetworkSize
-
-Precision = Literal["float32", "bfloat16"]
-"""Digits that optimization steps are computed in."""
 
 _SMALL = NetworkSize(0.25, modulation=True, opacity_modulation=True, deep_codec=True)
 

@@ -1,4 +1,4 @@
-"""Training of the network behind the denoiser, by squared distances from pictures of many samples.
+"""Training of the network behind the denoiser, by distances from pictures of many samples.
 
 What is learned has noise of its own, which is independent of the input's: on average it moves
 nothing, so that a picture of 64 samples teaches as much as an exact one.
@@ -17,6 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from model.errors import CheckpointError, TrainingError
+from model.networks.names import PathLightLoss
 from model.networks.path_light_network import (
     PathLightNetwork,
     PathLightSize,
@@ -26,6 +27,7 @@ from model.networks.path_light_network import (
 )
 from model.samples.path_light_pairs import FEW, Pairs
 from model.training.ema import EMA
+from model.training.path_light_losses import Adversary, distance
 
 SHARES = (0.5, 0.25, 0.25)
 """Of the numbers of samples in :data:`model.samples.path_light_pairs.FEW` among what is learned."""
@@ -52,6 +54,7 @@ class PathLightOptions:
     averaging : float
         Decay of the weights' moving average.
     seed : int
+    loss : PathLightLoss
     """
 
     minutes: float
@@ -60,6 +63,7 @@ class PathLightOptions:
     learning_rate: float = 1.5e-3
     averaging: float = 0.998
     seed: int = 0
+    loss: PathLightLoss = "rms"
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,7 @@ class PathLightTrainer:
         self._network = in_fast_layout(network.to(device))
         self._average = EMA(self._network, options.averaging)
         self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
+        self._adversary = Adversary(device) if options.loss == "gan-l1" else None
         self.steps, self.seconds = 0, 0.0
 
     @property
@@ -164,12 +169,22 @@ class PathLightTrainer:
             self._save(keep)
 
     def resume(self, path: Path) -> None:
-        """Go on from a checkpoint; raise :class:`TrainingError` if it is of another network."""
+        """Go on from a checkpoint.
+
+        Raises
+        ------
+        TrainingError
+            When it is damaged, or of another network or loss.
+        """
         try:
             state = torch.load(path, map_location=self._device, weights_only=True)
+            if state["loss"] != self._options.loss:
+                raise ValueError(f"its loss is {state['loss']}")
             self._network.load_state_dict(state["network"])
             self._average.network.load_state_dict(state["average"])
             self._optimizer.load_state_dict(state["optimizer"])
+            if self._adversary is not None:
+                self._adversary.load_state(state["adversary"])
             self.steps, self.seconds = int(state["steps"]), float(state["seconds"])
         except (OSError, KeyError, ValueError, RuntimeError) as error:
             raise TrainingError(
@@ -183,7 +198,10 @@ class PathLightTrainer:
             "optimizer": self._optimizer.state_dict(),
             "steps": self.steps,
             "seconds": self.seconds,
+            "loss": self._options.loss,
         }
+        if self._adversary is not None:
+            state["adversary"] = self._adversary.state()
         partial = path.with_suffix(".partial")
         try:
             torch.save(state, partial)
@@ -200,7 +218,11 @@ class PathLightTrainer:
             # The first steps are smaller, before Adam knows how long they should be.
             group["lr"] = rate * min(1.0, (self.steps + 1) / 100)
         inputs, exact = self._batch(rng)
-        loss = _distance(self._network(inputs), exact)
+        found = self._network(inputs)
+        loss = distance(options.loss, found, exact)
+        if self._adversary is not None:
+            self._adversary.learn(inputs, found, exact)
+            loss = loss + self._adversary.loss(inputs, found)
         self._optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
@@ -269,11 +291,6 @@ def described(
         "steps": trainer.steps,
         "trained_minutes": round(trainer.seconds / 60, 1),
     }
-
-
-def _distance(found: Tensor, exact: Tensor) -> Tensor:
-    """Root mean square of each picture's difference, averaged: dark pictures count as bright."""
-    return (found - exact).square().mean((1, 2, 3)).add(1e-6).sqrt().mean()
 
 
 def _tensors(pairs: Pairs) -> dict[str, Tensor]:

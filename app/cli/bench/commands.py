@@ -7,8 +7,9 @@ from typing import Annotated, Any, cast, get_args
 
 import typer
 
-from app.cli import choices, options, values
+from app.cli import options, values
 from app.cli.volume_options import takes_volume
+from model.networks.names import PresetName
 from model.scene.scene import Lighting
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
@@ -349,7 +350,7 @@ def generator(
         list[str] | None,
         _repeated(
             "--preset",
-            get_args(choices.Preset),
+            get_args(PresetName),
             "Of untrained networks; may be repeated. (default: all)",
         ),
     ] = None,
@@ -375,7 +376,7 @@ def training(
         list[str] | None,
         _repeated(
             "--preset",
-            get_args(choices.Preset),
+            get_args(PresetName),
             "May be repeated. (default: draft and compact)",
         ),
     ] = None,
@@ -464,7 +465,7 @@ def codec(
     ] = None,
     volume: options.VolumeFile = None,
     preset: Annotated[
-        choices.Preset | None,
+        PresetName | None,
         typer.Option("--preset", help="Whose codec is trained. (default: compact)"),
     ] = None,
     steps: Annotated[

@@ -19,7 +19,6 @@ from model.generator.backends import (
     EAGER,
     TOGETHER,
     Backend,
-    BackendName,
     choose_backends,
     make_decode,
     obstacle,
@@ -31,6 +30,7 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
+from model.networks.names import BackendName
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
@@ -258,6 +258,7 @@ DROPPED = """
 import gc, signal, sys
 sys.path[:0] = ["tests/model", "tests/model/generator"]
 from blobs import blobs
+from model.networks.names import BackendName
 from model.generator.backends import Backend, make_decode
 from model.scene.scene import Scene
 from test_backends import CPU, inputs_of, network_of
