@@ -194,7 +194,7 @@ class MapView(QWidget):
         marks.paint_brush(painter, frame, latent.brush, self._active_cell)
         if self._lasso or latent.lasso:
             marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
-        marks.paint_trail(painter, frame, latent.trail)
+        marks.paint_trail(painter, frame, [step.place for step in latent.trail.steps])
         marks.paint_names(painter, frame, latent.places, self.thumbnails.factor)
         if self._session.place is not None:
             code = self._session.present_code

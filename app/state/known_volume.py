@@ -34,6 +34,9 @@ way."""
 MOST_IMAGES = 20
 """Number of images of a measurement."""
 
+MOST_STEPS, MOST_NUMBERS = 1000, 4096
+"""Length of the trail on the map of TFs, and of the codes of its TFs."""
+
 MOST_MARKS, MOST_POINTS = 1000, 100_000
 """Number of regions and of named TFs of a volume, and of a region's corners."""
 
@@ -76,6 +79,22 @@ class KnownPlace:
     tf: dict[str, Any]
     place: tuple[float, ...] = (0.0, 0.0)
     picture: str = ""
+
+
+@dataclass(frozen=True)
+class KnownTrail:
+    """Steps that edits of the TF have made on the map of TFs.
+
+    Attributes
+    ----------
+    space : str
+        Name of the latent space of the codes; see :attr:`LatentSpace.name`.
+    codes : tuple of tuple of float
+        Of the TFs, the newest last.
+    """
+
+    space: str = ""
+    codes: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -175,6 +194,19 @@ def _place(value: Any) -> KnownPlace:
     return KnownPlace(name, value["tf"], place, picture)
 
 
+def _trail(value: Any) -> KnownTrail:
+    """Take a trail, or raise ValueError."""
+    if isinstance(value, KnownTrail):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError("it must have names")
+    code = list_of(number(-1e9, 1e9), MOST_NUMBERS)
+    codes = list_of(code, MOST_STEPS)(value.get("codes", ()))
+    if len({len(each) for each in codes}) > 1:
+        raise ValueError("its codes must be equally long")
+    return KnownTrail(text(value.get("space", "")), codes)
+
+
 def _trade(value: Any) -> KnownTrade:
     """Take a measurement, or raise ValueError."""
     if isinstance(value, KnownTrade):
@@ -269,6 +301,7 @@ class KnownVolume:
     places: tuple[KnownPlace, ...] = kept(
         valid_of(_place, MOST_MARKS), (), in_session=True, merging="collected"
     )
+    trail: KnownTrail = kept(_trail, KnownTrail(), in_session=True)
     place_count: int = kept(whole_number(0, 10**9), 0, in_session=True, merging="greatest")
     value_scale: Scale = kept(_scale, "linear", in_session=True)
     opacity_scale: Scale = kept(_scale, "linear", in_session=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
 
-from app.state.latent_state import LatentChoices, LatentState
+from app.state.latent_state import LatentChoices, LatentState, Visited
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
@@ -139,8 +139,8 @@ class LatentSession(QObject):
     def start_volume(self, volume: Volume, window: Range) -> None:
         """Follow another volume; its space is opened when the browser is shown."""
         if volume is not self._volume:
-            # Its trail and filters mean nothing here.
-            self._latent.start_map()
+            # Its filters mean nothing here.
+            self._latent.start_choices()
             self._latent.choose(band=None)
         self._volume, self._window = volume, window
         self.reset()
@@ -283,7 +283,7 @@ class LatentSession(QObject):
             return
         self.space, self.map = opened
         self.overview = self.wanted = self.chosen = None
-        self._latent.start_map(self._place_of)
+        self._start_map()
         self._filter()
         self._known = None
         self.mapOpened.emit()
@@ -301,11 +301,19 @@ class LatentSession(QObject):
             self.wanted = self.chosen = None
             self._filter()
             self._known = None
-            self._latent.start_map(self._place_of)
+            self._start_map()
             self.mapChanged.emit(self.map)
             self._place_present()
         if problem:
             self.problem.emit(problem)
+
+    def _start_map(self) -> None:
+        assert self.space is not None
+        self._latent.start_map(self.space.name, self._place_of, self._place_of_code)
+
+    def _place_of_code(self, code: tuple[float, ...]) -> tuple[float, float]:
+        assert self.map is not None
+        return self.map.place(np.array(code, np.float32))
 
     def _place_of(self, tf: OpacityTF) -> tuple[float, float]:
         assert self.map is not None and self.space is not None
@@ -329,7 +337,9 @@ class LatentSession(QObject):
 
     def _remember(self) -> None:
         if self.place is not None and self._latent.choices.shown:
-            self._latent.extend_trail(self.place)
+            assert self.space is not None and self.present_code is not None
+            code = tuple(self.present_code.tolist())
+            self._latent.extend_trail(self.space.name, Visited(self.place, code))
 
     def _look(self) -> None:
         """Find what the map's TFs show in the present view."""

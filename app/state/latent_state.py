@@ -83,6 +83,36 @@ class NamedPlace:
     picture: NDArray[np.float32] | None = None
 
 
+@dataclass(frozen=True)
+class Visited:
+    """A step of the trail: where an edit of the TF has led to.
+
+    Attributes
+    ----------
+    place : tuple of float
+        On the present map.
+    code : tuple of float
+        Of the TF, by which its place on another map is found.
+    """
+
+    place: Place
+    code: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Trail:
+    """Steps that edits of the TF have made on the map.
+
+    Attributes
+    ----------
+    space : str
+        Name of the latent space that the codes belong to.
+    """
+
+    space: str = ""
+    steps: tuple[Visited, ...] = ()
+
+
 class LatentState(QObject):
     """Brush, place under the mouse, filters, named places and the trail of edits."""
 
@@ -108,7 +138,7 @@ class LatentState(QObject):
         self.closeness = 1.0
         self.lasso: tuple[Place, ...] | None = None
         self.places: tuple[NamedPlace, ...] = ()
-        self.trail: tuple[Place, ...] = ()
+        self.trail = Trail()
         self.tool: MapTool = "brush"
         self._named = 0
 
@@ -207,31 +237,49 @@ class LatentState(QObject):
         self.places = self.places[:index] + self.places[index + 1 :]
         self.placesChanged.emit()
 
-    def extend_trail(self, place: Place) -> None:
+    def extend_trail(self, space: str, step: Visited) -> None:
         """Remember where an edit of the TF has led to."""
-        if not self.trail or self.trail[-1] != place:
-            self.trail = (*self.trail, place)[-TRAIL_LENGTH:]
+        steps = self.trail.steps if space == self.trail.space else ()
+        if not steps or steps[-1].place != step.place:
+            self.set_trail(Trail(space, (*steps, step)[-TRAIL_LENGTH:]))
+
+    def set_trail(self, trail: Trail) -> None:
+        """Show another trail."""
+        if trail != self.trail:
+            self.trail = trail
             self.trailChanged.emit()
 
     def clear_trail(self) -> None:
         """Forget the trail."""
-        self.trail = ()
-        self.trailChanged.emit()
+        self.set_trail(Trail())
 
-    def start_map(self, place_of: Callable[[OpacityTF], Place] | None = None) -> None:
-        """Begin with another map.
+    def start_map(
+        self,
+        space: str,
+        place_of: Callable[[OpacityTF], Place],
+        place_of_code: Callable[[tuple[float, ...]], Place],
+    ) -> None:
+        """Begin with another map: named places and trail are where it has them.
 
         Parameters
         ----------
-        place_of : callable, optional
-            Returns the new place of a TF, for the named places; without it they stay where they
-            are. Trail, lasso and brush are forgotten.
+        space : str
+            Name of its latent space; the trail of another one is forgotten.
+        place_of, place_of_code : callable
+            Return the new place of a TF, and of a code.
         """
-        if place_of is not None:
-            self.places = tuple(replace(one, place=place_of(one.tf)) for one in self.places)
-        self.lasso = None
-        self.clear_trail()
+        self.places = tuple(replace(one, place=place_of(one.tf)) for one in self.places)
+        if self.trail.space == space:
+            steps = (Visited(place_of_code(step.code), step.code) for step in self.trail.steps)
+            self.set_trail(Trail(space, tuple(steps)))
+        else:
+            self.clear_trail()
         self.placesChanged.emit()
+        self.start_choices()
+
+    def start_choices(self) -> None:
+        """Forget what was chosen on the map: lasso and brush."""
+        self.lasso = None
         self.lassoChanged.emit(None)
         self.set_hover(None)
         self.set_brush(FIRST_BRUSH)

@@ -1,4 +1,4 @@
-"""Keeping of what the user has drawn and named in each volume: regions and named TFs."""
+"""Keeping of what the user has marked in each volume: regions, named TFs, the trail of edits."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
-from app.state.known_volume import KnownPlace, KnownRegion
-from app.state.latent_state import LatentState, NamedPlace
+from app.state.known_volume import KnownPlace, KnownRegion, KnownTrail
+from app.state.latent_state import LatentState, NamedPlace, Trail, Visited
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import NamedRegion, SensitivityState
@@ -21,7 +21,7 @@ _NO_COLOR = 0.0, 0.0, 0.0
 
 
 class MarksKeeper(QObject):
-    """Keeps the open volume's regions and named TFs for the next time, with their numbers."""
+    """Keeps the open volume's regions, named TFs and trail for the next time."""
 
     def __init__(
         self,
@@ -38,6 +38,7 @@ class MarksKeeper(QObject):
         sensitivity.regionsChanged.connect(self._regions_changed)
         sensitivity.regionChangeFinished.connect(self._keep_regions)
         latent.placesChanged.connect(self._keep_places)
+        latent.trailChanged.connect(self._keep_trail)
 
     def start(self, opened: OpenedVolume) -> None:
         """Show those of another volume, and keep them from now on.
@@ -52,6 +53,9 @@ class MarksKeeper(QObject):
         self._sensitivity.start_volume(opened.volume.series, regions, active, known.region_count)
         self._pictures.clear()
         self._latent.set_places(tuple(map(_named, known.places)), known.place_count)
+        # Where the steps are, the map says once it is open.
+        steps = tuple(Visited((0.0, 0.0), code) for code in known.trail.codes)
+        self._latent.set_trail(Trail(known.trail.space, steps))
         self._fingerprint = opened.fingerprint
         if self._sensitivity.regions != regions:
             self._keep_regions()
@@ -69,6 +73,10 @@ class MarksKeeper(QObject):
     def _keep_places(self) -> None:
         places = tuple(self._known(named) for named in self._latent.places)
         self._note(places=places, place_count=self._latent.place_count)
+
+    def _keep_trail(self) -> None:
+        trail = self._latent.trail
+        self._note(trail=KnownTrail(trail.space, tuple(step.code for step in trail.steps)))
 
     def _note(self, **known: Any) -> None:
         before = self._preferences.volume(self._fingerprint)

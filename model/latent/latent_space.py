@@ -74,6 +74,12 @@ class LatentSpace:
         frame = TFFrame(card.scene.scalar_range, card.scene.scalar_range, card.scene.scale)
         return cls(TFCodec(network.codec), frame, card.scene, digest, (folder, _cache(digest)))
 
+    @property
+    def name(self) -> str:
+        """Text that spaces have in common whose codes stand for the same TFs."""
+        window = " to ".join(f"{value:.9g}" for value in self.frame.window)
+        return f"{self.digest[:16]}, {window}, {self.frame.scale}"
+
     def tf_of(self, code: Codes) -> OpacityTF:
         """Return the opacity TF, with 256 points or one more, of a code (d,)."""
         return self.tfs_of(code[None])[0]

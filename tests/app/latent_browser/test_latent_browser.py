@@ -288,8 +288,32 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainW
     low, high = show_mode(120, 0.5), show_mode(180, 0.8)
     assert low == pytest.approx((-0.54, 0.0), abs=0.2)
     assert high == pytest.approx((0.54, 0.54), abs=0.2)
-    assert window.latent_state.trail[-2:] == (low, high)
+    assert [step.place for step in window.latent_state.trail.steps[-2:]] == [low, high]
     assert not session.is_exact
+
+
+def test_the_trail_comes_back_with_the_volume(qtbot: QtBot, window: MainWindow) -> None:
+    session, latent = window.workspace.latent.session, window.latent_state
+    for mean in (120, 150, 180):
+        tf = OpacityTF((100.0, 200.0), (GaussianMode(mean, 8.0, 0.5),))
+        window.state.tf_input.set(TransferFunction(tf, make_tf().color), "test")
+    trail = latent.trail
+    assert len(trail.steps) == 3
+    opened = window.workspace.opened
+    assert opened is not None
+    # As another run has it: its codes, in the session's file.
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.reading.open(opened.path)
+    assert [step.code for step in latent.trail.steps] == [step.code for step in trail.steps]
+    qtbot.waitUntil(lambda: session.map is not None)
+    assert latent.trail.space == trail.space
+    found = np.array([step.place for step in latent.trail.steps])
+    np.testing.assert_allclose(found, [step.place for step in trail.steps], atol=1e-3)
+    # Codes of another codec say nothing about this map.
+    latent.set_trail(replace(trail, space="another"))
+    window.workspace.latent.session.reset()
+    qtbot.waitUntil(lambda: session.map is not None)
+    assert latent.trail.steps == ()
 
 
 def test_pictures_follow_the_view_and_are_marked_until_then(
