@@ -6,11 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from app.cli.render_order import RenderOrder
+from app.state.kept_inputs import KEPT_INPUTS, input_of
 from app.state.session import Session
 from model.errors import RenderError
-from model.scene.crop import CropBox
-from model.scene.light import LightDirection
-from model.scene.view import View
 from model.volume_files.choice import Choice
 from model.volume_files.source import VolumeSource
 
@@ -40,19 +38,19 @@ def of_session(order: RenderOrder, path: Path, has_view: bool) -> RenderOrder:
     if lighting is None and look.get("lighting", "auto") != "auto":
         lighting = look["lighting"]
     is_lit = lighting not in (None, "none")
-    light, crop, view = look.get("light", ()), look.get("crop", ()), look.get("view", ())
+    seen = {name: input_of(name, look.get(name, ())) for name in KEPT_INPUTS}
     is_model = order.renderer == "generator"
     filled = replace(
         order,
         volume=_source(order.volume, session, path),
         model=order.model or (session.model if is_model else None),
-        view=View(*view) if view and not has_view else order.view,
+        view=seen["view"] if seen["view"] and not has_view else order.view,
         known_tf=None if order.tf else session.transfer_function,
         fingerprint=session.fingerprint,
         up=str(look.get("up_axis", "")),
         lighting=None if is_model else lighting,
-        light=order.light or (LightDirection(*light) if light and is_lit else None),
-        crop=order.crop or (CropBox(crop[:3], crop[3:]) if crop else None),
+        light=order.light or (seen["light"] if is_lit else None),
+        crop=order.crop or seen["crop"],
         brightness=order.brightness or look.get("brightness"),
         draws_missing=order.draws_missing or bool(look.get("draws_missing")),
     )

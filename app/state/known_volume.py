@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from app.state.kept_fields import checks_of, kept, unknown
+from app.state.kept_inputs import input_check
 from app.state.value_checks import (
     base64_text,
     checked,
@@ -19,10 +20,8 @@ from app.state.value_checks import (
     whole_number,
 )
 from model.errors import TfscopeError
-from model.scene.crop import CropBox
 from model.scene.scene import RENDERER_NAMES, Lighting, RendererName
 from model.scene.transfer_function import TransferFunction
-from model.scene.view import View
 
 MOST_RECENT = 10
 """Number of recent files of each kind, and of remembered models of a volume."""
@@ -132,36 +131,6 @@ recent_texts = list_of(text, MOST_RECENT)
 """Check of a list of paths, the newest first."""
 
 _scale = one_of("linear", "logarithmic")
-
-
-def _view(value: Any) -> tuple[float, ...]:
-    """Check that a value is empty or has the numbers of a view."""
-    numbers = list_of(number(-1e9, 1e9), 6)(value)
-    if numbers:
-        try:
-            View(*numbers)
-        except (TfscopeError, TypeError) as error:
-            raise ValueError(str(error)) from None
-    return numbers
-
-
-def _light(value: Any) -> tuple[float, ...]:
-    """Check that a value is empty or has the angles of a light."""
-    angles = list_of(number(-180, 180), 2)(value)
-    if len(angles) == 1:
-        raise ValueError("it must have two angles")
-    return angles
-
-
-def _crop(value: Any) -> tuple[float, ...]:
-    """Check that a value is empty or has the planes of a crop box."""
-    planes = list_of(number(0.0, 1.0), 6)(value)
-    if planes:
-        try:
-            CropBox(planes[:3], planes[3:])
-        except (TfscopeError, ValueError) as error:
-            raise ValueError(str(error)) from None
-    return planes
 
 
 def _region(value: Any) -> KnownRegion:
@@ -286,11 +255,11 @@ class KnownVolume:
     up_axis: str = kept(one_of("", "+x", "-x", "+y", "-y", "+z", "-z"), "", in_session=True)
     raw_layout: str = kept(text, "", in_session=True)
     models: tuple[str, ...] = kept(recent_texts, (), merging="newest_first")
-    view: tuple[float, ...] = kept(_view, (), in_session=True)
+    view: tuple[float, ...] = kept(input_check("view"), (), in_session=True)
     lighting: LightingChoice = kept(either(one_of("auto"), _lighting), "auto", in_session=True)
-    light: tuple[float, ...] = kept(_light, (), in_session=True)
+    light: tuple[float, ...] = kept(input_check("light"), (), in_session=True)
     brightness: float | None = kept(either(one_of(None), number(0.25, 4.0)), None, in_session=True)
-    crop: tuple[float, ...] = kept(_crop, (), in_session=True)
+    crop: tuple[float, ...] = kept(input_check("crop"), (), in_session=True)
     draws_missing: bool = kept(flag, False, in_session=True)
     choice: str = kept(text, "", in_session=True)
     regions: tuple[KnownRegion, ...] = kept(

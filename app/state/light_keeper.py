@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject
 
+from app.state.kept_inputs import input_of, numbers_of
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from model.scene.light import LightDirection
@@ -23,7 +24,8 @@ class LightKeeper(QObject):
     def known(self) -> LightDirection | None:
         """The light that the user has moved in this volume; None if it was not moved."""
         angles = self._preferences.volume(self._fingerprint).light
-        return LightDirection(*angles) if angles else None
+        found: LightDirection | None = input_of("light", angles)
+        return found
 
     def start(self, fingerprint: str) -> None:
         """Keep that of another volume from now on."""
@@ -37,6 +39,5 @@ class LightKeeper(QObject):
 
     def _keep(self, light: LightDirection | None) -> None:
         if light is not None and self._keeps and self._fingerprint:
-            usual = light == LightDirection()
-            angles = () if usual else (light.azimuth, light.elevation)
-            self._preferences.note_volume(self._fingerprint, light=angles)
+            moved = None if light == LightDirection() else light
+            self._preferences.note_volume(self._fingerprint, light=numbers_of("light", moved))

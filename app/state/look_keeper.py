@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple
+from typing import Any
 
 from PySide6.QtCore import QObject
 
+from app.state.kept_inputs import KeptInput, input_of, numbers_of
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from model.scene.crop import CropBox
@@ -19,24 +20,16 @@ class LookKeeper(QObject):
         super().__init__(parent)
         self._preferences = preferences
         self._fingerprint = ""
-        state.viewChangeFinished.connect(self._keep_view)
-        state.crop_input.changeFinished.connect(self._keep_crop)
+        state.viewChangeFinished.connect(lambda view: self._keep("view", view))
+        state.crop_input.changeFinished.connect(lambda crop: self._keep("crop", crop))
 
     def start(self, fingerprint: str) -> tuple[View | None, CropBox | None]:
         """Keep those of another volume from now on, and return its last ones; None if unknown."""
         self._fingerprint = fingerprint
         known = self._preferences.volume(fingerprint)
-        view = View(*known.view) if known.view else None
-        if not known.crop:
-            return view, None
-        x0, y0, z0, x1, y1, z1 = known.crop
-        return view, CropBox((x0, y0, z0), (x1, y1, z1))
+        return input_of("view", known.view), input_of("crop", known.crop)
 
-    def _keep_view(self, view: View) -> None:
+    def _keep(self, name: KeptInput, value: View | CropBox | None) -> None:
         if self._fingerprint:
-            self._preferences.note_volume(self._fingerprint, view=astuple(view))
-
-    def _keep_crop(self, crop: CropBox | None) -> None:
-        if self._fingerprint:
-            planes = () if crop is None else (*crop.low, *crop.high)
-            self._preferences.note_volume(self._fingerprint, crop=planes)
+            seen: dict[str, Any] = {name: numbers_of(name, value)}
+            self._preferences.note_volume(self._fingerprint, **seen)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, replace
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from app.state.kept_inputs import KEPT_INPUTS, input_of, numbers_of
 from app.state.latent_state import LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
@@ -15,7 +16,6 @@ from app.state.session import Session, SessionError, of_session
 from app.state.viewer_state import ViewerState
 from app.state.volume_reading import Wanted
 from app.state.workspace import Workspace
-from model.scene.light import LightDirection
 from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
 
@@ -85,13 +85,11 @@ class SessionWork(QObject):
         if opened is None:
             return None
         look = of_session(self._preferences.volume(opened.fingerprint))
-        light, crop = self._state.light, self._state.crop
+        inputs = self._state.inputs
+        look |= {name: numbers_of(name, getattr(inputs, name)) for name in KEPT_INPUTS}
         look |= {
-            "view": astuple(self._state.view),
             # Not "auto": another machine might choose another light.
             "lighting": self._workspace.reference.settings.lighting,
-            "light": () if light is None else (light.azimuth, light.elevation),
-            "crop": () if crop is None else (*crop.low, *crop.high),
         }
         band = self._sensitivity.band
         return Session(
@@ -191,9 +189,9 @@ class SessionWork(QObject):
             denoises=self._preferences.value("denoises"),
             size="pane" if size is None else size,
         )
-        light = session.look.get("light", ())
-        if light and self._state.light is not None:
-            reference.light.place(LightDirection(*light))
+        light = input_of("light", session.look.get("light", ()))
+        if light is not None and self._state.light is not None:
+            reference.light.place(light)
         if not session.look.get("regions"):
             # Those of the volume before stay for another time step, and for the same volume.
             self._sensitivity.start_volume(None, count=session.look.get("region_count", 0))
