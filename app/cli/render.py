@@ -176,7 +176,7 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
         renderer = open_renderer(
             name, volume, lighting, light, step, preintegrated=order.preintegrated
         )
-    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
+    inputs = order.inputs(tf)
     size = scene.image_size if scene else DEFAULT_SIZE
     raster = order.size or Raster(size, size)
     told: list[str] = []
@@ -249,7 +249,7 @@ def _path_drawer(
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
     tracer = PathTracer(volume, light, step)
     cleaning, release = cleaning_of(volume, light, order.denoise is not False)
-    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
+    inputs = order.inputs(tf)
     size = scene.image_size if scene else DEFAULT_SIZE
     raster = order.size or Raster(size, size)
     error = order.error or 0.0
@@ -321,7 +321,7 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
         tf = load_fitted(cast(Path, order.tf), scene.scalar_range, scene.scale)
     else:
         tf = default_transfer_function(volume)
-    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
+    inputs = order.inputs(tf)
     warn_outside(inputs, scene)
     from model.generator.generator import Generator
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cli.captions import range_text, view_text
+from app.cli.look import Look
 from model.rendering.raster import Raster
-from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
@@ -25,8 +25,8 @@ Background = tuple[int, int, int]
 """Red, green and blue, each 0..255."""
 
 
-@dataclass(frozen=True)
-class RenderOrder:
+@dataclass(frozen=True, kw_only=True)
+class RenderOrder(Look):
     """Options of the ``render`` command; see :func:`app.cli.image_commands.render`.
 
     Attributes
@@ -44,15 +44,12 @@ class RenderOrder:
     renderer: str
     volume: VolumeSource
     model: Path | None
-    view: View
     tf: Path | None
     lighting: Lighting | None
     samples: int | None
     error: float | None
     budget: float | None
     denoise: bool | None
-    light: LightDirection | None
-    crop: CropBox | None
     size: Raster | None
     brightness: float | None
     draws_missing: bool

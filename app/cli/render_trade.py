@@ -47,7 +47,7 @@ def traded_drawer(
             "--preintegrated out."
         )
     renderer = SettingRenderer(volume, lighting, light)
-    inputs = SceneInputs.of(order.view, tf, light=order.light, crop=order.crop)
+    inputs = order.inputs(tf)
     raster = order.size or Raster(size, size)
     taken: list[tuple[Prediction, float]] = []
 

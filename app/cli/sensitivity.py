@@ -200,7 +200,7 @@ def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> 
         kind = "blocks"
     return _Question(
         kind,  # type: ignore[arg-type]
-        SceneInputs.of(order.view, tf, crop=order.crop),
+        order.inputs(tf),
         order.region,
         edit,
         order.block,

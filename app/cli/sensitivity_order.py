@@ -7,16 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from app.cli.choices import SensitivityEngine
-from model.scene.crop import CropBox
+from app.cli.look import Look
 from model.scene.region import Region
 from model.scene.scene import Lighting
-from model.scene.view import View
 from model.sensitivity.measure import Measure
 from model.volume_files.source import VolumeSource
 
 
-@dataclass(frozen=True)
-class SensitivityOrder:
+@dataclass(frozen=True, kw_only=True)
+class SensitivityOrder(Look):
     """Options of the ``sensitivity`` command; see :func:`app.cli.image_commands.sensitivity`.
 
     Attributes
@@ -30,11 +29,9 @@ class SensitivityOrder:
     volume: VolumeSource
     model: Path | None
     engine: SensitivityEngine | None
-    view: View
     tf: Path | None
     size: int | None
     region: Region | None
-    crop: CropBox | None
     value: float | None
     block: int | None
     width: float | None
