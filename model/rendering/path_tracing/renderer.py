@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from model.rendering.noise import noise_of
 from model.rendering.path_tracing.estimate import Estimate, estimate_of
+from model.rendering.path_tracing.extinction import ExtinctionClassifier
 from model.rendering.path_tracing.paths import trace_rows
 from model.rendering.path_tracing.scattering import (
     Optics,
@@ -22,7 +23,7 @@ from model.rendering.path_tracing.scattering import (
     shares,
     single_scattering_albedo,
 )
-from model.rendering.path_tracing.tracking import CLEAREST, Medium
+from model.rendering.path_tracing.tracking import Medium
 from model.rendering.raster import Raster
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
@@ -40,7 +41,7 @@ from model.rendering.scalars import renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.volume import Volume
 
 SAMPLES = 64
@@ -150,7 +151,7 @@ class PathTracer:
         self._noise = noise_of(scalars)
         self._steepness = 1 / _typical_difference(scalars, hi - lo)
         self._cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
-        self._extinction = lru_cache(maxsize=4)(self._extinction_of)
+        self._extinctions = ExtinctionClassifier(self._cells, volume.scalar_range, sample_distance)
 
     @property
     def volume(self) -> Volume:
@@ -256,7 +257,7 @@ class PathTracer:
     ) -> bool:
         """Call a task for all rows, a few at a time; return False if it is no longer wanted."""
         rows, columns = raster.shape
-        per_task = max(PIXELS_PER_TASK // columns, 1)
+        per_task = rows_per_task(columns)
 
         def part(first: int) -> bool:
             if not wanted():
@@ -297,35 +298,21 @@ class PathTracer:
         volume = self._volume
         crop = inputs.crop or CropBox()
         last = np.array(volume.dimensions) - 1
-        extinctions, majorants, distances = self._extinction(inputs.opacity_tf)
+        extinction = self._extinctions.classified(inputs.opacity_tf)
         return Medium(
             self._voxels,
             volume.dimensions,
             self._scale,
             self._missing,
-            distances,
+            extinction.cells,
             self._cells.shape,
             SHIFT,
-            majorants,
-            extinctions,
+            extinction.majorants,
+            extinction.levels,
             tuple(map(np.float32, np.array(crop.low) * last)),
             tuple(map(np.float32, np.array(crop.high) * last)),
             tuple(np.float32(volume.voxel_size / s) for s in volume.spacing),
         )
-
-    def _extinction_of(
-        self, opacity_tf: OpacityTF
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int8]]:
-        """Extinction of levels, per voxel size, majorants of cells, and distances to visible ones.
-
-        It does not depend on the sample distance of a picture.
-        """
-        distance = self.sample_distance
-        opacity = opacity_table(opacity_tf, self._volume.scalar_range, distance)
-        extinction = -np.log1p(-np.minimum(opacity, 1 - CLEAREST)) / distance
-        in_bin = extinction[:LEVELS:LEVELS_PER_BIN]
-        majorants = self._cells.greatest(in_bin)
-        return extinction.astype(np.float32), majorants, self._cells.distances(_touched(in_bin))
 
     def _optics(self, inputs: SceneInputs) -> Optics:
         lamp, volume = self._lamp, self._volume
@@ -347,13 +334,9 @@ class PathTracer:
         )
 
 
-def _touched(values: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which bins are visible, or beside a visible one: values between both are, too."""
-    shown = values > 0
-    wide = shown.copy()
-    wide[1:] |= shown[:-1]
-    wide[:-1] |= shown[1:]
-    return wide
+def rows_per_task(columns: int) -> int:
+    """Rows of a raster that are traced between two questions whether it is still wanted."""
+    return max(PIXELS_PER_TASK // columns, 1)
 
 
 def _typical_difference(scalars: NDArray[Any], width: float) -> float:
