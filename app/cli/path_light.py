@@ -95,7 +95,7 @@ def study_networks(
     for loss in PATH_LIGHT_LOSSES:
         path = out / f"{loss}.safetensors"
         if not path.exists():
-            console.print(f"[bold]Loss {loss}[/bold]")
+            console.print(f"Loss {loss}:")
             train_network(folder, path, None, replace(training, loss=loss), None, device)
         card, networks[f"finished, trained by {loss}"] = load_path_light(path)
         if card.training.get("trained_minutes", 0) < training.minutes - 0.1:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
@@ -39,6 +42,8 @@ class ViewerState(ViewNavigation):
         The light; None for the scene's.
     crop_input : EditedInput of CropBox or None
         Part of the volume that is shown; None for all of it.
+    edited : dict of str to EditedInput
+        All inputs but view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
     """
 
     volumeStarting = Signal()
@@ -56,10 +61,14 @@ class ViewerState(ViewNavigation):
         )
         self.light_input = _EditedLight(None, "move light", self.edits, self)
         self.crop_input = _EditedCrop(None, "crop", self.edits, self)
+        self.edited: dict[str, EditedInput[Any]] = {
+            "light": self.light_input,
+            "crop": self.crop_input,
+        }
         self._default = EMPTY_TF
         self.viewChanged.connect(self.inputsChanged)
         self.viewChangeFinished.connect(self.inputsChangeFinished)
-        for each in (self.tf_input, self.light_input, self.crop_input):
+        for each in (self.tf_input, *self.edited.values()):
             each.changed.connect(self.inputsChanged)
             each.changeFinished.connect(self.inputsChangeFinished)
 
@@ -81,7 +90,8 @@ class ViewerState(ViewNavigation):
     @property
     def inputs(self) -> SceneInputs:
         """Current scene inputs of the images."""
-        return SceneInputs.of(self._view, self.transfer_function, light=self.light, crop=self.crop)
+        others = {name: each.value for name, each in self.edited.items()}
+        return SceneInputs.of(self._view, self.transfer_function, **others)
 
     @property
     def scalar_range(self) -> Range:
@@ -96,7 +106,7 @@ class ViewerState(ViewNavigation):
     @property
     def live(self) -> bool:
         """True during a drag of the view, the light, the crop box or the TF."""
-        edited = self.tf_input, self.light_input, self.crop_input
+        edited = self.tf_input, *self.edited.values()
         return self._view_moving or any(each.moving for each in edited)
 
     def start_light(self, light: LightDirection | None) -> None:
@@ -108,7 +118,7 @@ class ViewerState(ViewNavigation):
         self,
         default: TransferFunction,
         current: TransferFunction | None,
-        crop: CropBox | None = None,
+        others: Mapping[str, Any] = MappingProxyType({}),
     ) -> None:
         """Start editing another volume's TF, clearing the undo stack.
 
@@ -118,15 +128,18 @@ class ViewerState(ViewNavigation):
             TF that :meth:`reset_transfer_function` returns to.
         current : TransferFunction or None
             Initial TF, fitted to the scalar range; None for the default.
-        crop : CropBox or None
-            Part of the volume that is shown at first; None for all of it.
+        others : mapping of str
+            First values of other inputs, by name; None for those that are not named. The light
+            stays, see :meth:`start_light`.
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
         self._default = default
         if current is None or current.scale != default.scale:
             current = default
-        self.crop_input.start(crop)
+        for name, each in self.edited.items():
+            if each is not self.light_input:
+                each.start(others.get(name))
         self.tf_input.start(fit_to_range(current, default.scalar_range))
 
     @property

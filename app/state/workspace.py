@@ -260,7 +260,7 @@ class Workspace(QObject):
         ]
         self.news.emit(" ".join(filter(None, notes)))
         self._dispatcher.change(scale=opened.volume.scale)
-        volume, (view, crop) = opened.volume, self._looks.start(opened.fingerprint)
+        volume, (view, others) = opened.volume, self._looks.start(opened.fingerprint)
         up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
         self._state.start_view(
             volume.proportions,
@@ -274,7 +274,7 @@ class Workspace(QObject):
         self._preferences.note_volume(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, kept, crop)
+        self._state.start_volume(opened.default, kept, others)
         if self.reading.wanted.transfer_function is not None:
             self._keep()
         self.volumeStarted.emit()
