@@ -186,6 +186,28 @@ QStatusBar {{ color: {c.dim}; font-size: {SMALL_PIXELS}px; }}
 QStatusBar::item {{ border: none; }}
 QToolTip {{ background: {c.field}; color: {c.text}; border: 1px solid {c.line}; padding: 4px; }}
 QSplitter::handle {{ background: {c.line}; }}
+{_controls(c)}
+QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
+QGraphicsView[role="plots"][ringed="true"] {{ border-color: {c.change}; }}
+QLabel[role="title"] {{ font-weight: 600; }}
+QLabel[role="dim"] {{ color: {c.dim}; }}
+QLabel[role="on image"] {{
+    color: {ON_IMAGE.text}; background: {ON_IMAGE.window}; border-radius: 4px; padding: 0 8px;
+    font-size: {SMALL_PIXELS}px;
+}}
+QLabel[role="readout"] {{
+    background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 2px 6px;
+}}
+QFrame[role="panel"] {{ background: {c.panel}; }}
+QFrame[role="line"] {{ background: {c.line}; border: none; }}
+{_dock(c)}
+{_on_image(ON_IMAGE)}
+"""
+
+
+def _controls(c: Colors) -> str:
+    """Return the style of fields, buttons and boxes."""
+    return f"""
 QAbstractSpinBox, QLineEdit {{
     background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 3px 6px;
     selection-background-color: {c.change}; selection-color: {c.window};
@@ -234,21 +256,6 @@ QRadioButton::indicator {{
 }}
 QRadioButton::indicator:checked {{ background: {c.change}; border-color: {c.change}; }}
 QRadioButton:focus {{ color: {c.change}; }}
-QGraphicsView[role="plots"] {{ border: 1px solid transparent; border-radius: 4px; }}
-QGraphicsView[role="plots"][ringed="true"] {{ border-color: {c.change}; }}
-QLabel[role="title"] {{ font-weight: 600; }}
-QLabel[role="dim"] {{ color: {c.dim}; }}
-QLabel[role="on image"] {{
-    color: {ON_IMAGE.text}; background: {ON_IMAGE.window}; border-radius: 4px; padding: 0 8px;
-    font-size: {SMALL_PIXELS}px;
-}}
-QLabel[role="readout"] {{
-    background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 2px 6px;
-}}
-QFrame[role="panel"] {{ background: {c.panel}; }}
-QFrame[role="line"] {{ background: {c.line}; border: none; }}
-{_dock(c)}
-{_on_image(ON_IMAGE)}
 """
 
 

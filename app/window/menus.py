@@ -150,8 +150,34 @@ class Menus(QObject):
         self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
 
     def _build_view(self, menu: QMenu) -> None:
-        latent, controls = self._parts.latent, self._parts.controls
+        controls = self._parts.controls
         self._build_comparison(menu)
+        self._add_browsing(menu)
+        menu.addSeparator()
+        self._build_camera(menu)
+        menu.addSeparator()
+        controls.fill_light(menu.addMenu("&Light"))
+        controls.fill_size(menu.addMenu("&Size of the ground truth"))
+        controls.fill_drawing(menu.addMenu("Reference ren&derer"))
+        menu.addSeparator()
+        self._add_contents(menu)
+        self._add_overlays(menu)
+        menu.addSeparator()
+        editor = self._parts.editor
+        # Not remembered: whoever misses it finds it again at the next start.
+        editing = add_action(menu, "&TF editor", lambda: editor.setVisible(editor.isHidden()), "F9")
+        editing.setCheckable(True)
+        menu.aboutToShow.connect(lambda: editing.setChecked(not editor.isHidden()))
+        full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
+        full.setCheckable(True)
+        menu.addSeparator()
+        self._build_themes(menu.addMenu("&Theme"))
+        single = add_action(menu, "Single-&key shortcuts", self._single_keys.toggle)
+        single.setCheckable(True)
+        single.setChecked(self._single_keys.are_on)
+
+    def _add_browsing(self, menu: QMenu) -> None:
+        latent = self._parts.latent
         browse = add_action(
             menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown)
         )
@@ -170,14 +196,10 @@ class Menus(QObject):
         latent.choicesChanged.connect(lambda _choices: show_decoded())
         self._parts.workspace.modelChanged.connect(show_decoded)
         show_decoded()
-        menu.addSeparator()
-        self._build_camera(menu)
-        menu.addSeparator()
-        controls.fill_light(menu.addMenu("&Light"))
-        controls.fill_size(menu.addMenu("&Size of the ground truth"))
-        controls.fill_drawing(menu.addMenu("Reference ren&derer"))
-        menu.addSeparator()
-        crop, overlays = self._parts.crop, self._parts.overlays
+
+    def _add_contents(self, menu: QMenu) -> None:
+        """Add what of the volume is shown: a part of it, and missing voxels."""
+        crop = self._parts.crop
         cropping = add_action(menu, "&Crop", lambda: crop.set_shown(not crop.is_shown))
         cropping.setShortcuts([QKeySequence("K"), QKeySequence("Ctrl+K")])
         cropping.setCheckable(True)
@@ -197,6 +219,9 @@ class Menus(QObject):
         for changed in (workspace.volumeStarted, workspace.rangeChanged):
             changed.connect(show_missing)
         show_missing()
+
+    def _add_overlays(self, menu: QMenu) -> None:
+        overlays = self._parts.overlays
         cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
         scale_bar = add_action(menu, "&Scale bar", overlays.toggle_scale_bar, "Ctrl+Shift+L")
@@ -222,19 +247,6 @@ class Menus(QObject):
         self._parts.workspace.modelChanged.connect(show_overlays)
         overlays.changed.connect(show_overlays)
         show_overlays()
-        menu.addSeparator()
-        editor = self._parts.editor
-        # Not remembered: whoever misses it finds it again at the next start.
-        editing = add_action(menu, "&TF editor", lambda: editor.setVisible(editor.isHidden()), "F9")
-        editing.setCheckable(True)
-        menu.aboutToShow.connect(lambda: editing.setChecked(not editor.isHidden()))
-        full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
-        full.setCheckable(True)
-        menu.addSeparator()
-        self._build_themes(menu.addMenu("&Theme"))
-        single = add_action(menu, "Single-&key shortcuts", self._single_keys.toggle)
-        single.setCheckable(True)
-        single.setChecked(self._single_keys.are_on)
 
     def _build_comparison(self, menu: QMenu) -> None:
         """Add what is shown of the two images."""
