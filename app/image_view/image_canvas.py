@@ -7,11 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
+from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.controls import BY_KEYS
+from app.image_view.keyed_widget import KeyedWidget
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
@@ -38,13 +38,6 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
     painter.fillRect(line, QColor(theme.ON_IMAGE.change))
 
 
-def paint_ring(painter: QPainter, rect: QRect) -> None:
-    """Paint the ring of what has the keys inside a rectangle."""
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
-    painter.drawRect(rect.adjusted(1, 1, -1, -1))
-
-
 def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
     """Convert a rendering to an opaque image on black.
 
@@ -66,7 +59,7 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
     return QImage(levels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
 
 
-class ImageCanvas(QWidget):
+class ImageCanvas(KeyedWidget):
     """Shows an image as large as possible, a message over it, and how much of it is there.
 
     A message dims the image instead of replacing it, so that the last image stays
@@ -90,7 +83,6 @@ class ImageCanvas(QWidget):
         self._message_color = theme.ON_IMAGE.dim
         self._below_message: QWidget | None = None
         self._progress: float | None = None
-        self._is_ringed = False
         self._cover: QImage | None = None
         self._decorations: list[Decoration] = []
 
@@ -129,18 +121,6 @@ class ImageCanvas(QWidget):
         """Tell that images of another size would fill the canvas."""
         super().resizeEvent(event)
         self.resized.emit()
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show a ring around the image that keys have brought the focus to."""
-        self._is_ringed = event.reason() in BY_KEYS
-        self.update()
-        super().focusInEvent(event)
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Show no ring any more."""
-        self._is_ringed = False
-        self.update()
-        super().focusOutEvent(event)
 
     def place_of(self, position: QPointF) -> tuple[float, float]:
         """Return a position as fractions of the square in the middle, to the right and down."""
@@ -252,8 +232,7 @@ class ImageCanvas(QWidget):
             painter.drawText(column, place | flags, self._message)
         if self._progress is not None:
             paint_progress(painter, self.rect(), self._progress)
-        if self._is_ringed:
-            paint_ring(painter, self.rect())
+        self._paint_ring(painter)
         painter.end()
 
     def _image_rect(self, image: QImage) -> QRect:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
-    QFocusEvent,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -14,11 +13,11 @@ from PySide6.QtGui import (
     QPen,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
-from app.controls import BY_KEYS
-from app.image_view.image_canvas import LEAST_PROGRESS, paint_progress, paint_ring, to_qimage
+from app.image_view.image_canvas import LEAST_PROGRESS, paint_progress, to_qimage
+from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.interpolation import CELLS
@@ -26,16 +25,8 @@ from model.latent.interpolation import CELLS
 GAP = 3
 STALE_OPACITY = 0.45
 
-STEPS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, -1),
-    Qt.Key.Key_Down: (0, 1),
-}
-"""Cells to the right and down that an arrow key goes."""
 
-
-class CellGrid(QWidget):
+class CellGrid(KeyedWidget):
     """Shows the cells' pictures as large as possible, and how many samples each stands for."""
 
     chosen = Signal(int)
@@ -58,7 +49,6 @@ class CellGrid(QWidget):
         self._progress: float | None = None
         self._cell: int | None = None
         self._turned = 0.0
-        self._is_ringed = False
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Grid of pictures")
@@ -141,8 +131,7 @@ class CellGrid(QWidget):
         if self._progress is not None:
             whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
             paint_progress(painter, whole, max(self._progress, LEAST_PROGRESS))
-        if self._is_ringed:
-            paint_ring(painter, self.rect())
+        self._paint_ring(painter)
         painter.end()
 
     def _paint_count(self, painter: QPainter, rect: QRectF, count: int, drawn: bool) -> None:
@@ -187,8 +176,8 @@ class CellGrid(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go from cell to cell by arrow keys, take one by Enter, divide it by + and return by −."""
         key, cell = event.key(), self._cell
-        if key in STEPS:
-            right, down = STEPS[key]
+        if key in ARROWS:
+            right, down = ARROWS[key]
             row, column = divmod(cell or 0, CELLS)
             row, column = (
                 min(max(n + step, 0), CELLS - 1) for n, step in ((row, down), (column, right))
@@ -202,19 +191,6 @@ class CellGrid(QWidget):
             self.widened.emit()
         else:
             super().keyPressEvent(event)
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show a ring where keys have brought the focus."""
-        self._is_ringed = event.reason() in BY_KEYS
-        self.update()
-        super().focusInEvent(event)
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        """No cell is chosen by keys any more."""
-        self._is_ringed = False
-        self._hover(None)
-        self.update()
-        super().focusOutEvent(event)
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""

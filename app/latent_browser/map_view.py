@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
-    QFocusEvent,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -18,11 +17,10 @@ from PySide6.QtGui import (
     QResizeEvent,
     QWheelEvent,
 )
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
-from app.controls import BY_KEYS
-from app.image_view.image_canvas import paint_ring
+from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.latent_browser import map_marks as marks
 from app.latent_browser.brush_grips import Grip, cursor_of, dragged, grips_at
 from app.latent_browser.map_colors import Shades
@@ -46,18 +44,12 @@ CLICK_REACH = 4
 KEY_STEP = 12
 """Pixels that an arrow key goes."""
 
-ARROWS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, -1),
-    Qt.Key.Key_Down: (0, 1),
-}
 NEIGHBOURS = 8
 DENSITY_UNTIL = 1.3
 """Zoom up to which density contours are painted."""
 
 
-class MapView(QWidget):
+class MapView(KeyedWidget):
     """Shows the latent map; the mouse chooses places, cells and parts of it.
 
     Parameters
@@ -102,7 +94,6 @@ class MapView(QWidget):
         self._before: Brush = latent.brush
         self._lasso: list[Place] = []
         self.setMouseTracking(True)
-        self._is_ringed = False
         self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Map of TFs")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -210,8 +201,7 @@ class MapView(QWidget):
             else:
                 marks.paint_sample(painter, frame, latent.hover)
         marks.paint_legend(painter, frame, self._shades.legend)
-        if self._is_ringed:
-            paint_ring(painter, self.rect())
+        self._paint_ring(painter)
         if self._pictures.drawer.has_own_codes:
             marks.paint_singular_values(painter, frame, map_.samples.singular_values)
         elif self._note:
@@ -323,18 +313,6 @@ class MapView(QWidget):
             self._set_frame(self._frame.zoomed(1 / WHEEL_FACTOR, at))
         else:
             super().keyPressEvent(event)
-
-    def focusInEvent(self, event: QFocusEvent) -> None:
-        """Show a ring where keys have brought the focus."""
-        self._is_ringed = event.reason() in BY_KEYS
-        self.update()
-        super().focusInEvent(event)
-
-    def focusOutEvent(self, event: QFocusEvent) -> None:
-        """Show no ring any more."""
-        self._is_ringed = False
-        self.update()
-        super().focusOutEvent(event)
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""
