@@ -203,6 +203,20 @@ def path(
 
 
 @bench.command()
+def path_costs(
+    volume: options.VolumeFiles = None,
+    size: Annotated[
+        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+    ] = 1024,
+    json: options.JsonFile = None,
+) -> None:
+    """Time of one path-traced sample over opacity, bounces and processors."""
+    from app.cli.bench.path_costs import bench_path_costs
+
+    bench_path_costs(volume, size, json)
+
+
+@bench.command()
 def path_sensitivity(
     volume: options.VolumeFiles = None,
     size: Annotated[

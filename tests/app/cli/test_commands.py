@@ -395,6 +395,17 @@ def test_path_traced_pictures_are_measured_over_samples(raw_file: Path, tmp_path
         assert all(row["shown"] < 1.3 * row["traced"] for row in scene[1:])
 
 
+def test_costs_of_paths_are_measured(raw_file: Path, tmp_path: Path) -> None:
+    file = tmp_path / "costs.json"
+    assert run(f"bench path-costs --volume {raw_file} --size 16 --json {file}".split()) == 0
+    (rows,) = json.loads(file.read_text())["volumes"].values()
+    assert [row["opacity"] for row in rows[:5]] == [0.01, 0.1, 0.5, 1, 1]
+    assert [row["bounces"] for row in rows[3:8]] == [32, 1, 2, 8, 32]
+    shown = [row["shown"] for row in rows[:4]]
+    assert shown == sorted(shown) and 0 < shown[0] < 0.2 * shown[3]
+    assert all(row["seconds"] > 0 for row in rows)
+
+
 @pytest.mark.slow
 def test_backends_are_compared_on_a_model(
     trained: Path,
