@@ -32,15 +32,6 @@ NOTCHES: dict[int, int] = {Qt.Key.Key_Plus: 1, Qt.Key.Key_Equal: 1, Qt.Key.Key_M
 ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}
 """Clockwise turns of the image."""
 
-KEYS_HELP = (
-    ("Arrows", "turn by 5 degrees (with Shift by 1)"),
-    ("Ctrl and arrows", "move the picture"),
-    ("+ and −", "come closer, move away"),
-    ("Page up, page down", "roll"),
-    ("Home", "return to the first view"),
-)
-"""Keys and what they do, for a help text."""
-
 
 class ViewKeys(QObject):
     """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus.

@@ -38,7 +38,6 @@ class CompactDialog(QDialog):
     def __init__(self, count: int, nbytes: int, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setWindowTitle("Save compact volume")
-        self._nbytes = nbytes
         self.by_size, self.by_error = QRadioButton("&Size in MB"), QRadioButton("Image &error")
         self.size_box, self.error_box = NumberBox(), NumberBox()
         self.size_box.set_limits(count * 0.003 / 1e6, nbytes / 1e6)
