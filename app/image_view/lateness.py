@@ -7,10 +7,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.engines.client import EngineClient
 from app.engines.requests import Request
 from app.engines.states import EngineState
+from app.state.at_work import PATIENCE_MS
 from model.scene.inputs import SceneInputs
-
-LATE_MS = 500
-"""Time without an image after which the user is told that one is being drawn."""
 
 
 class Lateness(QObject):
@@ -29,7 +27,7 @@ class Lateness(QObject):
         super().__init__(parent)
         self._wanted: SceneInputs | None = None
         self._shown: SceneInputs | None = None
-        self._patience = QTimer(self, singleShot=True, interval=LATE_MS)
+        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(lambda: self.changed.emit(True))
         client.images.asked.connect(self._wait)
         client.stateChanged.connect(self._follow)

@@ -83,12 +83,9 @@ class OtherLightRow:
 
 
 def other_light_rows(
-    volume: Volume, scenes: Sequence[SceneInputs], size: int, truth: int
+    volume: Volume, scenes: Sequence[SceneInputs], size: int, exact: Sequence[Estimate]
 ) -> Iterator[OtherLightRow]:
     """Draw each scene in the ray caster's lights; see :func:`path_rows`."""
-    other = PathTracer(volume, seed=1)
-    exact = [deque(other.refine(inputs, size, truth), maxlen=1)[0] for inputs in scenes]
-    other.close()
     for lighting in RAYCAST_LIGHTS:
         renderer = RaycastRenderer(volume, lighting)
         renderer.render(scenes[0], size)
@@ -104,10 +101,24 @@ def other_light_rows(
         renderer.close()
 
 
+def exact_pictures(
+    volume: Volume, scenes: Sequence[SceneInputs], size: int, truth: int
+) -> list[Estimate]:
+    """Draw each scene with many samples to compare with, whose random numbers are others."""
+    tracer = PathTracer(volume, seed=1)
+    found = [deque(tracer.refine(inputs, size, truth), maxlen=1)[0] for inputs in scenes]
+    tracer.close()
+    return found
+
+
 def path_rows(
-    volume: Volume, scenes: Sequence[SceneInputs], size: int, samples: int, truth: int
+    volume: Volume,
+    scenes: Sequence[SceneInputs],
+    size: int,
+    samples: int,
+    exact: Sequence[Estimate],
 ) -> Iterator[PathRow]:
-    """Draw each scene with ever more samples, and with many others to compare with.
+    """Draw each scene with ever more samples.
 
     Parameters
     ----------
@@ -115,15 +126,14 @@ def path_rows(
         Width and height of the pictures in pixels.
     samples : int
         Most of a picture that is measured.
-    truth : int
-        Of the picture to compare with, whose random numbers are others.
+    exact : sequence of Estimate
+        To compare with, see :func:`exact_pictures`.
     """
-    tracer, other = PathTracer(volume), PathTracer(volume, seed=1)
+    tracer = PathTracer(volume)
     cleaning, release = cleaning_of(volume)
     # The first picture takes compilation and preparation.
     drawn(tracer, scenes[0], size, 2, cleaning=cleaning)
     for number, inputs in enumerate(scenes):
-        *_, exact = other.refine(inputs, size, truth)
         found = []
         begun = time.perf_counter()
         cleaner = cleaning(inputs, Raster.of(size)) if cleaning else None
@@ -134,10 +144,9 @@ def path_rows(
             told = None if math.isinf(picture.error) else picture.error
             alone = cleaned(estimate, Denoiser()) if cleaning else estimate.rgba
             images = estimate.rgba, alone, picture.rgba
-            traced, denoised, clean = (_rmse(image, exact) for image in images)
+            traced, denoised, clean = (_rmse(image, exact[number]) for image in images)
             yield PathRow(number, estimate.samples, seconds, traced, denoised, clean, told)
     tracer.close()
-    other.close()
     release()
 
 

@@ -14,7 +14,13 @@ from app.cli.bench.machine import print_machine
 from app.cli.console import console, print_table
 from app.cli.outputs import write_json
 from model.benchmarks.flicker import Draw, flicker
-from model.benchmarks.path_tracing import OtherLightRow, PathRow, other_light_rows, path_rows
+from model.benchmarks.path_tracing import (
+    OtherLightRow,
+    PathRow,
+    exact_pictures,
+    other_light_rows,
+    path_rows,
+)
 from model.generator.path_light_generator import cleaning_of
 from model.rendering.path_tracing.cleaning import Cleaning, denoiser
 from model.rendering.path_tracing.refinement import RefiningRenderer, drawn
@@ -55,11 +61,12 @@ def bench_path(
     for path in paths or shipped_volumes():
         volume, tf = first_picture(read_volume(path))
         scenes = [SceneInputs.of(view, tf, light=LightDirection()) for view in VIEWS]
-        rows = list(path_rows(volume, scenes, size, samples, truth))
+        exact = exact_pictures(volume, scenes, size, truth)
+        rows = list(path_rows(volume, scenes, size, samples, exact))
         found[volume.name] = [asdict(row) for row in rows]
         _print(f"{volume.name}, {size} x {size}, {len(scenes)} views", rows)
         if other_lights:
-            _print_lights(list(other_light_rows(volume, scenes, size, truth)))
+            _print_lights(list(other_light_rows(volume, scenes, size, exact)))
         if frames:
             _print_flicker(volume, scenes[0], frames, size, truth)
     if json_path is not None:

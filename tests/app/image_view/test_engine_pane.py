@@ -9,7 +9,7 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.client import Channel, EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.image_view.lateness import LATE_MS
+from app.state.at_work import PATIENCE_MS
 from app.state.brightness import Brightness
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, RenderError
@@ -60,12 +60,12 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
     assert pane.status != "drawing …"
     # A finer image of the same inputs: what is shown is right.
     pane.client.submit(make_request(2))
-    qtbot.wait(LATE_MS + 200)
+    qtbot.wait(PATIENCE_MS + 200)
     assert pane.status != "drawing …"
     turned = replace(make_request(3), inputs=replace(make_request(3).inputs, view=View(80.0)))
     pane.client.submit(turned)
     assert pane.status != "drawing …"
-    qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=LATE_MS + 1000)
+    qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=PATIENCE_MS + 1000)
     assert engine.gate is not None
     engine.gate.release(2)
     qtbot.waitUntil(lambda: red(pane) == 3)
@@ -74,7 +74,7 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
     gate = threading.Semaphore(0)
     pane.client.start(lambda: FakeEngine(gate=gate), "")
     pane.client.submit(replace(turned, sequence=4))
-    qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=LATE_MS + 1000)
+    qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=PATIENCE_MS + 1000)
     pane.client.fail("It failed.")
     assert pane.status != "drawing …"
     gate.release()
