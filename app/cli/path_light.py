@@ -40,10 +40,10 @@ def draw_pairs(
 
 
 def path_light_options(
-    minutes: float, width: int, seed: int, loss: PathLightLoss = "rms"
+    minutes: float, steps: int | None, width: int, seed: int, loss: PathLightLoss = "rms"
 ) -> PathLightOptions:
     """Return how networks are trained."""
-    return PathLightOptions(minutes, PathLightSize(width), seed=seed, loss=loss)
+    return PathLightOptions(minutes, PathLightSize(width), seed=seed, loss=loss, steps=steps)
 
 
 def train_network(
@@ -92,16 +92,17 @@ def study_networks(
 ) -> None:
     """Train a network by each loss, or what is missing of it, and compare all of them."""
     networks: dict[str, PathLightNetwork] = {}
+    budget = "minutes" if training.steps is None else "steps"
     for loss in PATH_LIGHT_LOSSES:
         path = out / f"{loss}.safetensors"
         if not path.exists():
             console.print(f"Loss {loss}:")
             train_network(folder, path, None, replace(training, loss=loss), None, device)
         card, networks[f"finished, trained by {loss}"] = load_path_light(path)
-        if card.training.get("trained_minutes", 0) < training.minutes - 0.1:
+        if card.training.get(budget) != getattr(training, budget):
             raise TrainingError(
-                f"{path}: this network has been trained for {card.training['trained_minutes']} "
-                "minutes; give as many, or another folder."
+                f"{path}: this network is trained with another budget; give the same, or choose "
+                "another folder."
             )
     _compare(networks, held_out, folder, device, out / "study.json")
 

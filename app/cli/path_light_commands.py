@@ -11,6 +11,15 @@ from app.cli import options
 from model.networks.names import PathLightLoss
 
 Minutes = Annotated[float, typer.Option("--minutes", min=0.01, help="Of training of each network.")]
+Steps = Annotated[
+    int | None,
+    typer.Option(
+        "--steps",
+        min=1,
+        help="Of training of each network, in place of minutes: networks with as many can be "
+        "compared, however busy the machine was.",
+    ),
+]
 Width = Annotated[int, typer.Option("--width", min=4, max=512, help="Channels of the first level.")]
 
 light = typer.Typer(
@@ -55,6 +64,7 @@ def train(
         typer.Option("--held-out", metavar="PAIRS", help="Pairs that errors are measured on."),
     ] = None,
     minutes: Minutes = 30.0,
+    steps: Steps = None,
     width: Width = 40,
     start_from: Annotated[
         Path | None,
@@ -78,7 +88,7 @@ def train(
     """Train the network on pairs; one that was stopped goes on."""
     from app.cli.path_light import path_light_options, train_network
 
-    training = path_light_options(minutes, width, seed, loss)
+    training = path_light_options(minutes, steps, width, seed, loss)
     train_network(folder, out, held_out, training, start_from, device)
 
 
@@ -117,6 +127,7 @@ def study(
         Path, typer.Option("--out", metavar="FOLDER", help="What is there already stays.")
     ],
     minutes: Minutes = 30.0,
+    steps: Steps = None,
     width: Width = 40,
     device: options.DeviceName = "auto",
     seed: options.Seed = 0,
@@ -124,4 +135,4 @@ def study(
     """Train the network by each loss, and compare all with what could be shown in their place."""
     from app.cli.path_light import path_light_options, study_networks
 
-    study_networks(folder, held_out, out, path_light_options(minutes, width, seed), device)
+    study_networks(folder, held_out, out, path_light_options(minutes, steps, width, seed), device)

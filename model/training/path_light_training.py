@@ -55,6 +55,9 @@ class PathLightOptions:
         Decay of the weights' moving average.
     seed : int
     loss : PathLightLoss
+    steps : int or None
+        Of training in place of minutes, those of earlier runs included: networks with as many can
+        be compared, however busy the machine was.
     """
 
     minutes: float
@@ -64,6 +67,7 @@ class PathLightOptions:
     averaging: float = 0.998
     seed: int = 0
     loss: PathLightLoss = "rms"
+    steps: int | None = None
 
 
 @dataclass(frozen=True)
@@ -153,7 +157,7 @@ class PathLightTrainer:
             When the loss is no longer finite, or a checkpoint cannot be written.
         """
         losses: list[Tensor] = []
-        while self.seconds < 60 * self._options.minutes:
+        while self._part < 1:
             begun = time.perf_counter()
             losses.append(self._step())
             self.seconds += time.perf_counter() - begun
@@ -209,11 +213,19 @@ class PathLightTrainer:
         except (OSError, RuntimeError) as error:
             raise CheckpointError(f"{path}: the training cannot be kept ({error}).") from error
 
+    @property
+    def _part(self) -> float:
+        """Part of the training that is done, 0 to 1."""
+        options = self._options
+        if options.steps is not None:
+            return min(self.steps / options.steps, 1.0)
+        return min(self.seconds / (60 * options.minutes), 1.0)
+
     def _step(self) -> Tensor:
         options = self._options
         rng = np.random.default_rng([options.seed, self.steps])
-        part = min(self.seconds / (60 * options.minutes), 1.0)
-        rate = options.learning_rate * (0.01 + 0.99 * (0.5 + 0.5 * math.cos(math.pi * part)))
+        cosine = 0.5 + 0.5 * math.cos(math.pi * self._part)
+        rate = options.learning_rate * (0.01 + 0.99 * cosine)
         for group in self._optimizer.param_groups:
             # The first steps are smaller, before Adam knows how long they should be.
             group["lr"] = rate * min(1.0, (self.steps + 1) / 100)

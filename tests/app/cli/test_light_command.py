@@ -32,7 +32,7 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_study_has_a_row_for_each_loss_and_for_what_could_be_shown_instead(
     pairs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    study = f"light study {pairs} --held-out {pairs} --out {tmp_path} --minutes 0.01 --width 4"
+    study = f"light study {pairs} --held-out {pairs} --out {tmp_path} --steps 3 --width 4"
     assert run(study.split()) == 0
     rows = json.loads((tmp_path / "study.json").read_text())["rmse"]
     trained = [f"finished, trained by {loss}" for loss in PATH_LIGHT_LOSSES]
@@ -40,13 +40,13 @@ def test_a_study_has_a_row_for_each_loss_and_for_what_could_be_shown_instead(
     assert list(rows) == [*others, "denoised", *trained]
     for loss in PATH_LIGHT_LOSSES:
         card, _ = load_path_light(tmp_path / f"{loss}.safetensors")
-        assert card.training["loss"] == loss
+        assert (card.training["loss"], card.training["steps"]) == (loss, 3)
     # What was trained is not trained again, and nothing of another budget is compared.
     kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.safetensors")}
     assert run(study.split()) == 0
     assert kept == {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.safetensors")}
     capsys.readouterr()
-    assert run(study.replace("0.01", "5").split()) != 0
+    assert run(study.replace("--steps 3", "--steps 5").split()) != 0
     assert "another folder" in " ".join(capsys.readouterr().err.split())
 
 
