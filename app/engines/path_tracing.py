@@ -13,7 +13,7 @@ from app.engines.renderer_engine import TILE, RendererEngine
 from app.engines.requests import UNWATCHED, Array, ImageRequest, PictureRequest, Watch
 from model.rendering.path_tracing.coarse_light import SIDE
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
-from model.rendering.path_tracing.renderer import rows_per_task
+from model.rendering.path_tracing.renderer import questions
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
@@ -144,9 +144,7 @@ class _Counting:
         self, watch: Watch, begun: float, share: float, tile: Raster, samples: int
     ) -> None:
         self._watch, self._begun = watch, begun
-        tasks = math.ceil(tile.rows / rows_per_task(tile.columns))
-        # What the ray caster sees, and the samples.
-        self._part = share / (tasks * (1 + samples))
+        self._part = share / questions(tile, samples)
         self._asked = 0
 
     def __call__(self) -> bool:

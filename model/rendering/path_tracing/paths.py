@@ -53,11 +53,11 @@ def trace_rows(
     opacity: Any,
     place: Any,
     rows: Any,
-    sample: int,
+    samples: Any,
     seed: int,
     sums: Any,
 ) -> None:
-    """Add one sample to each pixel of some rows.
+    """Add some samples to each pixel of some rows.
 
     Parameters
     ----------
@@ -79,59 +79,98 @@ def trace_rows(
         Column and row of the first pixel in the whole picture, and the picture's width.
     rows : tuple of int
         First row, and the row after the last.
-    sample : int
-        Number of the sample. Even and odd ones have random numbers of their own, so that their
-        sums are independent.
+    samples : tuple of int
+        Number of the first sample, and of the one after the last. Even and odd ones have random
+        numbers of their own, so that their sums are independent.
     seed : int
     sums : ndarray of float32, shape (2, rows, columns, 3)
         Input and output: sums of the even and of the odd samples.
     """
     columns = opacity.shape[1]
     levels, staging, _ = stack_batch(medium.voxels)
-    half, index = sample & 1, sample >> 1
+    count = samples[1] - samples[0]
+    targets, order = np.empty(count, np.float32), np.empty(count, np.int32)
+    hits, places = np.empty(count, np.int32), np.empty(count, np.float32)
     for row in range(rows[0], rows[1]):
         for column in range(columns):
             a = opacity[row, column, 0]
             if a < LEAST:
                 continue
             number = (place[1] + row) * place[2] + place[0] + column
-            pixel = joined(joined(seed * 2 + half, number & 0xFFFFFFFF), number >> 32)
+            for n in range(count):
+                sample = samples[0] + n
+                pixel = _stream(seed, number, sample)
+                _insert(targets, order, n, ONE - spread(pixel, sample >> 1, 0) * a)
             ray, _ = make_ray(camera, step, column, row, columns)
-            target = ONE - spread(pixel, index, 0) * a
-            level, t = _collide(medium, alphas, ray, target, levels, staging)
-            if level < 0:
-                continue
-            r, g, b = _radiance(
-                medium, alphas, surfaces, media, optics, pixel, index, level,
-                (ray.start[0] + t * ray.step[0]),
-                (ray.start[1] + t * ray.step[1]),
-                (ray.start[2] + t * ray.step[2]),
-                (
-                    np.float32(ray.step[0] / (optics.slope[0] * step)),
-                    np.float32(ray.step[1] / (optics.slope[1] * step)),
-                    np.float32(ray.step[2] / (optics.slope[2] * step)),
-                ),
-            )  # fmt: skip
-            sums[half, row, column, 0] += a * r
-            sums[half, row, column, 1] += a * g
-            sums[half, row, column, 2] += a * b
+            _collide(medium, alphas, ray, targets, order, levels, staging, hits, places)
+            for n in range(count):
+                sample, t = samples[0] + n, places[n]
+                if hits[n] < 0:
+                    continue
+                r, g, b = _radiance(
+                    medium, alphas, surfaces, media, optics,
+                    _stream(seed, number, sample), sample >> 1, hits[n],
+                    (ray.start[0] + t * ray.step[0]),
+                    (ray.start[1] + t * ray.step[1]),
+                    (ray.start[2] + t * ray.step[2]),
+                    (
+                        np.float32(ray.step[0] / (optics.slope[0] * step)),
+                        np.float32(ray.step[1] / (optics.slope[1] * step)),
+                        np.float32(ray.step[2] / (optics.slope[2] * step)),
+                    ),
+                )  # fmt: skip
+                sums[sample & 1, row, column, 0] += a * r
+                sums[sample & 1, row, column, 1] += a * g
+                sums[sample & 1, row, column, 2] += a * b
 
 
 @inlined
-def _collide(medium: Any, alphas: Any, ray: Any, target: Any, levels: Any, staging: Any) -> Any:
-    """Return where the transmittance along a view ray falls to a target: the level, and the place.
+def _stream(seed: int, number: int, sample: int) -> Any:
+    """Return the stream of random numbers of a pixel's even, or odd, samples."""
+    half = sample & 1
+    return joined(joined(seed * 2 + half, number & 0xFFFFFFFF), number >> 32)
 
-    Within the step that belongs to a sample, the extinction is the sample's.
 
-    Returns
-    -------
-    level : int
-        Of the sample; -1 where all is transparent.
-    t : float32
-        In steps behind the first sample.
+@inlined
+def _insert(targets: Any, order: Any, n: int, target: Any) -> None:
+    """Insert the target of the n-th sample among those before it, the greatest first."""
+    place = n
+    while place > 0 and targets[place - 1] < target:
+        targets[place], order[place] = targets[place - 1], order[place - 1]
+        place -= 1
+    targets[place], order[place] = target, n
+
+
+@inlined
+def _collide(
+    medium: Any,
+    alphas: Any,
+    ray: Any,
+    targets: Any,
+    order: Any,
+    levels: Any,
+    staging: Any,
+    hits: Any,
+    places: Any,
+) -> None:
+    """Find where the transmittance along a view ray falls to each of some targets.
+
+    Within the step that belongs to a sample of the ray, the extinction is that sample's.
+
+    Parameters
+    ----------
+    targets : ndarray of float32, shape (n,)
+        The greatest first.
+    order : ndarray of int32, shape (n,)
+        Where the answers of each belong.
+    hits : ndarray of int32, shape (n,)
+        Output: level of the sample; -1 where all is transparent.
+    places : ndarray of float32, shape (n,)
+        Output: in steps behind the first sample of the ray.
     """
     through = ONE
     last_level, last_t = np.int32(-1), ZERO
+    found = 0
     k = 0
     while k < ray.count:
         behind = skip_empty(ray, k, medium.distances, medium.cell_shape, medium.shift)
@@ -148,13 +187,19 @@ def _collide(medium: Any, alphas: Any, ray: Any, target: Any, levels: Any, stagi
             length = ray.rest if k + m == ray.count - 1 else ONE
             left = through * (clear if length == ONE else clear**length)
             begin = np.float32(k + m) - ONE
-            if left <= target:
-                share = math.log(target / through) / math.log(max(clear, CLEAREST))
-                return level, begin + np.float32(min(max(share, 0.0), length))
+            while left <= targets[found]:
+                share = math.log(targets[found] / through) / math.log(max(clear, CLEAREST))
+                hits[order[found]] = level
+                places[order[found]] = begin + np.float32(min(max(share, 0.0), length))
+                found += 1
+                if found == len(targets):
+                    return
             through = left
             last_level, last_t = level, begin + length
         k += len(levels)
-    return last_level, last_t
+    # Rounding: what all samples let through is a little more than the target.
+    for n in range(found, len(targets)):
+        hits[order[n]], places[order[n]] = last_level, last_t
 
 
 @inlined

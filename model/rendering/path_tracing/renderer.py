@@ -47,8 +47,11 @@ from model.scene.volume import Volume
 SAMPLES = 64
 """Samples of each pixel where nobody says how many."""
 
-PIXELS_PER_TASK = 1024
+PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 """So that a pass ends soon after it is no longer wanted."""
+
+MOST_TOGETHER = 8
+"""Samples of a pixel that are traced at once, as one walk along the view ray serves all of them."""
 
 NOISE = 3.0
 """Gradient, in standard deviations of the voxels' noise, that is a surface in half of all cases."""
@@ -215,14 +218,14 @@ class PathTracer:
         trace: Any = trace_rows
         place = raster.left, raster.top, raster.width
         sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
-        for done in range(1, samples + 1):
-            number = done - 1
+        for part in _passes(samples, raster.columns):
 
-            def task(rows: tuple[int, int], number: int = number) -> None:
-                trace(*traced, place, rows, number, self._seed, sums)
+            def task(rows: tuple[int, int], part: tuple[int, int] = part) -> None:
+                trace(*traced, place, rows, part, self._seed, sums)
 
-            if not self._run(task, raster, wanted):
+            if not self._run(task, raster, wanted, part[1] - part[0]):
                 return
+            done = part[1]
             if done & (done - 1) == 0 or done == samples:
                 yield estimate_of(sums, unlit, done)
 
@@ -253,11 +256,15 @@ class PathTracer:
         self._executor.shutdown()
 
     def _run(
-        self, task: Callable[[tuple[int, int]], None], raster: Raster, wanted: Callable[[], bool]
+        self,
+        task: Callable[[tuple[int, int]], None],
+        raster: Raster,
+        wanted: Callable[[], bool],
+        together: int = 1,
     ) -> bool:
         """Call a task for all rows, a few at a time; return False if it is no longer wanted."""
         rows, columns = raster.shape
-        per_task = rows_per_task(columns)
+        per_task = _rows_per_task(columns, together)
 
         def part(first: int) -> bool:
             if not wanted():
@@ -334,9 +341,31 @@ class PathTracer:
         )
 
 
-def rows_per_task(columns: int) -> int:
-    """Rows of a raster that are traced between two questions whether it is still wanted."""
-    return max(PIXELS_PER_TASK // columns, 1)
+def questions(raster: Raster, samples: int) -> int:
+    """Count how often :meth:`PathTracer.refine` asks whether a picture is still wanted."""
+    passes = [1, *(end - first for first, end in _passes(samples, raster.columns))]
+    per_task = (_rows_per_task(raster.columns, together) for together in passes)
+    return sum(math.ceil(raster.rows / rows) for rows in per_task)
+
+
+def _rows_per_task(columns: int, together: int) -> int:
+    """Rows of which so many samples together are traced between two questions."""
+    return max(min(PIXELS_PER_TASK // columns, PATHS_PER_TASK // (columns * together)), 1)
+
+
+def _passes(samples: int, columns: int) -> Iterator[tuple[int, int]]:
+    """Yield the samples that are traced together: first, and the one after the last.
+
+    A pass ends at each power of two, after which a picture is shown.
+    """
+    done, shown = 0, 1
+    most = min(max(PATHS_PER_TASK // columns, 1), MOST_TOGETHER)
+    while done < samples:
+        end = min(done + most, shown, samples)
+        yield done, end
+        done = end
+        if done == shown:
+            shown *= 2
 
 
 def _typical_difference(scalars: NDArray[Any], width: float) -> float:
