@@ -48,7 +48,10 @@ def collide(medium, alphas, camera, step, size, target):
     """Collide along the ray through the middle of an image."""
     levels, staging, _ = stack_batch(medium.voxels)
     ray, _ = make_ray(camera, step, size // 2, size // 2, size)
-    return _collide(medium, alphas, ray, target, levels, staging)
+    targets, order = np.full(1, target, np.float32), np.zeros(1, np.int32)
+    hits, places = np.empty(1, np.int32), np.empty(1, np.float32)
+    _collide(medium, alphas, ray, targets, order, levels, staging, hits, places)
+    return hits[0], places[0]
 
 
 @numba.njit

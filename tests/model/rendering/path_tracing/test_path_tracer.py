@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from model.rendering.path_tracing.renderer import Lamp, PathTracer
+from model.rendering.path_tracing import renderer
+from model.rendering.path_tracing.renderer import Lamp, PathTracer, questions
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
@@ -267,6 +268,24 @@ def test_pictures_do_not_depend_on_threads_tiles_or_edits_without_effect():
     np.testing.assert_allclose(part, image[9:26, 11:24], atol=1e-5)
     other = traced(volume, inputs, Raster(40, 30), 3, seed=1)
     assert np.abs(other - image)[..., :3].max() > 0.05
+
+
+def test_samples_traced_together_are_those_traced_one_by_one(monkeypatch):
+    volume = balls("uint8")
+    inputs = seen(volume)
+    image = traced(volume, inputs, Raster(40, 30), 13)
+    monkeypatch.setattr(renderer, "MOST_TOGETHER", 1)
+    np.testing.assert_array_equal(traced(volume, inputs, Raster(40, 30), 13), image)
+
+
+@pytest.mark.parametrize("samples", [1, 6, 37])
+def test_it_asks_as_often_as_it_says(samples):
+    volume, asked = balls("uint8"), []
+    tracer, raster = PathTracer(volume), Raster(300, 40)
+    for _ in tracer.refine(seen(volume), raster, samples, lambda: not asked.append(1)):
+        pass
+    tracer.close()
+    assert len(asked) == questions(raster, samples)
 
 
 def test_the_same_random_numbers_while_a_tf_is_edited():
