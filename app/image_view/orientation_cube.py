@@ -16,6 +16,7 @@ from PySide6.QtGui import (
     QPen,
     QPolygonF,
     QRegion,
+    QShowEvent,
     QTransform,
 )
 from PySide6.QtWidgets import QWidget
@@ -129,6 +130,11 @@ class OrientationCube(QWidget):
                 return face.name
         return ""
 
+    def showEvent(self, event: QShowEvent) -> None:
+        """Show the view that there is by now."""
+        self._follow()
+        super().showEvent(event)
+
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Stay in the parent's corner."""
         if event.type() == QEvent.Type.Resize and watched is self.parent():
@@ -200,7 +206,9 @@ class OrientationCube(QWidget):
         painter.end()
 
     def _follow(self) -> None:
-        """Show the state's view."""
+        """Show the state's view, unless it lies over the other image."""
+        if self.isHidden():
+            return
         state = self._state
         self._faces = _visible(faces(state.up_axis, state.front_axis), self.labels, state)
         shape = QRegion()

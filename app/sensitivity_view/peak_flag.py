@@ -28,12 +28,16 @@ class PeakFlag(QToolButton):
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.say("", "")
 
-    def say(self, effect: str, name: str) -> None:
-        """Show what the edit does; the name says it in words."""
-        self.setText(f"{self.number}  {effect}".rstrip())
+    def say(self, effect: str, name: str) -> bool:
+        """Show what the edit does; the name says it in words. Return whether that is news."""
+        text = f"{self.number}  {effect}".rstrip()
+        if (text, name) == (self.text(), self.accessibleName()):
+            return False
+        self.setText(text)
         self.setAccessibleName(name)
         self.setToolTip(f"{name}\nClick to add a mode here".lstrip())
         self.adjustSize()
+        return True
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Make the edit by Enter."""

@@ -184,9 +184,13 @@ class ResponseLayer(QObject):
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write on each flag what its edit does, and name it by that in words."""
-        for flag, (effect, name) in zip(self.flags, effects, strict=False):
+        said = [
             flag.say(effect, name)
-        self._place_flags()
+            for flag, (effect, name) in zip(self.flags, effects, strict=False)
+        ]
+        # The plot is not painted anew with every view of a drag.
+        if any(said):
+            self._place_flags()
 
     def _take_waiting(self) -> None:
         if self._waiting is None:
