@@ -308,7 +308,11 @@ class LatentSession(QObject):
             self.problem.emit(problem)
 
     def _start_map(self) -> None:
-        assert self.space is not None
+        assert self.space is not None and self.map is not None
+        length = self.map.codes.shape[1]
+        if any(len(step.code) != length for step in self._latent.trail.steps):
+            # A session that somebody has edited.
+            self._latent.clear_trail()
         self._latent.start_map(self.space.name, self._place_of, self._place_of_code)
 
     def _place_of_code(self, code: tuple[float, ...]) -> tuple[float, float]:

@@ -309,11 +309,14 @@ def test_the_trail_comes_back_with_the_volume(qtbot: QtBot, window: MainWindow) 
     assert latent.trail.space == trail.space
     found = np.array([step.place for step in latent.trail.steps])
     np.testing.assert_allclose(found, [step.place for step in trail.steps], atol=1e-3)
-    # Codes of another codec say nothing about this map.
-    latent.set_trail(replace(trail, space="another"))
-    window.workspace.latent.session.reset()
-    qtbot.waitUntil(lambda: session.map is not None)
-    assert latent.trail.steps == ()
+    # Codes of another codec, or of another length, say nothing about this map.
+    step = trail.steps[0]
+    longer = replace(trail, steps=(replace(step, code=(*step.code, 0.5)),))
+    for strange in (replace(trail, space="another"), longer):
+        latent.set_trail(strange)
+        session.reset()
+        qtbot.waitUntil(lambda: session.map is not None)
+        assert latent.trail.steps == ()
 
 
 def test_pictures_follow_the_view_and_are_marked_until_then(
