@@ -138,14 +138,7 @@ def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
 
 def _volume_drawer(order: RenderOrder) -> Drawer:
     scene = load_card(order.model).scene if order.model else None
-    if order.lighting is not None:
-        lighting = order.lighting
-        light = None if lighting == "none" else LightDirection()
-    else:
-        lighting = scene.lighting if scene else "none"
-        light = scene.light if scene else None
-    if order.light is not None and lighting == "none":
-        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+    lighting, light = _lighting_of(order, scene)
     chosen = order.volume.is_placed
     volume = order.volume.read() if scene is None or chosen else volume_of(scene, order.volume)
     if order.fingerprint and volume.fingerprint != order.fingerprint:
@@ -197,6 +190,19 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
     return Drawer(
         draw, inputs, volume, volume.name, lighting, light, drawn_by, raster, renderer.close
     )
+
+
+def _lighting_of(order: RenderOrder, scene: Scene | None) -> tuple[Lighting, LightDirection | None]:
+    """Return the order's lighting, or that of a model's scene, and the light's usual direction."""
+    if order.lighting is not None:
+        lighting = order.lighting
+        light = None if lighting == "none" else LightDirection()
+    else:
+        lighting = scene.lighting if scene else "none"
+        light = scene.light if scene else None
+    if order.light is not None and lighting == "none":
+        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+    return lighting, light
 
 
 def _other_distance(distance: float, lighting: Lighting) -> float:
@@ -284,24 +290,7 @@ def _path_drawer(
 
 
 def _generator_drawer(order: RenderOrder) -> Drawer:
-    if order.paths_are_asked_for:
-        raise RenderError(
-            "Samples and denoising are the path tracer's; leave them out, or choose its light."
-        )
-    if order.is_traded:
-        raise RenderError(
-            "A model has one time and one error; leave --budget-ms and --error out, or give "
-            "--renderer raycast."
-        )
-    if order.preintegrated:
-        raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
-    if order.sample_distance is not None:
-        raise RenderError(
-            "A model's images have no samples along rays; leave --sample-distance out, or give "
-            "--renderer raycast or vtk."
-        )
-    if order.volume.is_placed:
-        raise RenderError(MODEL_RANGE)
+    _refuse_for_a_model(order)
     folder = order.model or model_folder(None, order.volume.read())
     scene = load_card(folder).scene
     if order.lighting is not None and order.lighting != scene.lighting:
@@ -355,6 +344,28 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
         raster,
         lambda: None,
     )
+
+
+def _refuse_for_a_model(order: RenderOrder) -> None:
+    """Refuse what only renderers have."""
+    if order.paths_are_asked_for:
+        raise RenderError(
+            "Samples and denoising are the path tracer's; leave them out, or choose its light."
+        )
+    if order.is_traded:
+        raise RenderError(
+            "A model has one time and one error; leave --budget-ms and --error out, or give "
+            "--renderer raycast."
+        )
+    if order.preintegrated:
+        raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
+    if order.sample_distance is not None:
+        raise RenderError(
+            "A model's images have no samples along rays; leave --sample-distance out, or give "
+            "--renderer raycast or vtk."
+        )
+    if order.volume.is_placed:
+        raise RenderError(MODEL_RANGE)
 
 
 def model_folder(model: Path | None, volume: Volume) -> Path:

@@ -108,11 +108,7 @@ class FindingsPanel(QFrame):
         for rows in (self.value_rows, self.edit_rows):
             for row in rows:
                 row.set_siblings(rows)
-        self.height_box = NumberBox(is_short=True)
-        self.height_box.setFixedSize(44, 22)
-        self.height_box.setAccessibleName("Opacity of the edits")
-        self.height_box.show_value(sensitivity.choices.height)
-        self.height_box.setToolTip("Opacity of the modes whose effect is listed")
+        self.height_box = _height_box(sensitivity.choices.height)
         self._edits_title = ""
         self._is_low = False
         self.mixed_gloss = QLabel(gloss("Mixed"))
@@ -374,3 +370,13 @@ def _row_button(text: str, width: int, tip: str) -> QToolButton:
     # After a click, keys such as W are the window's again.
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
+
+
+def _height_box(height: float) -> NumberBox:
+    """Return the box with the opacity of modes whose effect is listed."""
+    box = NumberBox(is_short=True)
+    box.setFixedSize(44, 22)
+    box.setAccessibleName("Opacity of the edits")
+    box.show_value(height)
+    box.setToolTip("Opacity of the modes whose effect is listed")
+    return box

@@ -147,23 +147,27 @@ class VtkRenderer:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_table_mapping(texture_range, tf_range)
             )
-        self._renderer.AutomaticLightCreationOff()
         self._light = light or LightDirection()
         self._lamp = _camera_light()
+        self._light_up(actor, lighting, texture_range[1] - texture_range[0])
+        self._counts_iterations = lighting == "shadows" and bool(software_name())
+        self._window = offscreen_window()
+        self._window.AddRenderer(self._renderer)
+
+    def _light_up(self, actor: vtkVolume, lighting: Lighting, width: float) -> None:
+        """Have the lamp shine on a volume whose texture has a range of some width."""
+        self._renderer.AutomaticLightCreationOff()
         if lighting != "none":
             self._renderer.AddLight(self._lamp)
             actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
-            noise = noise_of(self._scalars) / (texture_range[1] - texture_range[0])
+            noise = noise_of(self._scalars) / width
             actor.GetShaderProperty().AddFragmentShaderReplacement(
-                *_solid_lighting(volume, NOISE * noise)
+                *_solid_lighting(self._volume, NOISE * noise)
             )
         if lighting == "shadows":
             self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
             self._mapper.SetGlobalIlluminationReach(SHADOW_REACH)
             actor.GetShaderProperty().AddFragmentShaderReplacement(*_SOME_SAMPLES)
-        self._counts_iterations = lighting == "shadows" and bool(software_name())
-        self._window = offscreen_window()
-        self._window.AddRenderer(self._renderer)
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None

@@ -106,17 +106,7 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
             f"a MetaImage of {len(sizes)} dimensions",
             "save one volume of it, with three dimensions or four",
         )
-    check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, channels[0])
-
-    shape = tuple(sizes[::-1]) + ((channels[0],) if channels[0] > 1 else ())
-    block = _block(header, shape, dtype)
-    listed: tuple[Content, ...] = ()
-    if len(sizes) == 4:
-        names = [str(k) for k in range(max(sizes[3], 0))]
-        time = chosen_index(path, "time", names, choice.time)
-        listed = contents("time", names, sizes[:3], dtype, time)
-        block = part_of(block, time)
-    values = read_block(block)
+    values, listed = _values(header, sizes, channels[0], dtype, choice)
     axes = len(sizes)
     steps = _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
     spacing, notes = usable_spacing(steps)
@@ -152,6 +142,24 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
             listed,
         ),
     )
+
+
+def _values(
+    header: _Header, sizes: list[int], channels: int, dtype: np.dtype[np.generic], choice: Choice
+) -> tuple[NDArray[np.generic], tuple[Content, ...]]:
+    """Read the voxels, channels last, and list the time steps that the file holds."""
+    path = header.path
+    check_grid(path, sizes[:3] if len(sizes) == 4 else sizes, dtype, channels)
+    shape = tuple(sizes[::-1]) + ((channels,) if channels > 1 else ())
+    block = _block(header, shape, dtype)
+    listed: tuple[Content, ...] = ()
+    if len(sizes) == 4:
+        names = [str(k) for k in range(max(sizes[3], 0))]
+        time = chosen_index(path, "time", names, choice.time)
+        listed = contents("time", names, sizes[:3], dtype, time)
+        block = part_of(block, time)
+    values = read_block(block)
+    return values, listed
 
 
 def _labels(header: _Header, directions: NDArray[np.float64] | None) -> tuple[str, ...]:

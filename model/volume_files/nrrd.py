@@ -121,25 +121,7 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     component_axis = _component_axis(header, sizes)
     grid_axes = [axis for axis in range(len(sizes)) if axis != component_axis]
     dtype = _dtype(header)
-    components = 1 if component_axis is None else sizes[component_axis]
-    dimensions = [sizes[axis] for axis in grid_axes]
-    listed: tuple[Content, ...] = ()
-    block = _block(header, sizes, dtype)
-    if component_axis is not None and _is_time(header, sizes, component_axis):
-        names = [str(k) for k in range(max(components, 0))]
-        time = chosen_index(path, "time", names, choice.time)
-        listed = contents("time", names, dimensions, dtype, time)
-        is_last = component_axis == len(sizes) - 1
-        check_grid(path, dimensions, dtype, 1 if is_last else components)
-        values = read_block(part_of(block, time) if is_last else block)
-        if not is_last:
-            values = np.take(values, [time], len(sizes) - 1 - component_axis)
-            values = values.reshape(dimensions[::-1])
-    else:
-        check_grid(path, dimensions, dtype, components)
-        values = read_block(block)
-        if component_axis is not None:
-            values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
+    values, listed = _values(header, sizes, component_axis, dtype, choice)
     directions = _directions(header, grid_axes)
     space = _space(header)
     steps: list[float | None] | None = None
@@ -172,6 +154,37 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         missing=missing,
         facts=FileFacts("NRRD", length_unit, unit_directions(directions), space, listed),
     )
+
+
+def _values(
+    header: _Header,
+    sizes: list[int],
+    component_axis: int | None,
+    dtype: np.dtype[np.generic],
+    choice: Choice,
+) -> tuple[NDArray[np.generic], tuple[Content, ...]]:
+    """Read the voxels, components last, and list the time steps that the file holds."""
+    path = header.path
+    components = 1 if component_axis is None else sizes[component_axis]
+    dimensions = [size for axis, size in enumerate(sizes) if axis != component_axis]
+    listed: tuple[Content, ...] = ()
+    block = _block(header, sizes, dtype)
+    if component_axis is not None and _is_time(header, sizes, component_axis):
+        names = [str(k) for k in range(max(components, 0))]
+        time = chosen_index(path, "time", names, choice.time)
+        listed = contents("time", names, dimensions, dtype, time)
+        is_last = component_axis == len(sizes) - 1
+        check_grid(path, dimensions, dtype, 1 if is_last else components)
+        values = read_block(part_of(block, time) if is_last else block)
+        if not is_last:
+            values = np.take(values, [time], len(sizes) - 1 - component_axis)
+            values = values.reshape(dimensions[::-1])
+    else:
+        check_grid(path, dimensions, dtype, components)
+        values = read_block(block)
+        if component_axis is not None:
+            values = np.moveaxis(values, len(sizes) - 1 - component_axis, -1)
+    return values, listed
 
 
 def _place(origin: list[list[float]], header: _Header, axes: list[int]) -> Triple:

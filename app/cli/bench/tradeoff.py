@@ -20,6 +20,7 @@ from model.rendering.setting import Setting
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting, Scene
+from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
@@ -52,12 +53,7 @@ def bench_tradeoff(
         for lighting in lightings:
             chosen, shown = choose_tf(tf, volume, False) if tf or view else (None, volume)
             scene = Scene.of(shown, size, lighting)
-            scenes: list[SceneInputs] = []
-            for number in range(1 if view and tf else count):
-                drawn = draw_sample(scene, seed, "holdout", number)
-                seen = view or drawn.view
-                own = drawn.transfer_function if chosen is None else chosen
-                scenes.append(SceneInputs.of(seen, own, light=drawn.light))
+            scenes = _scenes(scene, seed, 1 if view and tf else count, view, chosen)
             cleaning, release = cleaning_of(shown, scene.light, lighting == "path")
             settings = settings_of(lighting, vtk, cleaning is not None)
             with (
@@ -94,6 +90,17 @@ def bench_tradeoff(
             "path-traced light), and pixels drawn for each pixel shown. Errors are against the "
             f"exact picture of the same light. {machine_text(machine)}.",
         )
+
+
+def _scenes(
+    scene: Scene, seed: int, count: int, view: View | None, tf: TransferFunction | None
+) -> list[SceneInputs]:
+    """Draw random scenes, in which a view or a TF that is given takes the place of its own."""
+    drawn = [draw_sample(scene, seed, "holdout", number) for number in range(count)]
+    return [
+        SceneInputs.of(view or each.view, tf or each.transfer_function, light=each.light)
+        for each in drawn
+    ]
 
 
 def _print(tradeoff: Tradeoff) -> None:
