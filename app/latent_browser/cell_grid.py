@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
+    QFocusEvent,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -191,6 +192,11 @@ class CellGrid(KeyedWidget):
             self.widened.emit()
         else:
             super().keyPressEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """No cell is chosen by keys any more."""
+        self._hover(None)
+        super().focusOutEvent(event)
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""

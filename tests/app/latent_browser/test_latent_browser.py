@@ -11,8 +11,8 @@ from pathlib import Path
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
+from PySide6.QtGui import QFocusEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QInputDialog, QWidget
 from pytestqt.qtbot import QtBot
@@ -272,6 +272,20 @@ def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindo
     assert in_sight.contains(window.browser.map.frame.rectangle(latent.brush))
     turn_wheel(grid, QPointF(centre), -1)
     assert latent.brush == before
+
+
+def test_no_cell_is_chosen_once_the_keys_are_elsewhere(qtbot: QtBot, window: MainWindow) -> None:
+    grid, latent = window.browser.grid, window.latent_state
+    before, zoomed = latent.brush, []
+    grid.zoomed.connect(zoomed.append)
+    for focused in (True, False):
+        reason = Qt.FocusReason.TabFocusReason
+        kind = QEvent.Type.FocusIn if focused else QEvent.Type.FocusOut
+        QApplication.sendEvent(grid, QFocusEvent(kind, reason))
+        if focused:
+            QTest.keyClick(grid, Qt.Key.Key_Right)
+    QTest.keyClick(grid, Qt.Key.Key_Plus)
+    assert zoomed == [] and latent.brush == before
 
 
 def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainWindow) -> None:
