@@ -182,8 +182,10 @@ class PathLightTrainer:
         """
         try:
             state = torch.load(path, map_location=self._device, weights_only=True)
-            if state["loss"] != self._options.loss:
-                raise ValueError(f"its loss is {state['loss']}")
+            # Before there was a choice of losses, there was one.
+            loss = state.get("loss", "rms")
+            if loss != self._options.loss:
+                raise ValueError(f"its loss is {loss}")
             self._network.load_state_dict(state["network"])
             self._average.network.load_state_dict(state["average"])
             self._optimizer.load_state_dict(state["optimizer"])

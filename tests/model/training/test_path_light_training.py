@@ -106,7 +106,7 @@ def test_a_stopped_training_goes_on(
 
 
 def test_a_checkpoint_of_another_network_is_told(tmp_path: Path) -> None:
-    torch.save({"loss": "rms", "network": {}}, tmp_path / "a.training")
+    torch.save({"network": {}}, tmp_path / "a.training")
     with pytest.raises(TrainingError, match="delete it"):
         make().resume(tmp_path / "a.training")
     torch.save({"loss": "l1"}, tmp_path / "a.training")
