@@ -35,7 +35,7 @@ PaperItem = Literal[
 """The paper's figures and tables."""
 
 Backend = Literal["auto", BackendName]
-"""What draws a generator's images."""
+"""Backends of generators, or the fastest."""
 
 
 def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:

@@ -13,7 +13,7 @@ from model.scene.view import View
 
 @dataclass(frozen=True, kw_only=True)
 class Look:
-    """What an order's images depend on beside volume and TF."""
+    """Inputs that an order's images depend on, beside volume and TF."""
 
     view: View
     light: LightDirection | None = None

@@ -34,9 +34,7 @@ def dataset(
         ),
     ],
     source: VolumeSource,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+    size: options.PictureSize = 256,
     seed: options.Seed = 0,
     renderer: options.SampleRendererName = "raycast",
     lighting: options.LightingName = "none",

@@ -97,6 +97,9 @@ ModelFolder = Annotated[
     Path | None,
     typer.Option("--model", help="Folder of a trained model.", callback=values.model),
 ]
+PictureSize = Annotated[
+    int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
+]
 DeviceName = Annotated[DeviceChoice, typer.Option("--device", help="Where the generator runs.")]
 BackendName = Annotated[
     choices.Backend,

@@ -96,7 +96,6 @@ class OrientationCube(QWidget):
         state.viewChanged.connect(self._follow)
         state.navigationChanged.connect(self._follow)
         parent.installEventFilter(self)
-        self._follow()
         self._place()
 
     @property

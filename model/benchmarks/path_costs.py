@@ -60,7 +60,7 @@ def path_costs(volume: Volume, inputs: SceneInputs, size: int) -> Iterator[PathC
         threads *= 2
 
 
-def thinned(opacity_tf: OpacityTF, factor: float) -> OpacityTF:
+def _fainter(opacity_tf: OpacityTF, factor: float) -> OpacityTF:
     """Return a TF with all opacities times a factor, as a curve."""
     lo, hi = opacity_tf.scalar_range
     values = np.linspace(lo, hi, TF_SAMPLES)
@@ -71,7 +71,7 @@ def thinned(opacity_tf: OpacityTF, factor: float) -> OpacityTF:
 def _cost(
     volume: Volume, inputs: SceneInputs, size: int, factor: float, bounces: int, threads: int
 ) -> PathCost:
-    inputs = replace(inputs, opacity_tf=thinned(inputs.opacity_tf, factor))
+    inputs = replace(inputs, opacity_tf=_fainter(inputs.opacity_tf, factor))
     tracer = PathTracer(volume, lamp=Lamp(bounces=bounces), threads=threads)
     # Compiles, and classifies the volume.
     deque(tracer.refine(inputs, 16, 1), maxlen=0)

@@ -12,7 +12,7 @@ DeviceChoice = Literal["auto", "cpu", "cuda"]
 """Devices that networks run on; see :func:`model.devices.choose_device`."""
 
 BackendName = Literal["eager", "compiled", "openvino", "onnxruntime"]
-"""What draws a generator's images; see :mod:`model.generator.backends`."""
+"""Libraries that draw a generator's images; see :mod:`model.generator.backends`."""
 
 Precision = Literal["float32", "bfloat16"]
 PrecisionChoice = Literal["auto", "float32", "bfloat16"]
@@ -25,10 +25,10 @@ StudyName = Literal["baselines", "latent-dim", "l1-weight"]
 """The paper's studies; see :data:`model.evaluation.study.STUDIES`."""
 
 CodecKind = Literal["plain", "contractive", "variational"]
-"""What a codec of TFs asks of codes: nothing, small changes by small edits, or
+"""Codecs of TFs, by what their loss asks of codes: nothing, small changes by small edits, or
 N(0, 1); see :class:`model.training.codec_training.CodecDesign`."""
 
 PathLightLoss = Literal["rms", "l1", "gan-l1"]
-"""What the network behind the denoiser is trained by: the root mean square of each picture's
-difference, the mean absolute one, or that beside an adversary's judgement, as the paper weights
-them; see :mod:`model.training.path_light_losses`."""
+"""Losses of the network behind the denoiser: the root mean square of each picture's difference,
+the mean absolute one, or that beside an adversary's judgement, as the paper weights them; see
+:mod:`model.training.path_light_losses`."""

@@ -65,9 +65,7 @@ def renderers(
     count: Annotated[
         int, typer.Option("--count", min=1, help="Random views and TFs per volume.")
     ] = 20,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+    size: options.PictureSize = 256,
     lighting: options.LightingName = "none",
     seed: options.Seed = 0,
     distance: Annotated[
@@ -118,9 +116,7 @@ def tradeoff(
     volume: options.VolumeFiles = None,
     lighting: Lightings = None,
     count: SceneCount = 4,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+    size: options.PictureSize = 256,
     view: Annotated[
         View | None,
         typer.Option(
@@ -177,9 +173,7 @@ def prediction(
 @bench.command()
 def path(
     volume: options.VolumeFiles = None,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+    size: options.PictureSize = 256,
     samples: Annotated[
         int, typer.Option("--samples", min=2, max=1 << 14, help="Most that are measured.")
     ] = 32,
@@ -205,9 +199,7 @@ def path(
 @bench.command()
 def path_costs(
     volume: options.VolumeFiles = None,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 1024,
+    size: options.PictureSize = 1024,
     json: options.JsonFile = None,
 ) -> None:
     """Time of one path-traced sample over opacity, bounces and processors."""
@@ -268,9 +260,7 @@ def extremes(
 @bench.command()
 def sensitivity(
     volume: options.VolumeFiles = None,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+    size: options.PictureSize = 256,
     count: Annotated[int, typer.Option("--count", min=1, help="Random views and TFs.")] = 10,
     lighting: options.LightingName = "none",
     seed: options.Seed = 0,
@@ -327,9 +317,7 @@ def sizes(
             help="Voxels along the longest axis; may be repeated. (default: 64, 128, 256, 512)",
         ),
     ] = None,
-    size: Annotated[
-        int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-    ] = 256,
+    size: options.PictureSize = 256,
     count: Annotated[
         int, typer.Option("--count", min=1, help="Random views and TFs per size.")
     ] = 5,

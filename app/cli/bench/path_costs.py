@@ -6,17 +6,15 @@ from dataclasses import asdict
 from pathlib import Path
 
 from app.cli.bench.machine import print_machine
+from app.cli.bench.path import VIEWS
 from app.cli.console import print_table
 from app.cli.outputs import write_json
 from model.benchmarks.path_costs import path_costs
 from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.view import View
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
-
-VIEW = View(30, 20, 0, 0.7)
 
 
 def bench_path_costs(paths: list[Path] | None, size: int, json_path: Path | None) -> None:
@@ -24,7 +22,7 @@ def bench_path_costs(paths: list[Path] | None, size: int, json_path: Path | None
     machine, found = print_machine(), {}
     for path in paths or shipped_volumes():
         volume, tf = first_picture(read_volume(path))
-        costs = list(path_costs(volume, SceneInputs.of(VIEW, tf, light=LightDirection()), size))
+        costs = list(path_costs(volume, SceneInputs.of(VIEWS[0], tf, light=LightDirection()), size))
         found[volume.name] = [asdict(cost) for cost in costs]
         print_table(
             f"{volume.name}, one sample of each of {size} x {size} pixels",
