@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from model.latent.codes import TFCodec
 from model.latent.latent_map import LatentMap
-from model.latent.latent_space import LatentSpace
+from model.latent.latent_space import UNIT_SCENE, LatentSpace
 from model.latent.tf_frame import TFFrame
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
-from model.training.codec_training import UNIT_SCENE
 
 BINS = np.arange(256)
 WIDTH = 20.0

@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from app.cli import choices, image_commands, model_commands, options, values
-from app.cli.bench.commands import bench
-from app.cli.latent_commands import codec, latent
+from app.cli.latent_commands import latent
 from app.cli.paper_commands import paper
 from app.cli.path_light_commands import light
 from app.state.window_start import WindowStart
@@ -25,11 +24,9 @@ application = typer.Typer(
     help="Look into volumes through transfer functions, beside a generative model.",
 )
 
-application.add_typer(bench, name="bench")
 application.add_typer(light, name="light")
 for command in (
     image_commands.info,
-    image_commands.compact,
     image_commands.render,
     image_commands.sensitivity,
     latent,
@@ -38,7 +35,6 @@ for command in (
     model_commands.evaluate,
     model_commands.study,
     paper,
-    codec,
 ):
     application.command()(command)
 

@@ -14,7 +14,6 @@ from model.scene.view import View
 from model.sensitivity.measure import Measure
 from model.volume_files.source import VolumeSource
 
-FILE = Annotated[Path, typer.Argument(metavar="FILE", help="A volume.", callback=values.volume)]
 FILE_OR_MODEL = Annotated[
     Path,
     typer.Argument(metavar="FILE_OR_MODEL", help="A volume or a model.", callback=values.volume),
@@ -33,48 +32,6 @@ def info(
     from app.cli.info import print_info
 
     print_info(source, as_json)
-
-
-@takes_volume(placed=False, argument=FILE)
-def compact(
-    *,
-    source: VolumeSource,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out",
-            metavar="NAME.tfvolume",
-            help="File to write.",
-            callback=values.output(".tfvolume"),
-        ),
-    ],
-    megabytes: Annotated[
-        float | None, typer.Option("--megabytes", help="Size of the file in millions of bytes.")
-    ] = None,
-    error: Annotated[
-        float | None,
-        typer.Option(
-            "--error",
-            metavar="RMSE",
-            help="As small as this error of images allows, such as 0.004: the root mean square of "
-            "colours in 0..1, in the mean over random views and TFs.",
-        ),
-    ] = None,
-    tf: options.TFFile = None,
-    view: Annotated[
-        View | None,
-        typer.Option(
-            "--view",
-            metavar="AZ,EL,ROLL,DIST[,X,Y]",
-            help="To see it from at first. (default: that of any volume)",
-            parser=values.view,
-        ),
-    ] = None,
-) -> None:
-    """Save a volume in few bytes, and measure how far its images are from the original's."""
-    from app.cli.compact import save
-
-    save(source, out, megabytes, error, tf, view)
 
 
 @takes_volume()

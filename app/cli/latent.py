@@ -1,11 +1,11 @@
-"""``latent`` and ``codec``: the map of opacity TFs, its pictures, and the codec behind it."""
+"""``latent``: the map of opacity TFs, and its pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,6 @@ from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
 from model.networks.card import load_card
-from model.networks.names import CodecKind
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
@@ -121,37 +120,6 @@ def save_latent(order: LatentOrder) -> None:
     else:
         _write(order.out, map_, found, colors)
     _tell(map_)
-
-
-def train_and_map(
-    out: Path, kind: str, latent_dim: int, width: float, steps: int, seed: int
-) -> None:
-    """Train a codec, store it after each twentieth, and compute its map at the end."""
-    from model.benchmarks.codec_browsing import measure_browsing
-    from model.latent.codec_folder import CodecCard, save_codec
-    from model.latent.codes import TFCodec
-    from model.latent.stored_map import MAP_FILE, map_key, save_map
-    from model.networks.codec import BrowserCodec
-    from model.training.codec_training import CodecDesign, train_codec
-
-    design = CodecDesign(cast(CodecKind, kind), latent_dim, width)
-    training = {"design": asdict(design), "steps": steps, "seed": seed}
-    with Progress(console=console) as progress:
-        task = progress.add_task("Training the codec", total=steps)
-        for done, codec in train_codec(design, steps, seed):
-            assert isinstance(codec, BrowserCodec)
-            codec.eval()
-            metrics: dict[str, Any] = {}
-            if done == steps:
-                metrics = asdict(measure_browsing(kind, TFCodec(codec), steps))
-            save_codec(out, CodecCard(latent_dim, width, training, metrics), codec)
-            codec.train()
-            progress.update(task, completed=done)
-    space = LatentSpace.of_codec(out, (0.0, 1.0), (0.0, 1.0))
-    map_ = space.open_map()
-    places = _compute(map_)
-    save_map(out / MAP_FILE, map_key(space.digest), map_.codes, places)
-    console.print(f"{out}: the codec and its map are written.")
 
 
 def _volume(order: LatentOrder) -> Volume:

@@ -1,4 +1,4 @@
-"""The commands ``latent`` and ``codec`` and their options."""
+"""The command ``latent`` and its options."""
 
 from __future__ import annotations
 
@@ -10,9 +10,7 @@ import typer
 from app.cli import options, values
 from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.volume_options import takes_volume
-from model.errors import LatentError
 from model.latent.codes import PictureOf
-from model.networks.names import CodecKind
 from model.volume_files.source import VolumeSource
 
 
@@ -116,37 +114,3 @@ def latent(
     from app.cli.latent import save_latent
 
     save_latent(order)
-
-
-def codec(
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out",
-            metavar="DIR",
-            help="The codec's folder.",
-            callback=values.output_folder,
-        ),
-    ],
-    kind: Annotated[
-        CodecKind,
-        typer.Option("--kind", help="What the training asks of codes."),
-    ] = "variational",
-    latent_dim: Annotated[
-        int, typer.Option("--latent-dim", min=1, max=256, help="Numbers of a code.")
-    ] = 8,
-    width: Annotated[
-        float, typer.Option("--width", min=0.05, max=4, help="Channels, of the paper's.")
-    ] = 1.0,
-    steps: Annotated[int, typer.Option("--steps", min=1, help="To train for.")] = 20_000,
-    seed: options.Seed = 0,
-) -> None:
-    """Train a codec for browsing any volume's TFs, and compute its map."""
-    if kind == "plain":
-        raise LatentError(
-            "The plain codec is for comparisons only ('bench codecs'); train a variational one.",
-            kind="variational",
-        )
-    from app.cli.latent import train_and_map
-
-    train_and_map(out, kind, latent_dim, width, steps, seed)

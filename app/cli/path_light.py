@@ -6,16 +6,11 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 from app.cli.console import console, counting, print_table
-from app.cli.outputs import write_json
 from model.devices import choose_device
-from model.errors import TrainingError
-from model.evaluation.path_light_alternatives import path_light_alternatives
-from model.generator.catalog import PATH_LIGHT
 from model.networks.names import PathLightLoss
 from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
-from model.networks.path_light_network import PathLightNetwork, PathLightSize
-from model.samples.path_light_pairs import FEW, read_pairs, write_pairs
-from model.training.path_light_losses import PATH_LIGHT_LOSSES
+from model.networks.path_light_network import PathLightSize
+from model.samples.path_light_pairs import read_pairs, write_pairs
 from model.training.path_light_training import (
     PathLightErrors,
     PathLightOptions,
@@ -85,56 +80,6 @@ def train_network(
     if errors:
         _print(errors)
     console.print(f"The network is {out}, {out.stat().st_size / 1e6:.1f} MB.")
-
-
-def study_networks(
-    folder: Path, held_out: Path, out: Path, training: PathLightOptions, device: str
-) -> None:
-    """Train a network by each loss, or what is missing of it, and compare all of them."""
-    networks: dict[str, PathLightNetwork] = {}
-    budget = "minutes" if training.steps is None else "steps"
-    for loss in PATH_LIGHT_LOSSES:
-        path = out / f"{loss}.safetensors"
-        if not path.exists():
-            console.print(f"Loss {loss}:")
-            train_network(folder, path, None, replace(training, loss=loss), None, device)
-        card, networks[f"finished, trained by {loss}"] = load_path_light(path)
-        if card.training.get(budget) != getattr(training, budget):
-            raise TrainingError(
-                f"{path}: this network is trained with another budget; give the same, or choose "
-                "another folder."
-            )
-    _compare(networks, held_out, folder, device, out / "study.json")
-
-
-def evaluate_network(
-    held_out: Path, network: Path | None, trained: Path | None, device: str, json_path: Path | None
-) -> None:
-    """Measure a network and its alternatives; print a table, write JSON if requested."""
-    _card, loaded = load_path_light(network or PATH_LIGHT)
-    _compare({"finished": loaded}, held_out, trained, device, json_path)
-
-
-def _compare(
-    networks: dict[str, PathLightNetwork],
-    held_out: Path,
-    trained: Path | None,
-    device: str,
-    json_path: Path | None,
-) -> None:
-    """Measure networks and what could be shown in their place, and tell it."""
-    others = read_pairs(held_out)
-    learned = read_pairs(trained) if trained else {}
-    found = path_light_alternatives(networks, others, learned, choose_device(device))
-    count = sum(len(each.error) for each in others.values())
-    print_table(
-        f"RMSE on {count} pairs of {len(others)} volumes, after so many samples of each pixel",
-        ("shown", *map(str, FEW)),
-        [(each.name, *(f"{error:.4f}" for error in each.errors)) for each in found],
-    )
-    if json_path is not None:
-        rows = {each.name: each.errors for each in found}
-        write_json(json_path, {"samples": FEW, "pairs": count, "rmse": rows})
 
 
 def _told(errors: list[PathLightErrors]) -> str:

@@ -1,4 +1,4 @@
-"""The commands ``light``: pairs, training and evaluation of the network behind the denoiser."""
+"""The commands ``light``: pairs for, and training of, the network behind the denoiser."""
 
 from __future__ import annotations
 
@@ -90,49 +90,3 @@ def train(
 
     training = path_light_options(minutes, steps, width, seed, loss)
     train_network(folder, out, held_out, training, start_from, device)
-
-
-@light.command()
-def evaluate(
-    held_out: Annotated[Path, typer.Argument(metavar="PAIRS", help="Pairs that were not learned.")],
-    network: Annotated[
-        Path | None,
-        typer.Option("--network", metavar="NETWORK.safetensors", help="(default: the shipped one)"),
-    ] = None,
-    trained: Annotated[
-        Path | None,
-        typer.Option(
-            "--trained",
-            metavar="PAIRS",
-            help="Pairs that were learned, among which the nearest picture is looked for.",
-        ),
-    ] = None,
-    device: options.DeviceName = "auto",
-    json: options.JsonFile = None,
-) -> None:
-    """Compare finished pictures with what could be shown in their place."""
-    from app.cli.path_light import evaluate_network
-
-    evaluate_network(held_out, network, trained, device, json)
-
-
-@light.command()
-def study(
-    folder: Annotated[Path, typer.Argument(metavar="PAIRS", help="Folder of 'light pairs'.")],
-    held_out: Annotated[
-        Path,
-        typer.Option("--held-out", metavar="PAIRS", help="Pairs that errors are measured on."),
-    ],
-    out: Annotated[
-        Path, typer.Option("--out", metavar="FOLDER", help="What is there already stays.")
-    ],
-    minutes: Minutes = 30.0,
-    steps: Steps = None,
-    width: Width = 40,
-    device: options.DeviceName = "auto",
-    seed: options.Seed = 0,
-) -> None:
-    """Train the network by each loss, and compare all with what could be shown in their place."""
-    from app.cli.path_light import path_light_options, study_networks
-
-    study_networks(folder, held_out, out, path_light_options(minutes, steps, width, seed), device)

@@ -39,7 +39,7 @@ TOGETHER = 4
 """Images that are one call of an inference library.
 
 On 2 cores, 4 of the paper's networks' images take less than 4 calls, and 16 of them in one call
-more than in 4 (``python main.py bench latent --model DIR``). Each other number would take seconds
+more than in 4. Each other number would take seconds
 to build.
 """
 
@@ -113,8 +113,8 @@ def _knows_bfloat16() -> bool:
 def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
     """Return the backend of a name, or for "auto" all candidates worth timing here.
 
-    Compilation takes most of a minute and has not been faster than the libraries
-    (``python main.py bench generator``), so "auto" excludes it; on GPUs nothing has been
+    Compilation takes most of a minute and has not been faster than the libraries,
+    so "auto" excludes it; on GPUs nothing has been
     measured yet, and torch is used.
 
     Parameters

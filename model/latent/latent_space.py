@@ -19,12 +19,14 @@ from model.samples.sampling import draw_opacity_tfs
 from model.scene.scene import Scene
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.value_scale import ValueScale
-from model.training.codec_training import UNIT_SCENE
 
 KNOWN_TFS = 4000
 """Random TFs whose codes span the box that codes are sampled from."""
 
 SAMPLING_SEED = 0
+
+UNIT_SCENE = Scene("any volume", "", (0.0, 1.0), (0.0, 1.0), image_size=16)
+"""Scene whose random TFs the shipped codec has learned: the family "drawn" over [0, 1]."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -252,7 +252,7 @@ def place(network: Network, device: torch.device, channels_last: bool = True) ->
     """Move a network to a device, with convolution weights channels-last or contiguous.
 
     Tensor cores are fastest with channels-last memory; for CPUs the faster order
-    depends on the processor (``python main.py bench training``).
+    depends on the processor.
     """
     network.to(device)
     order = torch.channels_last if channels_last else torch.contiguous_format

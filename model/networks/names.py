@@ -24,9 +24,6 @@ PresetName = Literal["draft", "compact", "large", "paper"]
 StudyName = Literal["baselines", "latent-dim", "l1-weight"]
 """The paper's studies; see :data:`model.evaluation.study.STUDIES`."""
 
-CodecKind = Literal["plain", "contractive", "variational"]
-"""Codecs of TFs, by what their loss asks of codes: nothing, small changes by small edits, or
-N(0, 1); see :class:`model.training.codec_training.CodecDesign`."""
 
 PathLightLoss = Literal["rms", "l1", "gan-l1"]
 """Losses of the network behind the denoiser: the root mean square of each picture's difference,

@@ -30,8 +30,7 @@ EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft", "shadows")
 PATH_CURVES: Lighting = "none"
 PATH_FIELDS: Lighting = "soft"
 """Lights whose exact derivatives stand in for those of path-traced light, which has none: for the
-curves of regions, and for fields. Of the ray caster's lights they are the nearest to it
-(``bench path-sensitivity``)."""
+curves of regions, and for fields. Of the ray caster's lights they are the nearest to it."""
 
 TFFamily = Literal["paper", "drawn"]
 """Random TFs: the paper's mixtures of Gaussian modes, or also those that people draw."""

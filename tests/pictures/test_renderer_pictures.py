@@ -15,11 +15,11 @@ from compare import Tolerance
 from numpy.typing import NDArray
 from scenes import SCENES, PictureScene, volume_of
 
-from model.benchmarks import reference_raycaster
 from model.rendering.raycast import cuda
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.scene import Lighting
+from tests import reference_raycaster
 
 ROUNDING = Tolerance(0.0013, 0.005)
 """Of stored pictures, to 1/255, and of floating-point numbers."""

@@ -20,7 +20,6 @@ from model.generator.catalog import shipped_models
 from model.generator.generator import Generator
 from model.networks.card import load_card
 from model.networks.size import NetworkSize
-from model.rendering.path_tracing import denoising
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
@@ -76,14 +75,6 @@ COMMANDS = (
     "dataset",
     "train",
     "evaluate",
-    "bench",
-    "bench renderers",
-    "bench sensitivity",
-    "bench sizes",
-    "bench start",
-    "bench generator",
-    "bench training",
-    "bench codec",
     "study",
 )
 
@@ -255,21 +246,6 @@ def test_learned_and_blockwise_fields_of_a_value_are_near(
     assert np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1] > 0.5
 
 
-@pytest.mark.slow
-def test_the_cost_of_sensitivities_is_measured(
-    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "s.json"
-    arguments = f"bench sensitivity --volume {raw_file} --count 2 --size 32 --json {out}"
-    assert run(arguments.split()) == 0
-    (volume,) = json.loads(out.read_text())["volumes"]
-    costs = {cost["question"]: cost for cost in volume["costs"]}
-    assert costs["image"]["images"] == 1
-    assert costs["region, signed"]["ms"] > 0
-    assert "region, signed" in capsys.readouterr().out
-    assert run(["bench", "sensitivity", "--lighting", "path"]) == 2
-
-
 def test_the_sensitivity_of_a_generator(trained: Path, raw_file: Path, tmp_path: Path) -> None:
     for out in ("s.npz", "s.png"):
         arguments = f"sensitivity --model {trained} --volume {raw_file} --out {tmp_path / out}"
@@ -278,167 +254,6 @@ def test_the_sensitivity_of_a_generator(trained: Path, raw_file: Path, tmp_path:
         assert file["sensitivity"].shape == (8, 8, 256)
         assert np.isfinite(file["sensitivity"]).all()
     assert imread(tmp_path / "s.png").std() > 1
-
-
-def test_renderers_are_compared(
-    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    files = f"--json {tmp_path / 'r.json'} --plot {tmp_path / 'r.png'}"
-    arguments = f"bench renderers --volume {raw_file} --count 2 --size 32 {files}"
-    assert run(arguments.split()) == 0
-    (volume,) = json.loads((tmp_path / "r.json").read_text())["volumes"]
-    rows = volume["rows"]
-    assert [row["sample_distance"] for row in rows] == [0.25, 0.5, 1.0, 2.0, 4.0]
-    for row in rows:
-        assert row["worst_difference"] < 0.01
-        speeds = row["images_per_second"]
-        assert row["speedup"] == pytest.approx(speeds["raycast"] / speeds["vtk"])
-    # Coarser sampling is less accurate, with either.
-    for name in ("vtk", "raycast"):
-        assert rows[0]["error"][name] < rows[-1]["error"][name]
-    assert imread(tmp_path / "r.png").shape[1] == 800
-    assert "ball" in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_the_start_of_the_window_is_timed(raw_file: Path, tmp_path: Path) -> None:
-    file = tmp_path / "start.json"
-    assert run(f"bench start --volume {raw_file} --repeats 1 --json {file}".split()) == 0
-    (found,) = json.loads(file.read_text())["volumes"]
-    assert 0 < found["window"] < found["reference"] <= found["settled"]
-    assert "generator" not in found
-    assert 50 < found["memory"] < 20_000
-    # Not told on every system.
-    assert 50 < found.get("rest", found["memory"]) <= found["memory"]
-
-
-@pytest.mark.slow
-def test_costs_are_measured_over_sizes(raw_file: Path, tmp_path: Path) -> None:
-    files = f"--json {tmp_path / 's.json'} --plot {tmp_path / 's.png'}"
-    arguments = f"--volume {raw_file} --edge 24 --edge 12 --size 16 --count 1 --slowest 0.01"
-    assert run(f"bench sizes {arguments} {files}".split()) == 0
-    rows = json.loads((tmp_path / "s.json").read_text())["rows"]
-    assert [(row["edge"], row["lighting"]) for row in rows] == [
-        (edge, lighting) for edge in (12, 24) for lighting in ("none", "direct", "soft", "shadows")
-    ]
-    for small, large in zip(rows[:4], rows[4:], strict=True):
-        assert large["voxels"] == pytest.approx(8 * small["voxels"], rel=0.2)
-        # What was too slow for the small volume is not tried with the large one.
-        quick = {name for name, taken in small["seconds"].items() if taken <= 0.01}
-        assert set(large["seconds"]) == quick
-        # VTK has no soft light.
-        assert set(small["seconds"]) == {"raycast", "vtk"} - (
-            {"vtk"} if small["lighting"] == "soft" else set()
-        )
-    assert imread(tmp_path / "s.png").shape[1] == 800
-
-
-@pytest.mark.slow
-def test_jumps_are_measured_in_all_lights(raw_file: Path, tmp_path: Path) -> None:
-    file = tmp_path / "jumps.json"
-    command = f"bench jumps --volume {raw_file} --size 16 --steps 6 --json {file}"
-    assert run(command.split()) == 0
-    (jumps,) = json.loads(file.read_text())["volumes"].values()
-    assert list(jumps) == ["none", "direct", "shadows", "soft"]
-    assert all(0 <= jump["largest"] < 255 for jump in jumps.values())
-
-
-@pytest.mark.slow
-def test_the_trade_is_measured_and_predicted(
-    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "trade.json"
-    options = f"--volume {raw_file} --no-vtk --json {file}"
-    assert run(f"bench tradeoff --size 24 --count 1 {options}".split()) == 0
-    (found,) = json.loads(file.read_text())["tradeoffs"]
-    others = [p["setting"]["other"] for p in found["points"] if p["setting"]["other"]]
-    assert [each.split(" of ")[0] for each in others] == ["compact volume"] * len(others) != []
-    lights = "--lighting direct --lighting path"
-    assert run(f"bench prediction --size 64 --count 2 {lights} {options}".split()) == 0
-    pictures = json.loads(file.read_text())["pictures"]
-    assert {each["lighting"] for each in pictures} == {"direct", "path"}
-    assert any(each["setting"]["denoised"] for each in pictures) == denoising.available()
-    assert "as a window does" in capsys.readouterr().out.replace("\n", " ")
-
-
-@pytest.mark.slow
-def test_what_stands_in_for_path_traced_sensitivities_is_measured(
-    raw_file: Path, tmp_path: Path
-) -> None:
-    file = tmp_path / "sensitivity.json"
-    options = "--size 16 --truth 32"
-    command = f"bench path-sensitivity --volume {raw_file} {options} --json {file}"
-    assert run(command.split()) == 0
-    (rows,) = json.loads(file.read_text())["volumes"].values()
-    by_way = {row["way"]: row for row in rows}
-    assert list(by_way) == [
-        "none", "direct", "shadows", "soft", "generator, 1 sample", "generator, 4 samples",
-    ]  # fmt: skip
-    assert all(-1 <= row[name] <= 1 for row in rows for name in ("whole", "middle", "field"))
-    # Pictures of the same light, with other paths, change alike.
-    assert by_way["generator, 4 samples"]["whole"] > 0.8
-
-
-def test_path_traced_pictures_are_measured_over_samples(raw_file: Path, tmp_path: Path) -> None:
-    file = tmp_path / "path.json"
-    options = "--size 32 --samples 8 --truth 64 --frames 3"
-    assert run(f"bench path --volume {raw_file} {options} --json {file}".split()) == 0
-    (rows,) = json.loads(file.read_text())["volumes"].values()
-    assert [row["samples"] for row in rows] == 2 * [1, 2, 4, 8]
-    assert [row["told"] is None for row in rows] == 2 * [True, False, False, False]
-    for scene in (rows[:4], rows[4:]):
-        seconds = [row["seconds"] for row in scene]
-        assert seconds == sorted(seconds) and seconds[0] > 0
-        # Noise falls by half for four times the samples.
-        assert 1.5 < scene[0]["traced"] / scene[2]["traced"] < 2.7
-        # What is shown is at most a little worse: it is the one of which less error is expected.
-        assert all(row["shown"] < 1.3 * row["traced"] for row in scene[1:])
-
-
-def test_costs_of_paths_are_measured(raw_file: Path, tmp_path: Path) -> None:
-    file = tmp_path / "costs.json"
-    assert run(f"bench path-costs --volume {raw_file} --size 16 --json {file}".split()) == 0
-    (rows,) = json.loads(file.read_text())["volumes"].values()
-    assert [row["opacity"] for row in rows[:5]] == [0.01, 0.1, 0.5, 1, 1]
-    assert [row["bounces"] for row in rows[3:8]] == [32, 1, 2, 8, 32]
-    shown = [row["shown"] for row in rows[:4]]
-    assert shown == sorted(shown) and 0 < shown[0] < 0.2 * shown[3]
-    assert all(row["seconds"] > 0 for row in rows)
-
-
-@pytest.mark.slow
-def test_backends_are_compared_on_a_model(
-    trained: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr("shutil.which", lambda name: None)
-    out = tmp_path / "r.json"
-    arguments = f"bench generator --model {trained} --seconds 0.1 --device cpu --json {out}"
-    assert run(arguments.split()) == 0
-    (result,) = json.loads(out.read_text())["generators"]
-    rows = {(r["backend"], r["precision"], r["batch"]): r for r in result["backends"]}
-    assert rows["eager", "float32", 1]["speedup"] == 1
-    assert rows["eager", "float32", 16]["difference"] == 0
-    assert [part["batch"] for part in result["features"]] == [1, 16]
-    printed = capsys.readouterr().out
-    assert "compiled, float32: left out, as a C++ compiler must be installed" in printed
-
-
-@pytest.mark.slow
-def test_a_codec_is_measured(
-    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "r.json"
-    alone = f"--volume {raw_file} --preset draft --steps 8 --set unrendered_tfs=4"
-    for arguments, steps in ((f"--model {trained}", [0]), (alone, [2, 4, 6, 8])):
-        assert run(f"bench codec {arguments} --json {out}".split()) == 0
-        rows = json.loads(out.read_text())["rows"]
-        assert [row["steps"] for row in rows] == steps
-        assert f"{rows[-1]['layer_rmse']['64']:.4f}" in capsys.readouterr().out
-    assert run(f"bench codec --model {trained} --steps 8 --set unrendered_tfs=4".split()) == 2
-    assert "--steps and --set would have no effect" in one_line(capsys)
 
 
 @pytest.mark.slow
@@ -676,7 +491,6 @@ BAD_INPUT = [
     ("render --renderer oil --out x.png", "--renderer"),
     ("render --out x.png --crop 0,1,0,1", "not a crop box"),
     ("render --out x.png --lighting none --light 0,0", "Try: --lighting direct"),
-    ("bench renderers --plot curve.pdf", "must end in .png"),
     ("--screenshot window.jpg", "must end in .png"),
     ("--size 10x10", "not a size of the window"),
     ("--lighting none --light 0,0", "no light to be moved"),
@@ -694,7 +508,6 @@ BAD_INPUT = [
     ("sensitivity --region 9,0,9,9 --size 16 --out x.png", "outside the image"),
     ("sensitivity --block 99 --size 16 --out x.png", "do not fit"),
     ("sensitivity --value 7 --out x.png", "outside the volume's range"),
-    ("bench renderers --volume none.nrrd", "no such file"),
     ("train --out x --reuse 0.5", "--reuse"),
     ("train --out x --dataset . --lighting direct --reuse 2", "lighting and reuse"),
     ("dataset --count 99999999999 --out x", "--count"),

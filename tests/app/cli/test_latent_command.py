@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from skimage.io import imread
 
 from app.cli import run
-from model.latent.embedding import EmbeddingProcess, normalized
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 
 
@@ -96,34 +94,3 @@ def test_a_grid_and_a_place_stand_in_one_figure(volume: str, tmp_path: Path) -> 
     assert run(f"{base}/both.npz {question}".split()) == 0
     with np.load(tmp_path / "both.npz") as arrays:
         assert {"cells", "images", "code", "image", "tf"} <= set(arrays)
-
-
-@pytest.mark.slow
-def test_a_codec_is_trained_and_mapped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("model.training.codec_training.POOL", 500)
-    for name in ("CHECKED", "KNOWN", "RANDOM"):
-        monkeypatch.setattr(f"model.benchmarks.codec_browsing.{name}", 200)
-    monkeypatch.setattr("model.benchmarks.codec_browsing.PAIRS", 50)
-    monkeypatch.setattr(
-        EmbeddingProcess, "run", lambda self, _progress: normalized(self._scaled[:, :2])
-    )
-    out = tmp_path / "codec"
-    assert run(f"codec --out {out} --latent-dim 3 --width 0.1 --steps 40".split()) == 0
-    card = json.loads((out / "codec.json").read_text())
-    assert card["latent_dim"] == 3
-    assert card["metrics"]["steps"] == 40
-    assert (out / "map.npz").is_file()
-    assert run(f"codec --out {out} --kind plain".split()) == 2
-
-
-@pytest.mark.slow
-def test_the_browser_is_timed(volume: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("model.benchmarks.latent.SEARCHES", 2)
-    monkeypatch.setattr("model.benchmarks.latent.REPEATS", 1)
-    nrrd = Path(__file__).parents[3] / "resources" / "volumes"
-    jet = next(nrrd.glob("reacting_jet*"))
-    out = tmp_path / "latent.json"
-    assert run(f"bench latent --volume {jet} --size 32 --json {out}".split()) == 0
-    (found,) = json.loads(out.read_text())["volumes"]
-    assert [row["engine"] for row in found["engines"]] == ["ray caster", "model"]
-    assert all(len(row["errors"]) == 2 for row in found["searches"])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -29,27 +28,6 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_study_has_a_row_for_each_loss_and_for_what_could_be_shown_instead(
-    pairs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    study = f"light study {pairs} --held-out {pairs} --out {tmp_path} --steps 3 --width 4"
-    assert run(study.split()) == 0
-    rows = json.loads((tmp_path / "study.json").read_text())["rmse"]
-    trained = [f"finished, trained by {loss}" for loss in PATH_LIGHT_LOSSES]
-    others = ["nearest training picture", "unlit", "direct light", "soft light", "as traced"]
-    assert list(rows) == [*others, "denoised", *trained]
-    for loss in PATH_LIGHT_LOSSES:
-        card, _ = load_path_light(tmp_path / f"{loss}.safetensors")
-        assert (card.training["loss"], card.training["steps"]) == (loss, 3)
-    # What was trained is not trained again, and nothing of another budget is compared.
-    kept = {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.safetensors")}
-    assert run(study.split()) == 0
-    assert kept == {path: path.stat().st_mtime_ns for path in tmp_path.glob("*.safetensors")}
-    capsys.readouterr()
-    assert run(study.replace("--steps 3", "--steps 5").split()) != 0
-    assert "another folder" in " ".join(capsys.readouterr().err.split())
-
-
 @pytest.mark.parametrize("loss", PATH_LIGHT_LOSSES)
 def test_a_network_is_trained_by_the_loss_that_is_named(
     loss: PathLightLoss, pairs: Path, tmp_path: Path
@@ -58,7 +36,3 @@ def test_a_network_is_trained_by_the_loss_that_is_named(
     train = f"light train {pairs} --out {out} --minutes 0.01 --width 4 --loss {loss}"
     assert run(train.split()) == 0
     assert load_path_light(out)[0].training["loss"] == loss
-    evaluate = f"light evaluate {pairs} --network {out} --json {tmp_path}/errors.json"
-    assert run(evaluate.split()) == 0
-    rows = json.loads((tmp_path / "errors.json").read_text())["rmse"]
-    assert len(rows["finished"]) == len(FEW)

@@ -55,7 +55,6 @@ CASES = {
     "latent --out map.npz --near none.json": 2,
     "latent --out map.npz --model none": 2,
     "latent --out map.json": 2,
-    "codec --out codec --kind plain": 2,
     "train --out run --movable-light": 2,
     "train --out run --set joint.batch_size=1 --preset huge": 2,
     "train --out run --minutes -1": 2,
@@ -77,11 +76,6 @@ CASES = {
     f"evaluate --model {MODEL} --dataset none": 2,
     "evaluate --model none": 2,
     "study baselines --out notes.txt": 2,
-    "bench renderers --volume none.nrrd": 2,
-    "bench renderers --plot curve.pdf": 2,
-    "bench sizes --volume notes.txt": 2,
-    "bench generator --model none": 2,
-    "bench latent --view north": 2,
 }
 
 

@@ -11,7 +11,6 @@ import torch
 from blobs import blobs
 from torch import Tensor
 
-from model.benchmarks.generator import compare_backends, time_parts
 from model.errors import DeviceError
 from model.generator import backends
 from model.generator.backends import (
@@ -30,7 +29,6 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.names import BackendName
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
@@ -89,16 +87,11 @@ def test_libraries_draw_what_torch_draws(name: str, scene: Scene) -> None:
 @pytest.mark.parametrize("name", ["eager", "openvino"])
 def test_bfloat16_is_near(name: str, scene: Scene) -> None:
     network = network_of(scene)
-    rows = {
-        (row.backend, row.precision, row.batch): row
-        for row in compare_backends(network, scene, CPU, seconds=0.001, names=(name,))
-    }
-    usable(name, "bfloat16")
-    rounded, exact = rows[name, "bfloat16", 1], rows[name, "float32", 1]
-    assert exact.difference is not None
-    assert rounded.difference is not None
-    assert exact.difference < 0.05 < rounded.difference < 20
-    assert all(part.features > 0 for part in time_parts(network, scene, CPU, seconds=0.001))
+    inputs = inputs_of(network, 1)
+    with torch.inference_mode():
+        exact, *_ = network.decode(*inputs)
+        rounded, *_ = make_decode(network, usable(name, "bfloat16"), CPU)(*inputs)
+    assert 1e-4 < (rounded - exact).abs().max() < 0.1
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the locale's name is another one")
@@ -233,25 +226,6 @@ def test_the_fastest_backend_is_measured_once(
     assert timed == choose_backends("auto", "float32", CPU)
     assert Generator.load(folder, "cpu", "auto").backend == EAGER
     assert timed == choose_backends("auto", "float32", CPU)
-
-
-def test_a_backend_that_fails_does_not_end_the_comparison(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    usable("openvino")
-
-    def broken(*arguments: object) -> None:
-        raise RuntimeError("made up\nand more")
-
-    monkeypatch.setattr("model.generator.backends._openvino", broken)
-    names: list[BackendName] = ["openvino", "eager"]
-    rows = list(compare_backends(network_of(scene), scene, CPU, seconds=0.001, names=names))
-    assert {row.backend for row in rows} == {"eager", "openvino"}
-    unknown = "this CPU knows no bfloat16"
-    for row in rows:
-        assert (row.obstacle is None) == (row.backend == "eager")
-        rounded = row.precision == "bfloat16"
-        assert row.obstacle in (None, "it failed (made up)", *([unknown] if rounded else []))
 
 
 DROPPED = """

@@ -16,10 +16,9 @@ from model.latent.codec_folder import (
     save_codec,
 )
 from model.latent.codes import TFCodec
-from model.latent.latent_space import LatentSpace
+from model.latent.latent_space import UNIT_SCENE, LatentSpace
 from model.networks.codec import BrowserCodec
 from model.samples.sampling import draw_opacity_tfs
-from model.training.codec_training import UNIT_SCENE
 
 
 @pytest.fixture

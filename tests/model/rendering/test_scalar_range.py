@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.benchmarks.reference_raycaster import cast, composite, correct, render
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.rendering.renderer import Renderer
@@ -17,6 +16,7 @@ from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.view import View
 from model.scene.volume import Volume
+from tests.reference_raycaster import cast, composite, correct, render
 
 SIZE = 64
 KINDS = RaycastRenderer, VtkRenderer

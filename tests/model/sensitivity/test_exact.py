@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.benchmarks.reference_raycaster import cast, composite, correct
 from model.errors import RenderError
 from model.rendering.opacity_correction import NEARLY_OPAQUE
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -17,6 +16,7 @@ from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Tran
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
+from tests.reference_raycaster import cast, composite, correct
 
 RANGE = (0.0, 255.0)
 VIEW = View(35.0, 25.0, 7.0, 0.6)

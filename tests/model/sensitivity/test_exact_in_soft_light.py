@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.benchmarks import reference_light
 from model.rendering.raycast import renderer as ray_caster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
@@ -22,6 +21,7 @@ from model.scene.transfer_function import ColorTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity import exact
+from tests import reference_light
 
 SIZE, STEP = 18, 0.5
 RANGE = (0.0, 255.0)

@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 from test_exact import COLOR, RANGE, SIZE, VIEW, random_opacity, small_volume, tf_of
 
-from model.benchmarks.reference_raycaster import alphas_of, cast, composite, correct
 from model.errors import RenderError
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
@@ -16,6 +15,7 @@ from model.scene.region import Region
 from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around, response_to_edits
 from model.sensitivity.exact import region_sensitivity, visibility
+from tests.reference_raycaster import alphas_of, cast, composite, correct
 
 Array = NDArray[np.float64]
 REGION = Region(2, 3, 11, 13)

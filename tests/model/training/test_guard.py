@@ -10,11 +10,11 @@ from typing import cast
 import pytest
 import torch
 
+from model.latent.latent_space import UNIT_SCENE
 from model.networks.blocks import initialize
 from model.networks.codec import LatentCodec
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_opacity_tfs
-from model.training.codec_training import UNIT_SCENE
 from model.training.guard import (
     LATEST_START,
     LEAST_RANK,

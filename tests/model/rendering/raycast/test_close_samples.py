@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.benchmarks.reference_raycaster import render
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.setting import Setting, smooth_distance
@@ -15,6 +14,7 @@ from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
+from tests.reference_raycaster import render
 
 RANGE = (0.0, 1.0)
 RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (0.4, 0.9, 0.8, 0.1), (1.0, 1.0, 0.3, 0.2)))

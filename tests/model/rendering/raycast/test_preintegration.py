@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.benchmarks.reference_raycaster import render
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
+from tests.reference_raycaster import render
 
 RANGE = (0.0, 255.0)
 WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.benchmarks.reference_raycaster import cast, composite, correct, depth, render
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
@@ -21,6 +20,7 @@ from model.scene.transfer_function import (
 )
 from model.scene.view import View
 from model.scene.volume import Volume
+from tests.reference_raycaster import cast, composite, correct, depth, render
 
 RANGE = (0.0, 255.0)
 WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))

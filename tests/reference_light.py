@@ -14,7 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from model.benchmarks.reference_raycaster import (
+from model.rendering.noise import noise_of
+from model.rendering.raster import Raster
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.volume import Volume
+from tests.reference_raycaster import (
     Array,
     Numbers,
     Rays,
@@ -27,13 +34,6 @@ from model.benchmarks.reference_raycaster import (
     unit_field,
     weights_of,
 )
-from model.rendering.noise import noise_of
-from model.rendering.raster import Raster
-from model.scene.crop import CropBox
-from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
-from model.scene.volume import Volume
 
 DIFFUSE, SPECULAR, HALF_POWER = 0.9, 0.2, 10
 AMBIENT, DISTANT = 0.4, 0.65
@@ -61,9 +61,9 @@ def picture(
         See :class:`model.rendering.raycast.renderer.RaycastRenderer`.
     per_sample, opacity : ndarray, shape (256,), optional
         Opacities of a whole step and of a voxel's length, in place of the TF's; see
-        :mod:`model.benchmarks.reference_raycaster` for complex ones.
+        :mod:`tests.reference_raycaster` for complex ones.
     least : float
-        See :func:`model.benchmarks.reference_raycaster.alphas_of`.
+        See :func:`tests.reference_raycaster.alphas_of`.
 
     Returns
     -------

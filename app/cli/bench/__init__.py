@@ -1,1 +1,0 @@
-"""The ``bench`` commands: `commands` has their options, a module of its own what each does."""

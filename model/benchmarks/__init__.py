@@ -1,1 +1,0 @@
-"""Benchmarks of speed and accuracy on this machine."""
