@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -27,8 +26,8 @@ from app.tf_editor.number_box import NumberBox
 from app.window.slice_preview import SlicePreview
 from model.volume_files.checks import readable_size
 from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout
-from model.volume_files.raw_guess import guess_layouts
-from model.volume_files.raw_preview import file_size, fit_sentence, needed_bytes, preview
+from model.volume_files.raw_name import guess_layout
+from model.volume_files.raw_preview import file_size, fit_sentence, preview
 
 MOST_VOXELS = 100_000
 """Largest dimension that can be typed."""
@@ -38,15 +37,18 @@ MOST_SKIPPED = 2**31 - 1
 
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
 
+UNKNOWN = RawLayout((256, 256, 256), "uint8")
+"""Layout to begin with where neither name nor size gives one."""
+
 Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 
 
 class RawDialog(QDialog):
     """Asks for the layout of a headerless file.
 
-    It begins with the most plausible layout, see :func:`guess_layouts`. The three middle slices
-    are shown for what is entered: under a wrong layout they look torn or noisy. Only a layout
-    that needs exactly the file's bytes can be opened.
+    It begins with the layout that name and size give, see :func:`guess_layout`. The three middle
+    slices are shown for what is entered: under a wrong layout they look torn or noisy. Only a
+    layout that needs exactly the file's bytes can be opened.
 
     Parameters
     ----------
@@ -63,11 +65,7 @@ class RawDialog(QDialog):
         super().__init__(parent)
         self._path = path
         self._present = file_size(path)
-        self._is_touched = False
-        self._guesses: list[RawLayout] = []
         self.setWindowTitle(f"Open raw file {path.name}")
-        self.guess_box = list_box()
-        self.guess_box.setPlaceholderText("As entered below")
         self.dimension_boxes = [WholeNumberBox() for _ in range(3)]
         self.type_box, self.order_box = list_box(), list_box()
         self.spacing_boxes = [NumberBox() for _ in range(3)]
@@ -78,16 +76,12 @@ class RawDialog(QDialog):
         self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
         self._fill_boxes()
         self._lay_out()
-        self._show_layout(RawLayout.parse(path.stem) or RawLayout((256, 256, 256), "uint8"))
+        self._show_layout(guess_layout(path, self._present) or UNKNOWN)
         self._previews = LatestCall("raw previews", self)
         self._previews.done.connect(self._show_previews)
         self._previews.failed.connect(self._show_problem)
-        self._guessing = LatestCall("raw guess", self)
-        self._guessing.done.connect(self._take_guesses)
-        self._guessing.failed.connect(self._show_problem)
         self._connect()
         self._check()
-        self._guessing.ask(partial(guess_layouts, path))
 
     def choice(self) -> RawLayout:
         """Return the layout as entered; its spacing is None if it was left at 1."""
@@ -112,10 +106,9 @@ class RawDialog(QDialog):
             super().accept()
 
     def done(self, result: int) -> None:
-        """Close, and end what runs in threads."""
-        for call in (self._guessing, self._previews):
-            call.stop()
-            call.join()
+        """Close, and end what runs in a thread."""
+        self._previews.stop()
+        self._previews.join()
         super().done(result)
 
     def _fill_boxes(self) -> None:
@@ -143,7 +136,6 @@ class RawDialog(QDialog):
         form = QFormLayout()
         form.setVerticalSpacing(8)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
-        form.addRow("Guesses", self.guess_box)
         form.addRow("Dimensions", _row(self.dimension_boxes))
         form.addRow("Type", self.type_box)
         form.addRow("Byte order", self.order_box)
@@ -175,34 +167,13 @@ class RawDialog(QDialog):
         column.addWidget(self._buttons)
 
     def _connect(self) -> None:
-        self.guess_box.activated.connect(lambda row: self._choose(self._guesses[row]))
         for box in self.dimension_boxes:
-            box.valueChanged.connect(lambda _value: self._take_entry())
-        self.offset_box.valueChanged.connect(lambda _value: self._take_entry())
+            box.valueChanged.connect(lambda _value: self._check())
+        self.offset_box.valueChanged.connect(lambda _value: self._check())
         for spacing_box in self.spacing_boxes:
-            spacing_box.valueChanged.connect(lambda _value: self._take_entry())
+            spacing_box.valueChanged.connect(lambda _value: self._check())
         for choice in (self.type_box, self.order_box):
-            choice.activated.connect(lambda _row: self._take_entry())
-
-    def _take_guesses(self, guesses: list[RawLayout]) -> None:
-        self._guesses = guesses
-        self.guess_box.addItems([_text(guess) for guess in guesses])
-        self.guess_box.setEnabled(bool(guesses))
-        if not guesses:
-            self.guess_box.setPlaceholderText("No layout of a volume fits this file's size")
-        # What was entered meanwhile stays.
-        if guesses and not self._is_touched:
-            self._show_layout(guesses[0])
-        self._check()
-
-    def _choose(self, guess: RawLayout) -> None:
-        self._is_touched = True
-        self._show_layout(guess)
-        self._check()
-
-    def _take_entry(self) -> None:
-        self._is_touched = True
-        self._check()
+            choice.activated.connect(lambda _row: self._check())
 
     def _show_layout(self, layout: RawLayout) -> None:
         """Show a layout in the fields, other than its spacing."""
@@ -215,10 +186,8 @@ class RawDialog(QDialog):
     def _check(self) -> None:
         """Show whether the layout fits, and ask for its previews."""
         layout = self.choice()
-        plain = replace(layout, spacing=None)
-        self.guess_box.setCurrentIndex(self._guesses.index(plain) if plain in self._guesses else -1)
         self.order_box.setEnabled(layout.dtype.itemsize > 1)
-        fits = needed_bytes(layout) == self._present
+        fits = layout.nbytes == self._present
         self.open_button.setEnabled(fits)
         self._fit.setText(fit_sentence(layout, self._present))
         self._fit.setStyleSheet(f"color: {theme.DIM_TEXT if fits else theme.WARNING}")
@@ -253,12 +222,3 @@ def _row(boxes: list[WholeNumberBox] | list[NumberBox]) -> QHBoxLayout:
             row.addWidget(QLabel("×"))
         row.addWidget(box, 1)
     return row
-
-
-def _text(layout: RawLayout) -> str:
-    """Format a layout for the list of guesses."""
-    dimensions = " × ".join(str(n) for n in layout.dimensions)
-    scalar_type = SCALAR_TYPES[layout.scalar_type]
-    order = "" if layout.dtype.itemsize == 1 else f", {ORDERS[layout.byte_order].lower()}"
-    header = f", behind {layout.offset} bytes" if layout.offset else ""
-    return f"{dimensions}, {scalar_type}{order}{header}"

@@ -14,13 +14,25 @@ from model.errors import VolumeError
 from model.scene.axes import axis_labelled
 from model.scene.file_facts import Content
 from model.scene.volume import Volume, is_resolved
-from model.volume_files.fill_values import far_away_values
 from model.volume_files.grid import Grid
 
 Component = int | Literal["magnitude"]
 
 MOST_IN_MAGNITUDE = 4
 """Components up to which a voxel's are taken for a vector or a colour."""
+
+SAMPLES = 1 << 18
+"""Voxels that are searched for a fill value; all of a small volume."""
+
+LEAST_SHARE, FEWEST = 0.001, 8
+"""Share of the voxels, and number of them, from which on a value counts as repeated."""
+
+FAR, TAIL = 4.0, 0.001
+"""Distance from the others from which on a value is far away, in widths of the others' range,
+and the share of them at each end that does not count for it."""
+
+FEWEST_OTHERS = 16
+"""Different values that the others must have: a mask or labels have no fill value."""
 
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
@@ -231,18 +243,47 @@ def _without_missing(
         )
     if missing is not None:
         scalars = _filled(scalars, missing)
-    for value in far_away_values(scalars, missing):
-        found: NDArray[np.bool_] = scalars == value
-        if missing is not None:
-            found &= ~missing
-        count = int(np.count_nonzero(found))
-        missing = found if missing is None else missing | found
+    for value in suspected_fills(scalars, missing):
         notes += (
-            f"{value:g} lies far from all other values, and {count} voxels have it: they are "
-            f"taken for missing{_share(count, scalars.size)}.",
+            f"{value:g} lies far from all other values, and many voxels have it: perhaps nothing "
+            "was measured there. The file does not say so; the range of values can leave it out.",
         )
-        scalars = _filled(scalars, missing)
     return scalars, missing, notes
+
+
+def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
+    """Return the lowest and the highest value, each if it is repeated and far from all others.
+
+    Such as -9999, where other voxels lie from 0 to 240. Hardly any voxels lie on the way there:
+    where a detector was saturated many do. Eight bits have no room for such values.
+    """
+    if scalars.dtype.itemsize < 2:
+        return []
+    values, counts = np.unique(_sample(scalars, missing), return_counts=True)
+    if len(values) <= FEWEST_OTHERS:
+        return []
+    numbers, found = values.astype(np.float64), []
+    for end, others in ((0, slice(1, None)), (-1, slice(None, -1))):
+        upto = np.cumsum(counts[others])
+        places = np.searchsorted(upto, [TAIL * upto[-1], (1 - TAIL) * upto[-1]])
+        lo, hi = numbers[others][places]
+        distance = abs(numbers[end] - (hi if end else lo))
+        on_the_way = counts[np.abs(numbers - numbers[end]) < 0.75 * distance].sum() - counts[end]
+        is_repeated = counts[end] >= max(LEAST_SHARE * counts.sum(), FEWEST)
+        if is_repeated and 100 * on_the_way <= counts[end] and distance > FAR * (hi - lo) > 0:
+            found.append(float(numbers[end]))
+    return found
+
+
+def _sample(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> NDArray[np.generic]:
+    """Return some voxels, the same ones each time; all of a small volume."""
+    if scalars.size <= SAMPLES:
+        return scalars.ravel() if missing is None else scalars[~missing]
+    places = np.unravel_index(
+        np.random.default_rng(0).integers(0, scalars.size, SAMPLES), scalars.shape
+    )
+    found = scalars[places]
+    return found if missing is None else found[~missing[places]]
 
 
 def _share(count: int, size: int) -> str:

@@ -1,12 +1,14 @@
-"""What the name of a headerless file says about its layout."""
+"""The layout of a headerless file, by its name and its size."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from model.volume_files.raw import SCALAR_TYPES, ByteOrder
+import numpy as np
+
+from model.volume_files.raw import LONGEST_HEADER, SCALAR_TYPES, ByteOrder, RawLayout
 
 _TRIPLE = re.compile(r"(?<!\d)(\d{1,5})([x×_ -])(\d{1,5})\2(\d{1,5})(?!\d)", re.IGNORECASE)
 _PAIR = re.compile(r"(?<!\d)(\d{2,5})[x×](\d{2,5})(?!\d)", re.IGNORECASE)
@@ -19,6 +21,9 @@ _TYPES = {
        for short, long in (("u", "uint"), ("ui", "uint"), ("i", "int"), ("s", "int"))},
     **{"f32": "float32", "f64": "float64", "ubyte": "uint8", "byte": "uint8"},
 }  # fmt: skip
+
+_COMMON = {8: "uint8", 16: "uint16", 32: "float32", 64: "float64"}
+"""The most common type of values of so many bits."""
 
 _ORDERS: dict[str, ByteOrder] = {
     **dict.fromkeys(("bigendian", "msb"), "big"),
@@ -47,7 +52,7 @@ class NameFacts:
     byte_order : {"little", "big"} or None
     """
 
-    dimensions: tuple[int, ...] = ()
+    dimensions: tuple[int, int, int] | tuple[int, int] | tuple[()] = ()
     numbers: tuple[int, ...] = ()
     scalar_type: str = ""
     bits: int = 0
@@ -62,7 +67,7 @@ def facts_of(path: Path) -> NameFacts:
     says something twice, the last time counts.
     """
     text = path.stem
-    dimensions: tuple[int, ...] = ()
+    dimensions: tuple[int, int, int] | tuple[int, int] | tuple[()] = ()
     if triples := list(_TRIPLE.finditer(text)):
         dimensions = (int(triples[-1][1]), int(triples[-1][3]), int(triples[-1][4]))
         text = _without(text, triples[-1])
@@ -85,6 +90,54 @@ def facts_of(path: Path) -> NameFacts:
         text = _without(text, word)
     numbers = tuple(int(n) for n in re.findall(r"(?<!\d)\d{1,5}(?!\d)", text))
     return NameFacts(dimensions, numbers, scalar_type, bits, order)
+
+
+def guess_layout(path: Path, size: int) -> RawLayout | None:
+    """Return the layout that a file's name gives, or its size where only one is possible.
+
+    Parameters
+    ----------
+    size : int
+        The file's bytes.
+
+    Returns
+    -------
+    RawLayout or None
+        One that needs exactly these bytes, perhaps behind a header; or the one that the name
+        gives in full, though it does not fit. None if several fit, or none.
+    """
+    named = RawLayout.parse(path.stem)
+    if named is not None and named.nbytes == size:
+        return named
+    facts = facts_of(path)
+    names = [facts.scalar_type] if facts.scalar_type else list(_COMMON.values())
+    if facts.bits and not facts.scalar_type:
+        names = [_COMMON[facts.bits]]
+    fitting = [
+        RawLayout(dimensions, name, facts.byte_order or "little")
+        for name in names
+        for dimensions in _dimensions(facts, size, np.dtype(name).itemsize)
+    ]
+    exact = [layout for layout in fitting if layout.nbytes == size]
+    if len(exact) == 1:
+        return exact[0]
+    if exact or len(facts.dimensions) < 3 or len(names) > 1:
+        return None
+    more = size - fitting[0].nbytes
+    return replace(fitting[0], offset=more) if 0 < more <= LONGEST_HEADER else fitting[0]
+
+
+def _dimensions(facts: NameFacts, size: int, itemsize: int) -> list[tuple[int, int, int]]:
+    """Return the dimensions that the name suggests, or a cube, for values of a number of bytes."""
+    if len(facts.dimensions) == 3:
+        return [facts.dimensions]
+    count = size // itemsize
+    if len(facts.dimensions) == 2:
+        nx, ny = facts.dimensions
+        slices = count // max(nx * ny, 1)
+        return [(nx, ny, slices)] if slices > 1 else []
+    side = round(count ** (1 / 3))
+    return [(side, side, side)] if side > 1 and side in (facts.numbers or (side,)) else []
 
 
 def _without(text: str, found: re.Match[str]) -> str:

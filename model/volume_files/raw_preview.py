@@ -98,11 +98,6 @@ def _gray(values: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.
     return np.rint(255 * np.clip(unit, 0.0, 1.0)).astype(np.uint8)
 
 
-def needed_bytes(layout: RawLayout) -> int:
-    """Return the size of a file that has this layout."""
-    return layout.nbytes
-
-
 def fit_sentence(layout: RawLayout, present: int) -> str:
     """Say how many bytes a layout needs against what the file has, and what would fit.
 
@@ -111,7 +106,7 @@ def fit_sentence(layout: RawLayout, present: int) -> str:
     present : int
         The file's bytes.
     """
-    need = needed_bytes(layout)
+    need = layout.nbytes
     what = f"{times(layout.dimensions)} voxels of {layout.scalar_type} need {_bytes(need)}"
     if layout.offset:
         what = what.replace(" need ", f" behind {layout.offset:,} bytes need ")

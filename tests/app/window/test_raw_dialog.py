@@ -8,7 +8,7 @@ import pytest
 from PySide6.QtWidgets import QDialog
 from pytestqt.qtbot import QtBot
 
-from app.window.raw_dialog import RawDialog
+from app.window.raw_dialog import UNKNOWN, RawDialog
 from model.volume_files import read_volume
 from model.volume_files.raw import RawLayout
 
@@ -35,16 +35,17 @@ def open_dialog(qtbot: QtBot, tmp_path: Path) -> Iterator[Opener]:
 
 
 def wait(qtbot: QtBot, dialog: RawDialog) -> None:
-    """Wait until the guess and the newest previews are there."""
-    calls = (dialog._guessing, dialog._previews)
-    qtbot.waitUntil(lambda: not any(call.is_running for call in calls))
+    """Wait until the newest previews are there."""
+    qtbot.waitUntil(lambda: not dialog._previews.is_running)
 
 
-def test_it_begins_with_the_guess_and_its_slices(qtbot: QtBot, open_dialog: Opener) -> None:
-    dialog = open_dialog("data.raw")
+NAME = "data_24x20x16_ushort_big.raw"
+
+
+def test_it_begins_with_what_the_name_says(qtbot: QtBot, open_dialog: Opener) -> None:
+    dialog = open_dialog(NAME)
     wait(qtbot, dialog)
     assert dialog.choice() == RawLayout((24, 20, 16), "uint16", "big")
-    assert dialog.guess_box.currentIndex() == 0
     assert dialog.open_button.isEnabled()
     sizes = [(s.image.width(), s.image.height()) for s in dialog.slices if s.image]
     assert sizes == [(20, 16), (24, 16), (24, 20)]
@@ -53,17 +54,16 @@ def test_it_begins_with_the_guess_and_its_slices(qtbot: QtBot, open_dialog: Open
 
 
 def test_every_change_is_checked_and_previewed(qtbot: QtBot, open_dialog: Opener) -> None:
-    dialog = open_dialog("data.raw")
+    dialog = open_dialog(NAME)
     wait(qtbot, dialog)
     dialog.dimension_boxes[2].setValue(17)
     assert not dialog.open_button.isEnabled()
     assert "too few" in dialog.fit_text and "16 voxels along z" in dialog.fit_text
-    assert dialog.guess_box.currentIndex() == -1
     wait(qtbot, dialog)
     first = dialog.slices[0].image
     assert first is not None and first.height() == 17
     dialog.dimension_boxes[2].setValue(16)
-    assert dialog.open_button.isEnabled() and dialog.guess_box.currentIndex() == 0
+    assert dialog.open_button.isEnabled()
     wait(qtbot, dialog)
     right = dialog.slices[1].image
     dialog.order_box.setCurrentIndex(0)
@@ -73,33 +73,15 @@ def test_every_change_is_checked_and_previewed(qtbot: QtBot, open_dialog: Opener
     assert dialog.slices[1].image != right
 
 
-def test_a_guess_can_be_chosen(qtbot: QtBot, open_dialog: Opener) -> None:
-    dialog = open_dialog("data.raw")
-    wait(qtbot, dialog)
-    before = dialog.choice()
-    dialog.guess_box.setCurrentIndex(1)
-    dialog.guess_box.activated.emit(1)
-    assert dialog.choice() != before and dialog.open_button.isEnabled()
-    assert dialog.guess_box.currentIndex() == 1
-
-
-def test_what_was_entered_before_the_guess_stays(qtbot: QtBot, open_dialog: Opener) -> None:
-    dialog = open_dialog("data_20x24x16_ushort_big.raw")
-    assert dialog.choice() == RawLayout((20, 24, 16), "uint16", "big")
-    dialog.dimension_boxes[0].setValue(30)
-    wait(qtbot, dialog)
-    assert dialog.choice().dimensions == (30, 24, 16)
-
-
 def test_what_is_opened_is_what_was_shown(
     qtbot: QtBot, open_dialog: Opener, tmp_path: Path
 ) -> None:
-    dialog = open_dialog("data.raw")
+    dialog = open_dialog(NAME)
     wait(qtbot, dialog)
     dialog.spacing_boxes[2].setValue(2.5)
     dialog.open_button.click()
     assert dialog.result() == QDialog.DialogCode.Accepted
-    volume = read_volume(tmp_path / "data.raw", raw=dialog.choice())
+    volume = read_volume(tmp_path / NAME, raw=dialog.choice())
     assert volume.dimensions == (24, 20, 16)
     assert volume.spacing == (1.0, 1.0, 2.5)
 
@@ -109,7 +91,7 @@ def test_a_file_that_nothing_fits_and_one_that_is_gone(
 ) -> None:
     dialog = open_dialog("prime.raw", b"x" * 1009)
     wait(qtbot, dialog)
-    assert dialog.guess_box.count() == 0 and not dialog.open_button.isEnabled()
+    assert dialog.choice() == UNKNOWN and not dialog.open_button.isEnabled()
     assert "1,009 bytes" in dialog.fit_text
     (tmp_path / "prime.raw").unlink()
     dialog.dimension_boxes[0].setValue(9)
@@ -124,9 +106,7 @@ def test_a_header_is_skipped(
     content = np.arange(4 * 5 * 6, dtype=np.uint16).tobytes()
     dialog = open_dialog("scan_6x5x4_uint16.raw", b"head" * 8 + content)
     wait(qtbot, dialog)
-    dialog.dimension_boxes[0].setValue(6)
-    dialog.dimension_boxes[1].setValue(5)
-    dialog.dimension_boxes[2].setValue(4)
+    assert dialog.choice() == RawLayout((6, 5, 4), "uint16", offset=32)
     dialog.offset_box.setValue(0)
     assert "32 bytes too many. A header? It would fit with 32 bytes skipped" in dialog.fit_text
     dialog.offset_box.setValue(32)

@@ -95,7 +95,7 @@ def test_nor_do_those_of_the_dialogs(qtbot: QtBot, tmp_path: Path) -> None:
     movie = MovieDialog(kinds, {"reference": (640, 480)}, begin)
     picture = PictureDialog({"reference": (640, 480)})
     compact = CompactDialog(10**6, 10**6)
-    for dialog, least in ((raw, 4), (picture, 4), (movie, 4), (compact, 2)):
+    for dialog, least in ((raw, 3), (picture, 4), (movie, 4), (compact, 2)):
         qtbot.addWidget(dialog)
         dialog.show()
         qtbot.waitExposed(dialog)

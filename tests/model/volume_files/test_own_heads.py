@@ -26,7 +26,6 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 from model.errors import VolumeError
 from model.volume_files import Choice, RawLayout, read_volume
 from model.volume_files.choice import LARGEST
-from model.volume_files.raw_guess import guess_layouts
 from model.volume_files.vti import read_vti
 
 CASES = Path(__file__).parent / "cases"
@@ -256,16 +255,6 @@ def test_a_header_is_offered_to_be_skipped():
     assert layout == RawLayout((28, 20, 12), "uint16", offset=512)
     expected = np.frombuffer(HEADED.read_bytes()[512:], "<u2").reshape(12, 20, 28)
     np.testing.assert_array_equal(read_volume(HEADED, raw=layout).voxels, expected)
-
-
-@pytest.mark.parametrize("name", ["a_28x20x12_uint16.raw", "a_28x20x12.raw"])
-def test_a_header_is_guessed(tmp_path, name):
-    path = tmp_path / name
-    ramp = np.linspace(0, 40000, 28 * 20 * 12).reshape(12, 20, 28)
-    content = ramp.astype("<u2").tobytes()
-    path.write_bytes(b"?" * 512 + content)
-    guesses = guess_layouts(path)
-    assert RawLayout((28, 20, 12), "uint16", offset=512) in guesses
 
 
 def test_an_offset_comes_back_from_its_text():
