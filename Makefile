@@ -11,7 +11,7 @@ ARGS ?=
 BIN := .venv/bin
 # Two processes: a file's tests share what its fixtures have made.
 TESTS := QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n 2 --dist loadfile
-PIP := $(BIN)/python -m pip --disable-pip-version-check
+INSTALL := $(BIN)/python app/python_packages.py
 
 .PHONY: audit run test test-all test-slow setup lint clean
 
@@ -46,18 +46,18 @@ audit: setup
 clean:
 	rm -rf .venv
 
-# torch first and pinned, so that its build can be chosen.
+# torch is pinned, and from an index of its own where TORCH_INDEX names one.
 .venv/ready: pyproject.toml
 	@$(PYTHON) app/system_libraries.py --python
 	$(PYTHON) -m venv .venv
-	$(PIP) install --quiet $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX)) "$(TORCH)"
-	$(PIP) install --quiet --editable .
+	$(if $(TORCH_INDEX),$(INSTALL) --index-url $(TORCH_INDEX) "$(TORCH)")
+	$(INSTALL) "$(TORCH)" --editable .
 	@touch $@
 
 .venv/test-ready: .venv/ready
-	$(PIP) install --quiet --editable ".[test]"
+	$(INSTALL) --editable ".[test]"
 	@touch $@
 
 .venv/lint-ready: .venv/ready
-	$(PIP) install --quiet --editable ".[test,dev]"
+	$(INSTALL) --editable ".[test,dev]"
 	@touch $@

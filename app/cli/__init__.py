@@ -14,6 +14,10 @@ if TYPE_CHECKING:
 
 BAD_INPUT = 2
 
+# Must be set before torch is imported: with the window, VTK and torch in one process,
+# OpenMP's busy-waiting threads would slow each other down by a factor of ten or more.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command given by arguments, by default those of the process.
@@ -24,12 +28,13 @@ def run(arguments: Sequence[str] | None = None) -> int:
         Exit code: the command's, usually 0; 2 with one line on standard error for bad
         input; 130 after Ctrl-C; 1 if standard output is closed.
     """
-    from typer.main import get_command
-
-    from app.cli.commands import application
-    from app.cli.window_files import with_options_for_files
-
     try:
+        # The imports take a second, in which Ctrl-C is pressed, too.
+        from typer.main import get_command
+
+        from app.cli.commands import application
+        from app.cli.window_files import with_options_for_files
+
         command = cast("TyperGroup", get_command(application))
         words = with_options_for_files(sys.argv[1:] if arguments is None else arguments, command)
         code = command(words, standalone_mode=False)

@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from app import python_packages
+
+
+def test_settings_are_those_of_pip_variables_before_files(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    file = tmp_path / "pip.conf"
+    file.write_text(
+        "[global]\nfind-links = /from/file\nextra-index-url = https://a.example/x\n"
+        "    https://b.example/x\n"
+    )
+    for name in [name for name in os.environ if name.startswith("PIP_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("PIP_CONFIG_FILE", str(file))
+    monkeypatch.setenv("PIP_FIND_LINKS", "/from/variable")
+    settings = python_packages.pip_settings()
+    assert settings["find-links"] == "/from/variable"
+    options = python_packages.uv_options(settings, has_nvidia=False)
+    expected = [
+        "--extra-index-url",
+        "https://a.example/x",
+        "--extra-index-url",
+        "https://b.example/x",
+    ]
+    start = options.index("--extra-index-url")
+    assert options[start : start + 4] == expected
+    assert options[options.index("--find-links") + 1] == "/from/variable"
+    assert "--torch-backend" not in options
+
+
+@pytest.mark.parametrize("has_nvidia", [True, False])
+def test_without_settings_only_an_nvidia_gpu_brings_cuda(has_nvidia: bool) -> None:
+    options = python_packages.uv_options({}, has_nvidia)
+    assert options == ([] if has_nvidia else ["--torch-backend", "cpu"])
+
+
+@pytest.mark.parametrize("failing", ["install", "--python"])
+def test_where_uv_cannot_be_had_or_fails_pip_installs(
+    failing: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran: list[list[str]] = []
+
+    def record(command: list[str], **_: object) -> SimpleNamespace:
+        ran.append(list(command))
+        return SimpleNamespace(returncode=int("uv" in command and failing in command), stdout="")
+
+    monkeypatch.setattr(subprocess, "run", record)
+    assert python_packages.main(["torch==2.13.0", "--editable", "."]) == 0
+    assert ran[-1][:4] == [*python_packages.PIP]
+    assert ran[-1][-3:] == ["torch==2.13.0", "--editable", "."]
