@@ -20,7 +20,6 @@ from model.networks.card import load_card
 from model.rendering.movie_file import SUFFIXES
 from model.rendering.raster import Raster
 from model.scene.default_tf import default_transfer_function
-from model.scene.first_picture import first_picture
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
@@ -104,10 +103,7 @@ def choose_tf(
         fitted = fit_to_volume(known, volume)
         return fitted, volume.over(fitted.scalar_range, fitted.scale)
     if path is None:
-        if keeps_range:
-            return default_transfer_function(volume), volume
-        shown, tf = first_picture(volume)
-        return tf, shown
+        return default_transfer_function(volume), volume
     if keeps_range:
         fitted = load_fitted(path, volume.scalar_range, volume.scale)
     else:

@@ -40,8 +40,6 @@ class FidelityLine(QLabel):
     state : ViewerState
     whole : callable
         Returns the pixels that an image has where nothing stands against it.
-    copy_error : callable
-        Returns the error of a lossy copy's images; None for another volume.
     """
 
     judged = Signal()
@@ -52,11 +50,10 @@ class FidelityLine(QLabel):
         pane: EnginePane,
         state: ViewerState,
         whole: Callable[[], Raster],
-        copy_error: Callable[[], float | None],
     ) -> None:
         super().__init__(pane.canvas)
         self._pane, self._state = pane, state
-        self._whole, self._copy_error = whole, copy_error
+        self._whole = whole
         self._errors = ImageErrors()
         self._fidelity = Fidelity()
         self.setProperty("role", "on image")
@@ -96,8 +93,7 @@ class FidelityLine(QLabel):
         if self._pane.shows_present:
             settled = self._pane.client.state is EngineState.SETTLED
             state = self._state
-            found = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
-            self._fidelity = found.of_copy(self._copy_error())
+            self._fidelity = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
         text = self._fidelity.text
         if text != self.text():
             self.setText(text)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
-
-from app.engines.quality import GOOD_ENOUGH
+from dataclasses import dataclass
 
 REFINING = "refining"
 AS_CHOSEN = "as exact as chosen"
@@ -25,11 +22,6 @@ TOO_LONG = (
     "It has {} of {} pixels across: all of them take too long here. Make the window smaller, or "
     "choose a faster light."
 )
-COPY = (
-    "The volume is a compact copy. Its error, {}, is that of images of random views and TFs, as "
-    "measured when it was written; the original has none."
-)
-
 LEAST_SAID = 1e-4
 """Error below which no figure is more than noise."""
 
@@ -75,13 +67,3 @@ class Fidelity:
             return self.state
         error = f"error {'~' if self.is_predicted else ''}{error_text(self.error)}"
         return f"{error}, {self.state}" if self.state else error
-
-    def of_copy(self, error: float | None) -> Fidelity:
-        """Return what is said where the volume is a lossy copy, whose images have an error."""
-        if error is None or (error <= GOOD_ENOUGH and self == Fidelity()):
-            return self
-        reasons = (*self.reasons, COPY.format(error_text(error)))
-        if self.state and self.error is None:
-            return replace(self, reasons=reasons)
-        both = math.hypot(self.error or 0.0, error)
-        return Fidelity(both, True, self.state if self.error else AT_BEST, reasons)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.default_tf import default_transfer_function
-from model.scene.first_picture import first_picture
 from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
@@ -55,12 +54,10 @@ class OpenedVolume:
         return self.volume.missing is not None
 
     @classmethod
-    def of(
-        cls, path: Path, volume: Volume, default: TransferFunction | None = None
-    ) -> OpenedVolume:
+    def of(cls, path: Path, volume: Volume) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
-        default = default or default_transfer_function(volume)
+        default = default_transfer_function(volume)
         window = default_scalar_window(volume)
         shown = ThinnedVolume.of(volume).shown_points(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
@@ -100,4 +97,4 @@ def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolu
         When the file holds no usable volume.
     """
     volume = read_volume(path)
-    return OpenedVolume.of(path, *first_picture(volume.over(robust_range(volume))))
+    return OpenedVolume.of(path, volume.over(robust_range(volume)))

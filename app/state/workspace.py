@@ -266,7 +266,7 @@ class Workspace(QObject):
             volume.proportions,
             up,
             volume.axis_labels,
-            view or volume.file.view,
+            view,
             opened.shown,
             self.reference.reach,
         )

@@ -64,13 +64,10 @@ class Subject:
         Of its scalars; empty if unknown.
     scale : Scale or None
         Without one, there is no scale bar.
-    copy_error : float or None
-        Of a lossy copy's images, see :class:`model.scene.file_facts.FileFacts`.
     """
 
     units: str = ""
     scale: Scale | None = None
-    copy_error: float | None = None
 
 
 def panels(look: FigureLook, which: Which) -> list[QRect]:

@@ -45,7 +45,6 @@ from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
-from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.emptiness_notice import EmptinessNotice
 from app.window.empty_card import EmptyCard
@@ -170,7 +169,7 @@ class MainWindow(QMainWindow):
             (self.generator, self.reference), self.state, self.workspace.decoded, self.preferences
         )
         self.fidelity = FidelityLine(
-            self.reference, self.state, self.workspace.reference.whole_raster, self._copy_error
+            self.reference, self.state, self.workspace.reference.whole_raster
         )
         self.exactness.follow(self.fidelity)
         DecodedLayer(self.editor.area, self.workspace.decoded)
@@ -227,7 +226,6 @@ class MainWindow(QMainWindow):
         self.empty_card = EmptyCard(self.reference, self.workspace, self.opening, self.files)
         self.browser.movieRequested.connect(self.movies.save_path)
         self.browser.preview.tfChanged.connect(self.overlays.preview)
-        self.compact = CompactSaving(self, self.state, self.workspace, self.files)
         self._question = UpAxisQuestion(
             self.up_axis_card,
             self.state,
@@ -251,7 +249,6 @@ class MainWindow(QMainWindow):
             files=self.files,
             pictures=self.pictures,
             movies=self.movies,
-            compact=self.compact,
             sessions=self.session_files,
             state=self.state,
             workspace=self.workspace,
@@ -322,7 +319,7 @@ class MainWindow(QMainWindow):
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
             self.workspace, self.opening, self.files, self.sessions, self.pictures, self.movies,
-            self.compact, self.browser,
+            self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
@@ -331,15 +328,8 @@ class MainWindow(QMainWindow):
         self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
 
     def _name_light(self) -> None:
-        """Say in which light the reference is drawn, and where the volume is a compressed one."""
-        opened = self.workspace.opened
-        copy = ", compact" if opened is not None and opened.volume.file.is_lossy else ""
-        self.reference.set_light(LIGHTS[self.workspace.reference.settings.lighting] + copy)
-
-    def _copy_error(self) -> float | None:
-        """Error of images of the open volume, if that is a lossy copy."""
-        opened = self.workspace.opened
-        return None if opened is None else opened.volume.file.image_error
+        """Say in which light the reference is drawn."""
+        self.reference.set_light(LIGHTS[self.workspace.reference.settings.lighting])
 
     @property
     def errors(self) -> list[str]:
@@ -415,12 +405,11 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for the threads to end."""
-        work = (self.pictures, self.movies, self.compact, self.training)
+        work = (self.pictures, self.movies, self.training)
         if self.isVisible() and not may_quit(self, [each.unfinished for each in work]):
             event.ignore()
             return
         self.movies.cancel()
-        self.compact.cancel()
         self.workspace.stop()
         self.training.cancel()
         self.training_start.cancel()
@@ -428,7 +417,6 @@ class MainWindow(QMainWindow):
         self.hide()
         self.workspace.join()
         self.movies.join()
-        self.compact.join()
         self.training.join()
         self.preferences.finish()
         event.accept()
@@ -525,10 +513,9 @@ class MainWindow(QMainWindow):
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
-        self._name_light()
         self.browser.set_units(volume.units)
         scale = Scale.of(volume, opened.shown)
-        self.overlays.start_volume(Subject(volume.units, scale, volume.file.image_error))
+        self.overlays.start_volume(Subject(volume.units, scale))
         self.tools.setEnabled(True)
         self._hints.start_volume()
         self.files.volume_name = volume.name

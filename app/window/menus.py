@@ -108,13 +108,11 @@ class Menus(QObject):
         """Add what there is to know of the open volume and its file."""
         opening, workspace = self._parts.opening, self._parts.workspace
         others = add_action(menu, "Other &volumes in this file…", opening.ask_for_content)
-        compact = add_action(menu, "Save compact v&olume…", self._parts.compact.save)
         about = add_action(menu, "P&roperties…", opening.show_properties, "Ctrl+I")
 
         def enable() -> None:
             opened = workspace.opened
             about.setEnabled(opened is not None)
-            compact.setEnabled(opened is not None)
             others.setEnabled(opened is not None and bool(opened.volume.file.contents))
 
         workspace.volumeStarted.connect(enable)

@@ -234,7 +234,7 @@ class PictureSaving(QObject):
         if choice.samples and "reference" in self._names(choice):
             image.setText("Light", f"Path-traced, {choice.samples} samples of each pixel")
         if "reference" in self._names(choice) and choice.which != "difference":
-            text = _error_text(wanted.error, wanted.subject.copy_error)
+            text = _error_text(wanted.error)
             if text:
                 image.setText("Error", text)
         self._deliver(image, wanted.place)
@@ -252,17 +252,11 @@ class PictureSaving(QObject):
             self.news.emit(f"Saved {place.name}.")
 
 
-def _error_text(estimated: float | None, copy: float | None) -> str:
+def _error_text(estimated: float | None) -> str:
     """Say how far the ground truth is from the exact image; nothing where that is not known."""
-    said = []
-    if estimated is not None and math.isfinite(estimated):
-        said.append(f"Estimated RMSE of the ground truth's colours, from 0 to 1: {estimated:.2g}.")
-    if copy is not None:
-        said.append(
-            f"The volume is a compact copy: RMSE {copy:.2g} over random views and TFs, as measured "
-            "when it was written."
-        )
-    return " ".join(said)
+    if estimated is None or not math.isfinite(estimated):
+        return ""
+    return f"Estimated RMSE of the ground truth's colours, from 0 to 1: {estimated:.2g}."
 
 
 def _suffixes() -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
-from app.window.compact_saving import CompactSaving
 from app.window.crop_card import CropCard
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import FileOpening
@@ -35,7 +34,6 @@ class WindowParts:
     files: FileDialogs
     pictures: PictureSaving
     movies: MovieSaving
-    compact: CompactSaving
     sessions: SessionFiles
     state: ViewerState
     workspace: Workspace

@@ -95,6 +95,6 @@ def migrate_size(size: Any, where: str) -> Any:
     if kind is not None:
         raise CheckpointError(
             f"{where}: the model is {kind}, which this tfscope no longer draws; train one anew by "
-            "the command train, or have the volume itself small by the command compact."
+            "the command train."
         )
     return {name: value for name, value in size.items() if name not in FORMER_FIELDS}

@@ -5,9 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from model.scene.transfer_function import TransferFunction
-from model.scene.view import View
-
 ChoiceKind = Literal["series", "array", "time", "channel", "component"]
 """Along what a file holds more than one volume."""
 
@@ -56,17 +53,6 @@ class FileFacts:
         Directions of that space's axes in the patient, such as ``"LPS"``; empty for others.
     contents : tuple of Content
         All that the file or folder holds, where that is more than one volume.
-    tf : TransferFunction or None
-        The one to show the volume through at first, over the range to show it over.
-    view : View or None
-        The one to see it from at first.
-    up : str
-        Axis of the volume that points up, where the file says it other than by its space.
-    is_lossy : bool
-        Whether the voxels are a compressed copy's, near to what they were.
-    image_error : float or None
-        How far images of such a copy are from the original's, RMSE of colours in [0, 1], as it
-        was measured when the copy was made; None where nothing is lost, or it is not known.
     """
 
     format: str = ""
@@ -74,8 +60,3 @@ class FileFacts:
     directions: tuple[tuple[float, float, float], ...] = ()
     space: str = ""
     contents: tuple[Content, ...] = ()
-    tf: TransferFunction | None = None
-    view: View | None = None
-    up: str = ""
-    is_lossy: bool = False
-    image_error: float | None = None

@@ -14,8 +14,6 @@ from model.errors import VolumeError
 from model.scene.volume import Volume
 from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.compact import SUFFIX as COMPACT_SUFFIX
-from model.volume_files.compact import read_compact
 from model.volume_files.description import describe
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
@@ -60,7 +58,6 @@ _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     **dict.fromkeys(MRC_SUFFIXES, read_mrc),
     **dict.fromkeys(NUMPY_SUFFIXES, read_numpy),
     **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
-    COMPACT_SUFFIX: read_compact,
 }
 
 SUFFIXES = (*_READERS, *DICOM_SUFFIXES, ".raw")

@@ -76,7 +76,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             readable_name(path),
             grid.units,
             grid.notes + notes,
-            grid.facts.up or axis_labelled("S", grid.axis_labels),
+            axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
             file=grid.facts,
             missing=grid.missing,

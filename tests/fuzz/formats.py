@@ -208,27 +208,6 @@ def _mrc(folder: Path, array: np.ndarray) -> Path:
     return folder / "a.mrc"
 
 
-def _compact(bytes_a_voxel: float) -> Callable[..., Path]:
-    def make(folder: Path, array: np.ndarray) -> Path:
-        from model.scene.volume import Volume
-        from model.volume_files.compact import ImageError, write_compact
-        from model.volume_files.voxel_code import encode_voxels
-
-        path = folder / f"{bytes_a_voxel}.tfvolume"
-        volume = Volume(array, missing=array < 100)
-        coded = encode_voxels(array, int(bytes_a_voxel * array.size))
-        write_compact(path, volume, coded, ImageError(0.01, 0.02, 9))
-        return path
-
-    return make
-
-
-def _read_compact(path: Path) -> str:
-    from model.volume_files.source import VolumeSource
-
-    return VolumeSource(path).read().fingerprint
-
-
 def _read_volume(path: Path) -> str:
     from model.volume_files.source import VolumeSource
 
@@ -379,7 +358,6 @@ def _read_planted(path: Path) -> str:
 FORMATS = {
     "nrrd": Format(_volume(_itk("a.nrrd"), _itk("b.nrrd", True)), _read_volume),
     "metaimage": Format(_volume(_itk("a.mha"), _itk("b.mha", True)), _read_volume),
-    "compact": Format(_volume(_compact(3.0), _compact(0.5)), _read_compact),
     "nifti": Format(
         _volume(_itk("a.nii"), _itk("b.nii.gz"), _nibabel("c.nii"), _nibabel("d.mgh")),
         _read_volume,

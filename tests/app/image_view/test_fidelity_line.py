@@ -29,7 +29,7 @@ def line(qtbot: QtBot) -> FidelityLine:
     qtbot.addWidget(pane, before_close_func=close)
     pane.resize(700, 500)
     pane.show()
-    return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: None)
+    return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8))
 
 
 def request(line: FidelityLine, sequence: int) -> ImageRequest:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -217,12 +216,11 @@ def test_figures_of_both_images_wait_for_both(
 
 
 @pytest.mark.parametrize(
-    ("estimated", "copy", "said"),
+    ("estimated", "said"),
     [
-        (None, None, ""),
-        (float("inf"), None, ""),
-        (0.0042, None, "Estimated RMSE of the ground truth's colours, from 0 to 1: 0.0042."),
-        (None, 0.004, "The volume is a compact copy: RMSE 0.004 over random views and TFs"),
+        (None, ""),
+        (float("inf"), ""),
+        (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: 0.0042."),
     ],
 )
 def test_a_figure_says_its_error_in_the_file(
@@ -231,12 +229,10 @@ def test_a_figure_says_its_error_in_the_file(
     builders: FakeBuilders,
     tmp_path: Path,
     estimated: float | None,
-    copy: float | None,
     said: str,
 ) -> None:
     window = make_window(model=None)
     builders.references[-1].image_error = estimated
-    window.overlays.subject = replace(window.overlays.subject, copy_error=copy)
     place = tmp_path / "a.png"
     window.pictures.draw(PictureChoice(90, 40), place)
     qtbot.waitUntil(place.exists)

@@ -22,7 +22,6 @@ from pytestqt.qtbot import QtBot
 from app.controls import list_box
 from app.number_entry import WholeNumberBox
 from app.wheel_guard import WheelGuard
-from app.window.compact_dialog import CompactDialog
 from app.window.main_window import MainWindow
 from app.window.movie_dialog import MovieDialog
 from app.window.picture_dialog import PictureChoice, PictureDialog
@@ -94,8 +93,7 @@ def test_nor_do_those_of_the_dialogs(qtbot: QtBot, tmp_path: Path) -> None:
     kinds, begin = ("turntable", "path"), PictureChoice(0, 0)
     movie = MovieDialog(kinds, {"reference": (640, 480)}, begin)
     picture = PictureDialog({"reference": (640, 480)})
-    compact = CompactDialog(10**6, 10**6)
-    for dialog, least in ((raw, 3), (picture, 4), (movie, 4), (compact, 2)):
+    for dialog, least in ((raw, 3), (picture, 4), (movie, 4)):
         qtbot.addWidget(dialog)
         dialog.show()
         qtbot.waitExposed(dialog)

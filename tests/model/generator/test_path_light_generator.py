@@ -18,7 +18,7 @@ from model.rendering.path_tracing.cleaning import Denoiser, cleaned, denoiser
 from model.rendering.path_tracing.refinement import refined
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
-from model.scene.first_picture import first_picture
+from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
 from model.volume_files import read_volume
@@ -88,7 +88,8 @@ def test_where_a_part_is_missing_the_rest_cleans(
 def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser() -> None:
     assert PATH_LIGHT.is_file()
     for path in shipped_volumes():
-        volume, tf = first_picture(read_volume(path))
+        volume = read_volume(path)
+        tf = default_transfer_function(volume)
         inputs = SceneInputs.of(View(140, 25, 0, 0.7), tf)
         many, tracer = PathTracer(volume, seed=5), PathTracer(volume)
         *_, exact = many.refine(inputs, 128, 128)
