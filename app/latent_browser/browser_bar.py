@@ -1,4 +1,4 @@
-"""Controls of the latent browser: colours, filters, engines, places, search."""
+"""Controls of the latent browser: colours, filters, codec and engine."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QEvent, Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence, QPixmap, QShortcut
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from app.caption_button import CaptionButton
 from app.controls import add_action
 from app.icons import IconButton, icon
-from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import lookup_table
 from app.menu_tips import show_tips
 from app.state.latent_state import CodecChoice, Coloring, EngineChoice, LatentState
@@ -24,10 +23,6 @@ COLORINGS: dict[Coloring, tuple[str, str]] = {
     "opacity": ("Opacity", "How opaque the picture is on the whole"),
     "modes": ("Modes", "How many peaks the TF has"),
     "distance": ("Distance", "How far the TF's code is from the present TF's"),
-    "error": (
-        "Model error",
-        "How far the model's picture is from the ray caster's: RMSE, from 0 (no error) to 1",
-    ),
 }
 
 ENGINES: dict[EngineChoice, tuple[str, str]] = {
@@ -48,7 +43,7 @@ BAND_WIDTH = 84, 150
 
 
 class BrowserBar(QWidget):
-    """Controls in one row, and the menus of places, of searches, and of what is chosen rarely.
+    """Controls in one row, and the menu of what is chosen rarely.
 
     Attributes
     ----------
@@ -56,19 +51,11 @@ class BrowserBar(QWidget):
         Says what the map's colours mean; its menu has other meanings.
     modes, decoded : QAction
         Whether a chosen TF becomes modes, and what a model's pictures are drawn from.
-    stop, take : QPushButton
-        For what is running, while something is.
+    stop : QPushButton
+        Ends the computation of the map, while it runs.
     """
 
     resetRequested = Signal()
-    playRequested = Signal()
-    movieRequested = Signal()
-    nameRequested = Signal()
-    placeRequested = Signal(int)
-    renameRequested = Signal(int)
-    forgetRequested = Signal(int)
-    seekRequested = Signal(str)
-    """Emitted with "more", "less", "remember", "picture", "region", "file" or "stop"."""
     problem = Signal(str)
     """Emitted with an error sentence; empty when what was wrong has been mended."""
 
@@ -101,34 +88,26 @@ class BrowserBar(QWidget):
         )
         self.lasso.setCheckable(True)
         self.reset = IconButton("home", "Whole map", "Home")
-        self.stop = _small_button("Stop", "Stop what is running (Escape)")
-        self.take = _small_button(
-            "Take", "End the path, and take the TF of the picture that is shown"
-        )
-        self.places = IconButton("flag", "Places", text="Places ▾")
-        self.places.setToolTip("Named places, and the path between them")
-        self.search = IconButton("find", "Find", text="Find ▾")
-        self.search.setToolTip("Search for a TF by what its picture shall show")
+        self.stop = QPushButton("Stop")
+        self.stop.setToolTip("Stop the computation of the map (Escape)")
+        self.stop.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.more = IconButton("more", "More")
-        for button in (self.places, self.search, self.more):
-            button.setMenu(QMenu(button))
-            button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        self.more.setMenu(QMenu(self.more))
+        self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._fill_more(self.more.menu())
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 8, 0)
         row.setSpacing(4)
         left: list[QWidget] = [self.coloring, self.band, self.lasso, self.reset]
-        right: list[QWidget] = [self.stop, self.take, self.places, self.search, self.more]
+        right: list[QWidget] = [self.stop, self.more]
         for widget in left:
             row.addWidget(widget)
         row.addStretch(1)
         for widget in right:
             row.addWidget(widget)
         self.stop.hide()
-        self.take.hide()
         self._connect()
         self._show_choices()
-        self.fill_places()
 
     def changeEvent(self, event: QEvent) -> None:
         """Draw the field's icon anew in another theme."""
@@ -177,63 +156,6 @@ class BrowserBar(QWidget):
         self._show_choices()
         self.engine.setEnabled(fits)
 
-    def show_search(self, running: bool, remembered: bool, region: str) -> None:
-        """Fill the menu of searches.
-
-        Parameters
-        ----------
-        running : bool
-            Whether one is running.
-        remembered : bool
-            Whether a picture is remembered as a goal.
-        region : str
-            Name of the region that is drawn in the image.
-        """
-        menu = self.search.menu()
-        menu.clear()
-        if running:
-            add_action(menu, "Stop the search", partial(self.seekRequested.emit, "stop"))
-            return
-        add_action(menu, f"More in: {region}", partial(self.seekRequested.emit, "more"))
-        add_action(menu, f"Less in: {region}", partial(self.seekRequested.emit, "less"))
-        menu.addSeparator()
-        add_action(
-            menu, "Remember this picture as a goal", partial(self.seekRequested.emit, "remember")
-        )
-        for text, kind in (
-            ("Like the remembered picture", "picture"),
-            (f"{region}, as in the remembered picture", "region"),
-        ):
-            action = add_action(menu, text, partial(self.seekRequested.emit, kind))
-            action.setEnabled(remembered)
-        add_action(menu, "Like a picture file…", partial(self.seekRequested.emit, "file"))
-
-    def fill_places(self) -> None:
-        """Fill the menu of places."""
-        menu = self.places.menu()
-        for action in menu.actions():
-            if isinstance(before := action.menu(), QMenu):
-                before.deleteLater()
-        menu.clear()
-        named = self._latent.places
-        add_action(menu, "Name the present TF's place…", self.nameRequested.emit)
-        menu.addSeparator()
-        for index, place in enumerate(named):
-            sub = menu.addMenu(place.name)
-            add_action(sub, "Apply transfer function", partial(self.placeRequested.emit, index))
-            add_action(sub, "Rename…", partial(self.renameRequested.emit, index))
-            add_action(sub, "Forget it", partial(self.forgetRequested.emit, index))
-            if place.picture is not None:
-                sub.setIcon(QIcon(QPixmap.fromImage(to_qimage(place.picture))))
-        if named:
-            menu.addSeparator()
-        play = add_action(menu, "Play the path", self.playRequested.emit)
-        movie = add_action(menu, "Save the path as a movie…", self.movieRequested.emit)
-        for action in (play, movie):
-            action.setEnabled(bool(named))
-        menu.addSeparator()
-        add_action(menu, "Clear the trail", self._latent.clear_trail)
-
     def _connect(self) -> None:
         latent = self._latent
         self.band.editingFinished.connect(self._read_band)
@@ -245,7 +167,6 @@ class BrowserBar(QWidget):
         latent.choicesChanged.connect(lambda _choices: self._show_choices())
         latent.toolChanged.connect(lambda _tool: self._show_lasso())
         latent.lassoChanged.connect(lambda _lasso: self._show_lasso())
-        latent.placesChanged.connect(self.fill_places)
 
     def _toggle_lasso(self, on: bool) -> None:
         if not on:
@@ -284,13 +205,6 @@ class BrowserBar(QWidget):
             return
         self.problem.emit("")
         self._latent.choose(band=band)
-
-
-def _small_button(text: str, tip: str) -> QPushButton:
-    button = QPushButton(text)
-    button.setToolTip(tip)
-    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-    return button
 
 
 def parsed_band(text: str) -> Range | None:

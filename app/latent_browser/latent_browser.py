@@ -5,13 +5,10 @@ It connects the parts of the browser, and computes nothing.
 
 from __future__ import annotations
 
-from functools import partial
-
-from PySide6.QtCore import QEvent, QPoint, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
-from PySide6.QtWidgets import QMenu, QWidget
+from PySide6.QtWidgets import QWidget
 
-from app.controls import add_action
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.browser_bar import HEIGHT, BrowserBar
 from app.latent_browser.cell_grid import CellGrid
@@ -19,17 +16,12 @@ from app.latent_browser.grid_control import GridControl
 from app.latent_browser.map_colors import shades_of
 from app.latent_browser.map_facts import count_of, facts_of
 from app.latent_browser.map_view import MapView
-from app.latent_browser.path_control import PathControl
-from app.latent_browser.place_naming import PlaceNaming
 from app.latent_browser.preview import Preview
-from app.latent_browser.search_control import SearchControl
 from app.latent_browser.tf_taking import TFTaking
-from app.state.latent_state import LatentChoices, Place
+from app.state.latent_state import LatentChoices
 from app.state.latent_work import LatentWork
-from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
-from model.scene.transfer_function import OpacityTF
 
 OPENING = "Opening the map …"
 NO_VOLUME = "Open a volume: the map of its TFs will be here."
@@ -41,26 +33,17 @@ LEAST_SQUARE = 116
 
 
 class LatentBrowser(QWidget):
-    """Shows the map beside the grid; what the mouse is over shows in the reference's pane.
-
-    Parameters
-    ----------
-    regions : SensitivityState
-        Its active region is the one that a search is about.
-    """
+    """Shows the map beside the grid; what the mouse is over shows in the reference's pane."""
 
     problem = Signal(str)
     """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
-    movieRequested = Signal()
-    """Emitted when the path is to be saved as a movie."""
 
     def __init__(
         self,
         state: ViewerState,
         work: LatentWork,
-        regions: SensitivityState,
         reference: EnginePane,
         editor: TransferFunctionEditor,
     ) -> None:
@@ -68,22 +51,16 @@ class LatentBrowser(QWidget):
         self._state = state
         self._work = work
         self._latent = work.state
-        self._regions = regions
         self._units = ""
-        self.search = SearchControl(state, work, regions, reference, self)
         self.facts = ""
         self.bar = BrowserBar(self._latent)
-        self.cancel, self.keep = self.bar.stop, self.bar.take
         self.taking = TFTaking(state, work, self)
-        self.naming = PlaceNaming(state, self._latent, self)
-        brightness = reference.brightness
-        self.map = MapView(self._latent, work.session, work.pictures, work.thumbnails, brightness)
-        self.grid = CellGrid(brightness)
+        self.map = MapView(self._latent, work.session, work.drawer)
+        self.grid = CellGrid(reference.brightness)
         self.preview = Preview(reference, editor.area)
         self._grids = GridControl(
             self.grid, self._latent, work.pictures, self.map, self.preview, self.taking
         )
-        self._path = PathControl(work.path, self.map, self.preview, self.taking, self)
         self.map.show_message(NO_VOLUME)
         for part in (self.bar, self.map, self.grid):
             part.setParent(self)
@@ -94,11 +71,11 @@ class LatentBrowser(QWidget):
         self._units = units
 
     def escape(self) -> bool:
-        """End a search, a path or the map's computation, else the browsing; False without any."""
+        """End the map's computation, or else the browsing; False without any."""
         if not self._latent.choices.shown:
             return False
-        if self._is_running:
-            self._stop()
+        if self._work.session.is_embedding:
+            self._work.session.cancel()
         else:
             self._latent.choose(shown=False)
         return True
@@ -161,7 +138,6 @@ class LatentBrowser(QWidget):
         session.overviewChanged.connect(lambda _overview: self._color())
         session.placeChanged.connect(lambda _place: self._place_moved())
         session.problem.connect(self._session_problem)
-        work.errors.changed.connect(self._color)
         latent.choicesChanged.connect(lambda _choices: self._color())
         session.filterChanged.connect(self._color)
         latent.hoverChanged.connect(lambda _place: self._tell())
@@ -171,34 +147,13 @@ class LatentBrowser(QWidget):
         pictures.problem.connect(self.problem)
         self._state.inputsChanged.connect(self._grids.mark_stale)
         self.map.chosen.connect(self._choose_place)
-        self.map.menuRequested.connect(self._open_menu)
         bar.resetRequested.connect(self.map.reset)
         bar.problem.connect(self.problem)
-        bar.nameRequested.connect(self._name_present)
-        bar.placeRequested.connect(self.taking.take_named)
-        bar.renameRequested.connect(self.naming.rename)
-        bar.forgetRequested.connect(latent.forget_place)
-        bar.playRequested.connect(self._path.play)
-        bar.movieRequested.connect(self.movieRequested)
-        bar.seekRequested.connect(self.search.seek)
-        for part in (self.search, self._path):
-            part.problem.connect(self.problem)
-            part.news.connect(self.news)
-            part.told.connect(self._tell)
-            part.changed.connect(self._show_cancel)
-        self.search.changed.connect(self._tell)
+        bar.stop.clicked.connect(session.cancel)
         self.taking.news.connect(self.news)
-        bar.search.menu().aboutToShow.connect(self._fill_search)
-        self.cancel.clicked.connect(self._stop)
-        self.keep.clicked.connect(self._path.take_frame)
-        self._fill_search()
 
     def _choices_changed(self, choices: LatentChoices) -> None:
         if not choices.shown:
-            # Nobody sees what they do.
-            self._work.search.cancel()
-            if not self._work.path.is_movie:
-                self._work.path.cancel()
             self._latent.set_hover(None)
             self.preview.show_tf(None)
 
@@ -220,9 +175,7 @@ class LatentBrowser(QWidget):
         session = self._work.session
         if session.map is None or not self._latent.choices.shown:
             return
-        shades = shades_of(
-            session, self._latent, self._state.scalar_range, self._units, self._work.errors.errors
-        )
+        shades = shades_of(session, self._latent, self._state.scalar_range, self._units)
         self.map.show_shades(shades)
         self.bar.explain_colors(shades.legend.title)
 
@@ -234,62 +187,14 @@ class LatentBrowser(QWidget):
     def _choose_place(self) -> None:
         place = self._latent.hover
         if place is not None:
-            self.taking.take(self._tf_under_mouse(place), "TF from the map", place)
-
-    def _tf_under_mouse(self, place: Place) -> OpacityTF:
-        latent = self._latent
-        sample = latent.hover_sample if place == latent.hover else None
-        tf, _ = self._work.session.tf_at(place, sample, latent.closeness)
-        return tf
-
-    def _open_menu(self, place: Place, point: QPoint) -> None:
-        if self._work.session.map is None:
-            return
-        tf = self._tf_under_mouse(place)
-        menu = QMenu(self)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        apply = partial(self.taking.take, tf, "TF from the map", place)
-        add_action(menu, "Apply transfer function", apply)
-        shown = self._work.pictures.hover
-        picture = shown.image if shown is not None and shown.tf == tf else None
-        name = partial(self.naming.ask, place, self.taking.editable(tf), picture)
-        add_action(menu, "Name this place…", name)
-        menu.popup(point)
-
-    def _name_present(self) -> None:
-        place = self._work.session.place
-        if place is not None:
-            self.naming.ask(place, self._state.transfer_function.opacity, self.search.image)
+            tf, _ = self._work.session.tf_at(place, self._latent.closeness)
+            self.taking.take(tf, "TF from the map", place)
 
     # What is going on.
 
-    def _fill_search(self) -> None:
-        self.bar.show_search(
-            self._work.search.is_running, self.search.has_goal, self._regions.region_name
-        )
-
-    def _stop(self) -> None:
-        work = self._work
-        if work.search.is_running or work.path.is_running:
-            work.search.cancel()
-            work.path.cancel()
-        else:
-            work.session.cancel()
-        self._show_cancel()
-
     def _show_progress(self, done: float) -> None:
-        self._show_cancel()
+        self.bar.stop.setVisible(self._work.session.is_embedding)
         self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
-
-    @property
-    def _is_running(self) -> bool:
-        work = self._work
-        return work.search.is_running or work.path.is_running or work.session.is_embedding
-
-    def _show_cancel(self) -> None:
-        self.cancel.setVisible(self._is_running)
-        self.keep.setVisible(self._path.is_playing)
-        self._fill_search()
 
     def _tell(self, text: str = "") -> None:
         """Say on the map what is going on, or how many TFs there are; the rest in the caption."""
@@ -298,7 +203,7 @@ class LatentBrowser(QWidget):
             self.facts = text
             self.map.show_note(text)
             return
-        if session.is_embedding or self._work.search.is_running or self._work.path.is_running:
+        if session.is_embedding:
             return
         self.map.show_note(count_of(session, session.map))
         facts, explained = facts_of(session, session.map, pictures, self._latent)

@@ -54,7 +54,6 @@ def shades_of(
     latent: LatentState,
     scalar_range: Range,
     units: str,
-    errors: NDArray[np.float32] | None,
 ) -> Shades:
     """Colour the points of the map.
 
@@ -64,14 +63,12 @@ def shades_of(
         With a map.
     units : str
         Unit of the scalar values; may be empty.
-    errors : ndarray, shape (n,), or None
-        Error of the model at each sample, if it is known.
     """
     map_, overview = session.map, session.overview
     assert map_ is not None
     count = len(map_.codes)
     choices = latent.choices
-    values, title, number = _quantity(session, latent, scalar_range, units, errors)
+    values, title, number = _quantity(session, latent, scalar_range, units)
     known = np.isfinite(values)
     low, high = (0.0, 1.0)
     if known.any():
@@ -84,7 +81,7 @@ def shades_of(
     table = lookup_table()
     colors = table[(share * (len(table) - 1)).astype(np.int64)]
     shown = known.copy()
-    if overview is not None and choices.coloring in ("value", "opacity", "error"):
+    if overview is not None and choices.coloring in ("value", "opacity"):
         shown &= overview.shows_something
     colors[~shown] = NOTHING
     wanted = np.ones(count, dtype=bool) if session.wanted is None else session.wanted
@@ -106,7 +103,6 @@ def _quantity(
     latent: LatentState,
     scalar_range: Range,
     units: str,
-    errors: NDArray[np.float32] | None,
 ) -> tuple[NDArray[np.floating], str, str]:
     """Values (n,), NaN where unknown, their name with unit, and the format of their numbers."""
     map_, overview = session.map, session.overview
@@ -126,5 +122,3 @@ def _quantity(
             if session.present_code is None:
                 return unknown, "Distance to the present TF", "{:.1f}"
             return map_.distances(session.present_code), "Distance to the present TF", "{:.1f}"
-        case "error":
-            return (unknown if errors is None else errors), "Model error (RMSE)", "{:.3f}"

@@ -1,9 +1,8 @@
-"""Marks over the map's points: brush, present TF, trail, names, lasso, legend."""
+"""Marks over the map's points: brush, present TF, lasso, legend."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,19 +10,15 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
 
 from app import theme
-from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_colors import Legend, lookup_table
 from app.latent_browser.map_frame import MapFrame
-from app.latent_browser.point_cloud import THUMBNAIL
-from app.state.latent_state import NamedPlace, Place
+from app.state.latent_state import Place
 from model.latent.interpolation import CELLS, Brush
 
 BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention
-NAMED = "#ffd866"
+LASSO = "#ffd866"
 HANDLE = 4.0
-NAMED_PICTURE = 40
-"""Edge of a named place's picture, in pixels."""
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
 BAR, BARS_HEIGHT, MOST_BARS = 11, 26, 16
 """Width of a singular value's bar with its gap, height of the largest, and most of them."""
@@ -72,19 +67,6 @@ def paint_disc(painter: QPainter, frame: MapFrame, place: Place, radius: float) 
     painter.drawEllipse(frame.pixel(place), r, r)
 
 
-def paint_trail(painter: QPainter, frame: MapFrame, trail: Sequence[Place]) -> None:
-    """Paint the places of earlier TFs, fainter the longer ago."""
-    points = [frame.pixel(place) for place in trail]
-    for i, (a, b) in enumerate(pairwise(points)):
-        color = QColor(PRESENT)
-        color.setAlphaF(0.15 + 0.6 * (i + 1) / len(points))
-        painter.setPen(QPen(color, 1.4))
-        painter.drawLine(a, b)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(color)
-        painter.drawEllipse(a, 2, 2)
-
-
 def paint_present(painter: QPainter, frame: MapFrame, place: Place) -> None:
     """Mark the present TF's place by a ring with a cross."""
     at = frame.pixel(place)
@@ -104,46 +86,13 @@ def paint_neighbours(painter: QPainter, frame: MapFrame, places: NDArray[np.floa
         painter.drawEllipse(QPointF(x, y), 4, 4)
 
 
-def paint_names(
-    painter: QPainter, frame: MapFrame, places: Sequence[NamedPlace], brightness: float
-) -> None:
-    """Mark named places by a diamond, their names, and pictures as bright as others."""
-    metrics = QFontMetricsF(painter.font())
-    for named in places:
-        at = frame.pixel(named.place)
-        diamond = QPolygonF([at + QPointF(*d) for d in ((0, -6), (6, 0), (0, 6), (-6, 0))])
-        painter.setPen(QPen(QColor(theme.ON_IMAGE.window), 1.5))
-        painter.setBrush(QColor(NAMED))
-        painter.drawPolygon(diamond)
-        width = metrics.horizontalAdvance(named.name)
-        box = QRectF(at.x() + 9, at.y() - 9, width + 8, 18)
-        if box.right() > frame.width:
-            box.moveRight(at.x() - 9)
-        paint_text_box(painter, box, named.name)
-        if named.picture is not None:
-            edge = NAMED_PICTURE
-            below = QRectF(box.left(), box.bottom() + 2, edge, edge)
-            painter.drawImage(below, to_qimage(named.picture, brightness))
-
-
-def paint_text_box(painter: QPainter, box: QRectF, text: str) -> None:
-    """Paint text on a dark ground."""
-    ground = QColor(theme.ON_IMAGE.window)
-    ground.setAlpha(190)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(ground)
-    painter.drawRoundedRect(box, 3, 3)
-    painter.setPen(QColor(theme.ON_IMAGE.text))
-    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
-
-
 def paint_lasso(painter: QPainter, frame: MapFrame, corners: Sequence[Place]) -> None:
     """Paint a polygon."""
     path = QPainterPath()
     path.addPolygon(QPolygonF([frame.pixel(corner) for corner in corners]))
     path.closeSubpath()
     painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(QColor(NAMED), 1.3, Qt.PenStyle.DashLine))
+    painter.setPen(QPen(QColor(LASSO), 1.3, Qt.PenStyle.DashLine))
     painter.drawPath(path)
 
 
@@ -199,11 +148,3 @@ def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
     base = top + metrics.ascent()
     painter.drawText(QPointF(MARGIN, base), legend.low)
     painter.drawText(QPointF(MARGIN + low + LEGEND_WIDTH + 6, base), legend.high)
-
-
-def paint_sample(painter: QPainter, frame: MapFrame, place: Place) -> None:
-    """Paint a frame around the thumbnail under the mouse."""
-    at, half = frame.pixel(place), THUMBNAIL / 2 + 1
-    painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2.5))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.drawRect(QRectF(at.x() - half, at.y() - half, 2 * half, 2 * half))

@@ -1,4 +1,4 @@
-"""The map: points, thumbnails and marks, with brush, lasso, hovering, panning and zooming."""
+"""The map: points and marks, with brush, lasso, hovering, panning and zooming."""
 
 from __future__ import annotations
 
@@ -25,17 +25,10 @@ from app.latent_browser import map_marks as marks
 from app.latent_browser.brush_grips import Grip, cursor_of, dragged, grips_at
 from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import WHEEL_FACTOR, MapFrame
-from app.latent_browser.map_thumbnails import MapThumbnails
-from app.latent_browser.point_cloud import (
-    RADIUS,
-    density_contours,
-    draw_points,
-)
-from app.state.brightness import Brightness
-from app.state.latent_pictures import LatentPictures
+from app.latent_browser.point_cloud import RADIUS, density_contours, draw_points
+from app.state.latent_drawer import LatentDrawer
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
-from app.state.latent_thumbnails import LatentThumbnails
 from model.latent.interpolation import Brush
 
 CLICK_REACH = 4
@@ -56,36 +49,23 @@ class MapView(KeyedWidget):
     ----------
     latent : LatentState
     session : LatentSession
-    pictures : LatentPictures
-    thumbnails : LatentThumbnails
-    brightness : Brightness
+    drawer : LatentDrawer
     """
 
     chosen = Signal()
     """Emitted when the place under the mouse was clicked."""
-    menuRequested = Signal(object, object)
-    """Emitted with the place of a right click, and its point on the screen."""
 
-    def __init__(
-        self,
-        latent: LatentState,
-        session: LatentSession,
-        pictures: LatentPictures,
-        thumbnails: LatentThumbnails,
-        brightness: Brightness,
-    ) -> None:
+    def __init__(self, latent: LatentState, session: LatentSession, drawer: LatentDrawer) -> None:
         super().__init__()
         self._latent = latent
         self._session = session
-        self._pictures = pictures
-        self.thumbnails = MapThumbnails(session, pictures, thumbnails, brightness, self)
+        self._drawer = drawer
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
         self._points: QImage | None = None
         self._contours: list[NDArray[np.float64]] = []
         self._message = self._note = ""
         self._active_cell: int | None = None
-        self._path_place: Place | None = None
         self._grips: tuple[Grip, ...] = ()
         self._pressed: QPointF | None = None
         self._button = Qt.MouseButton.NoButton
@@ -101,9 +81,6 @@ class MapView(KeyedWidget):
             latent.brushChanged, latent.lassoChanged, latent.hoverChanged, session.placeChanged,
         ):  # fmt: skip
             signal.connect(lambda _value: self.update())
-        latent.placesChanged.connect(self.update)
-        latent.trailChanged.connect(self.update)
-        self.thumbnails.changed.connect(self.update)
 
     @property
     def frame(self) -> MapFrame:
@@ -125,7 +102,6 @@ class MapView(KeyedWidget):
         """Show the session's map as a whole."""
         map_ = self._session.map
         self._contours = [] if map_ is None else density_contours(map_.places)
-        self.thumbnails.start()
         self.reset()
 
     def show_shades(self, shades: Shades) -> None:
@@ -139,11 +115,6 @@ class MapView(KeyedWidget):
         if cell != self._active_cell:
             self._active_cell = cell
             self.update()
-
-    def mark_path(self, place: Place | None) -> None:
-        """Mark where a path has got to."""
-        self._path_place = place
-        self.update()
 
     def reset(self) -> None:
         """Show the whole map."""
@@ -161,7 +132,7 @@ class MapView(KeyedWidget):
             self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint points, thumbnails and marks."""
+        """Paint points and marks."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         # Dark in both themes, as its colours are made for that.
@@ -180,29 +151,21 @@ class MapView(KeyedWidget):
         painter.drawImage(0, 0, self._points)
         if self._frame.zoom <= DENSITY_UNTIL:
             marks.paint_contours(painter, self._frame, self._contours)
-        self.thumbnails.paint(painter, self._shades)
         frame, latent = self._frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self._active_cell)
         if self._lasso or latent.lasso:
             marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
-        marks.paint_trail(painter, frame, [step.place for step in latent.trail.steps])
-        marks.paint_names(painter, frame, latent.places, self.thumbnails.factor)
         if self._session.place is not None:
             code = self._session.present_code
             if code is not None:
                 nearest = map_.nearest(code, NEIGHBOURS)
                 marks.paint_neighbours(painter, frame, map_.places[nearest])
             marks.paint_present(painter, frame, self._session.place)
-        if self._path_place is not None:
-            marks.paint_disc(painter, frame, self._path_place, map_.radius / 4)
         if latent.hover is not None and self._pressed is None:
-            if latent.hover_sample is None:
-                marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
-            else:
-                marks.paint_sample(painter, frame, latent.hover)
+            marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
         marks.paint_legend(painter, frame, self._shades.legend)
         self._paint_ring(painter)
-        if self._pictures.drawer.has_own_codes:
+        if self._drawer.has_own_codes:
             marks.paint_singular_values(painter, frame, map_.samples.singular_values)
         elif self._note:
             marks.paint_note(painter, frame, self._note)
@@ -258,10 +221,6 @@ class MapView(KeyedWidget):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End a drag; a press without one chooses the place."""
         at = event.position()
-        place = self._frame.place(at)
-        if event.button() == Qt.MouseButton.RightButton and self._pressed is None:
-            self.menuRequested.emit(place, event.globalPosition().toPoint())
-            return
         if event.button() != self._button:
             return
         grips, moved = self._grips, self._moved
@@ -319,21 +278,14 @@ class MapView(KeyedWidget):
         return QSize(420, 420)
 
     def _hover(self, at: QPointF) -> None:
-        """Say what is under the mouse: a thumbnail's sample, or a place between samples."""
-        if self._session.map is None or self._message:
-            return
-        found = self.thumbnails.at(at)
-        if found is not None:
-            index, place = found
-            self._latent.set_hover(place, index)
-        else:
-            self._latent.set_hover(self._frame.place(at), closeness=max(self._frame.zoom, 1.0))
+        """Say which place is under the mouse."""
+        if self._session.map is not None and not self._message:
+            self._latent.set_hover(self._frame.place(at), max(self._frame.zoom, 1.0))
 
     def _set_frame(self, frame: MapFrame) -> None:
         if frame != self._frame:
             self._frame = frame
             self._points = None
-        self.thumbnails.show(frame)
         self.update()
 
     def _drawn_points(self, places: NDArray[np.float32], shades: Shades) -> QImage:

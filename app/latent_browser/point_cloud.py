@@ -1,4 +1,4 @@
-"""Points of the map as one picture, and the thumbnails that fit between one another."""
+"""Points of the map as one picture, and lines of equal density."""
 
 from __future__ import annotations
 
@@ -8,12 +8,6 @@ from PySide6.QtGui import QImage
 
 RADIUS = 2
 """Radius of a point at a zoom of 1, in pixels; closer points are larger."""
-
-THUMBNAIL = 52
-"""Edge of a thumbnail in pixels."""
-
-THUMBNAILS_FROM = 2.2
-"""Zoom from which there are thumbnails."""
 
 Colors = NDArray[np.uint8]
 
@@ -56,26 +50,6 @@ def draw_points(
     shown = np.ascontiguousarray(canvas[border:-border, border:-border])
     format_ = QImage.Format.Format_RGBA8888_Premultiplied
     return QImage(shown.data, width, height, 4 * width, format_).copy()
-
-
-def apart(places: NDArray[np.floating], distance: float) -> NDArray[np.int64]:
-    """Indices of points at least a distance apart along one axis, the first ones first.
-
-    They depend on the distance alone, so that panning shows the same ones. Squares of this
-    edge around them do not overlap.
-    """
-    taken: dict[tuple[int, int], tuple[float, float]] = {}
-    kept = []
-    cells = np.floor(places / distance).astype(np.int64)
-    for index, ((x, y), (i, j)) in enumerate(zip(places.tolist(), cells.tolist(), strict=True)):
-        near = (taken.get((i + di, j + dj)) for di in (-1, 0, 1) for dj in (-1, 0, 1))
-        if all(
-            other is None or abs(other[0] - x) >= distance or abs(other[1] - y) >= distance
-            for other in near
-        ):
-            taken[i, j] = x, y
-            kept.append(index)
-    return np.array(kept, dtype=np.int64)
 
 
 def density_contours(places: NDArray[np.floating], levels: int = 4) -> list[NDArray[np.float64]]:

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pyqtgraph as pg
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app import theme
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.latent_browser.map_facts import SOURCES
-from app.state.engine_chooser import EngineName
 from app.state.latent_pictures import HoverPicture
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import OpacityTF
@@ -48,7 +45,7 @@ class Preview(QObject):
 
     @property
     def caption(self) -> str:
-        """The picture's caption; empty without one."""
+        """How the picture came about; empty without one."""
         return self._caption
 
     @property
@@ -68,37 +65,27 @@ class Preview(QObject):
         self._facts = facts
         self._show_caption()
 
-    def show_picture(
-        self,
-        image: NDArray[np.float32] | None,
-        caption: str = "",
-        engine: EngineName = "exact",
-    ) -> None:
-        """Show an engine's picture (S, S, 4) instead of the reference's; None for the latter."""
-        if image is None and not self._covers:
-            return
-        self._covers = image is not None
-        self._caption = caption if self._covers else ""
-        brightness = self._pane.brightness.of(engine)
-        self._pane.canvas.show_cover(None if image is None else to_qimage(image, brightness))
-        self._show_caption()
-
     def show_hover(self, picture: HoverPicture | None) -> None:
-        """Show the picture of the place under the mouse; None for none."""
-        if picture is None:
-            self.show_picture(None)
+        """Show the picture of the place under the mouse instead of the reference's, or not."""
+        if picture is None and not self._covers:
             return
-        source = SOURCES[picture.source]
-        drawn = f"{source} from the code" if picture.of_code else source
-        of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
-            picture.samples, f"{picture.samples} samples"
-        )
-        text = f"Under the mouse: {of}; {drawn}, {1000 * picture.seconds:.0f} ms"
-        self.show_picture(picture.image, text, picture.source)
+        self._covers = picture is not None
+        cover = None
+        self._caption = ""
+        if picture is not None:
+            source = SOURCES[picture.source]
+            drawn = f"{source} from the code" if picture.of_code else source
+            of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
+                picture.samples, f"{picture.samples} samples"
+            )
+            self._caption = f"{of}; {drawn}, {1000 * picture.seconds:.0f} ms"
+            cover = to_qimage(picture.image, self._pane.brightness.of(picture.source))
+        self._pane.canvas.show_cover(cover)
+        self._show_caption()
 
     def _show_caption(self) -> None:
         if self._covers:
-            title, _, rest = self._caption.partition(": ")
-            self._pane.name_cover(title, "click to take", f"{rest}\n{self._facts}".strip())
+            explained = f"{self._caption}\n{self._facts}".strip()
+            self._pane.name_cover("Under the mouse", "click to take", explained)
         else:
             self._pane.name_cover("")

@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 from app.state.latent_state import Place
 from app.state.latent_work import LatentWork
 from app.state.viewer_state import ViewerState
-from model.scene.range_fitting import opacity_over
 from model.scene.tf_fitting import fitted_curve, fitted_modes, tf_difference
 from model.scene.transfer_function import OpacityTF
 
@@ -27,43 +26,25 @@ class TFTaking(QObject):
         super().__init__(parent)
         self._state, self._work = state, work
 
-    def editable(self, tf: OpacityTF) -> OpacityTF:
-        """Return a TF of the map, which has many samples, with few handles."""
-        return fitted_modes(tf) if self._work.state.choices.as_modes else fitted_curve(tf)
-
-    def take(self, tf: OpacityTF, text: str, place: Place | None = None) -> None:
+    def take(self, tf: OpacityTF, text: str, place: Place | None) -> None:
         """Make an opacity TF the present one.
 
         Parameters
         ----------
         text : str
             Name of the edit in the menu.
-        place : tuple of float, optional
+        place : tuple of float, or None
             Where it was found.
         """
         if tf.scalar_range != self._state.scalar_range:
             # Asked for while another volume was opened.
             return
-        self._work.search.cancel()
         as_modes = self._work.state.choices.as_modes
-        fitted = self.editable(tf)
+        # A TF of the map has many samples.
+        fitted = fitted_modes(tf) if as_modes else fitted_curve(tf)
         difference = tf_difference(fitted, tf)
         if place is not None and difference < SAME_TF:
             self._work.session.remember_place(fitted, place)
         self._state.tf_input.set(replace(self._state.transfer_function, opacity=fitted), text)
         what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
         self.news.emit(f"The TF has {what}; {difference:.3f} from the map's (RMS).")
-
-    def take_named(self, index: int) -> None:
-        """Make a named TF the present one, exactly as it was named."""
-        named, present = self._work.state.places[index], self._state.transfer_function
-        if named.tf.scale != present.scale:
-            self.news.emit(
-                f"{named.name} was named on the other scale, by TF > Axis > Logarithmic scale."
-            )
-            return
-        self._work.search.cancel()
-        opacity = opacity_over(named.tf, self._state.scalar_range)
-        self._work.session.remember_place(opacity, named.place)
-        self._state.tf_input.set(replace(present, opacity=opacity), f"TF of {named.name}")
-        self.news.emit(f"The TF is that of {named.name}.")

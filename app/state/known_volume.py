@@ -8,7 +8,6 @@ from typing import Any, Literal
 from app.state.kept_fields import checks_of, kept, unknown
 from app.state.kept_inputs import input_check
 from app.state.value_checks import (
-    base64_text,
     checked,
     either,
     flag,
@@ -19,9 +18,7 @@ from app.state.value_checks import (
     valid_of,
     whole_number,
 )
-from model.errors import TfscopeError
 from model.scene.scene import RENDERER_NAMES, Lighting, RendererName
-from model.scene.transfer_function import TransferFunction
 
 MOST_RECENT = 10
 """Number of recent files of each kind, and of remembered models of a volume."""
@@ -33,11 +30,8 @@ way."""
 MOST_IMAGES = 20
 """Number of images of a measurement."""
 
-MOST_STEPS, MOST_NUMBERS = 1000, 4096
-"""Length of the trail on the map of TFs, and of the codes of its TFs."""
-
 MOST_MARKS, MOST_POINTS = 1000, 100_000
-"""Number of regions and of named TFs of a volume, and of a region's corners."""
+"""Number of regions of a volume, and of a region's corners."""
 
 LightingChoice = Literal["auto"] | Lighting
 """A lighting of the reference image, or the one that suits model and machine."""
@@ -57,43 +51,6 @@ class KnownRegion:
 
     name: str
     points: tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True)
-class KnownPlace:
-    """A TF that was named on the map of TFs.
-
-    Attributes
-    ----------
-    tf : dict
-        Its opacity TF as the content of a TF file, see
-        :meth:`~model.scene.transfer_function.TransferFunction.to_json`.
-    place : tuple of float
-        Where it lay on the map.
-    picture : str
-        What it showed, a PNG file in base64; empty for none.
-    """
-
-    name: str
-    tf: dict[str, Any]
-    place: tuple[float, ...] = (0.0, 0.0)
-    picture: str = ""
-
-
-@dataclass(frozen=True)
-class KnownTrail:
-    """Steps that edits of the TF have made on the map of TFs.
-
-    Attributes
-    ----------
-    space : str
-        Name of the latent space of the codes; see :attr:`LatentSpace.name`.
-    codes : tuple of tuple of float
-        Of the TFs, the newest last.
-    """
-
-    space: str = ""
-    codes: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -144,36 +101,6 @@ def _region(value: Any) -> KnownRegion:
     if len(points) < 3 or any(len(point) != 2 for point in points):
         raise ValueError("it must have corners")
     return KnownRegion(text(value.get("name")), tuple((x, y) for x, y in points))
-
-
-def _place(value: Any) -> KnownPlace:
-    """Take a named TF, or raise ValueError."""
-    if isinstance(value, KnownPlace):
-        return value
-    if not isinstance(value, dict):
-        raise ValueError("it must have names")
-    try:
-        TransferFunction.from_json(value.get("tf"))
-    except TfscopeError as error:
-        raise ValueError(str(error)) from None
-    place = list_of(number(-1e9, 1e9), 2)(value.get("place", (0.0, 0.0)))
-    if len(place) != 2:
-        raise ValueError("it must have two coordinates")
-    name, picture = text(value.get("name")), base64_text(value.get("picture", ""))
-    return KnownPlace(name, value["tf"], place, picture)
-
-
-def _trail(value: Any) -> KnownTrail:
-    """Take a trail, or raise ValueError."""
-    if isinstance(value, KnownTrail):
-        return value
-    if not isinstance(value, dict):
-        raise ValueError("it must have names")
-    code = list_of(number(-1e9, 1e9), MOST_NUMBERS)
-    codes = list_of(code, MOST_STEPS)(value.get("codes", ()))
-    if len({len(each) for each in codes}) > 1:
-        raise ValueError("its codes must be equally long")
-    return KnownTrail(text(value.get("space", "")), codes)
 
 
 def _trade(value: Any) -> KnownTrade:
@@ -239,8 +166,6 @@ class KnownVolume:
         Name of the active one; empty for the whole image.
     region_count : int
         Number of the last one that was numbered.
-    place_count : int
-        Number of the last one that was numbered.
     value_scale, opacity_scale : {"linear", "logarithmic"}
         Of the TF's plot.
     visible : tuple of float
@@ -267,11 +192,6 @@ class KnownVolume:
     )
     active_region: str = kept(text, "", in_session=True)
     region_count: int = kept(whole_number(0, 10**9), 0, in_session=True, merging="greatest")
-    places: tuple[KnownPlace, ...] = kept(
-        valid_of(_place, MOST_MARKS), (), in_session=True, merging="collected"
-    )
-    trail: KnownTrail = kept(_trail, KnownTrail(), in_session=True)
-    place_count: int = kept(whole_number(0, 10**9), 0, in_session=True, merging="greatest")
     value_scale: Scale = kept(_scale, "linear", in_session=True)
     opacity_scale: Scale = kept(_scale, "linear", in_session=True)
     visible: tuple[float, ...] = kept(_visible, (), in_session=True)

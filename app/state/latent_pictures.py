@@ -135,12 +135,6 @@ class LatentPictures(QObject):
     """Emitted with a :class:`HoverPicture`, or None when the mouse has left."""
     hoverMoved = Signal(object)
     """Emitted with the decoded TF under the mouse at once, or None."""
-    asked = Signal()
-    """Emitted when all pictures are asked for anew."""
-    restarted = Signal()
-    """Emitted when another engine draws: what the one before was asked for may never come."""
-    forgotten = Signal()
-    """Emitted when all pictures are forgotten, as they are of another volume or map."""
     problem = Signal(str)
 
     def __init__(
@@ -186,7 +180,6 @@ class LatentPictures(QObject):
             self.drawer.set_learned(size)
             # What the engine before was asked for may never come.
             self._grid_key = None
-            self.restarted.emit()
             self.ask()
 
     def is_fresh(self, picture: GridPicture | None) -> bool:
@@ -216,13 +209,11 @@ class LatentPictures(QObject):
         self.gridDrawn.emit(None)
         self.hoverMoved.emit(None)
         self.hoverDrawn.emit(None)
-        self.forgotten.emit()
 
     def ask(self) -> None:
         """Ask for all pictures anew, at full size."""
         self._ask_grid()
         self._ask_hover(live=False)
-        self.asked.emit()
 
     def cell_tf(self, index: int) -> OpacityTF | None:
         """Opacity TF of a cell, row by row; None for an empty one."""
@@ -300,7 +291,7 @@ class LatentPictures(QObject):
             return
         latent, space = self._latent, self._session.space
         assert space is not None
-        code, samples = self._session.code_at(place, latent.hover_sample, latent.closeness)
+        code, samples = self._session.code_at(place, latent.closeness)
         tf = space.tf_of(code)
         self.hoverMoved.emit(tf)
         quality = self.drawer.quality(REST_SIZE, HOVER_SECONDS, live)

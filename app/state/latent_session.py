@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
 
-from app.state.latent_state import LatentChoices, LatentState, Visited
+from app.state.latent_state import LatentChoices, LatentState
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
@@ -118,7 +118,6 @@ class LatentSession(QObject):
         # Not while it turns: the engines need the processor then.
         state.viewChangeFinished.connect(lambda _view: self._look())
         state.tf_input.changed.connect(lambda _tf: self._place_present())
-        state.tf_input.changeFinished.connect(lambda _tf: self._remember())
         self._before = latent.choices
 
     @property
@@ -184,30 +183,24 @@ class LatentSession(QObject):
         self._looking.join()
         self._computing.join()
 
-    def tf_at(
-        self, place: tuple[float, float], sample: int | None = None, closeness: float = 1.0
-    ) -> tuple[OpacityTF, int]:
+    def tf_at(self, place: tuple[float, float], closeness: float = 1.0) -> tuple[OpacityTF, int]:
         """Opacity TF at a place of the map, and how many samples it blends; see :meth:`code_at`."""
         assert self.space is not None
-        code, samples = self.code_at(place, sample, closeness)
+        code, samples = self.code_at(place, closeness)
         return self.space.tf_of(code), samples
 
     def code_at(
-        self, place: tuple[float, float], sample: int | None = None, closeness: float = 1.0
+        self, place: tuple[float, float], closeness: float = 1.0
     ) -> tuple[NDArray[np.float32], int]:
         """Code (d,) at a place of the map, and how many samples it blends.
 
         Parameters
         ----------
         place : tuple of float
-        sample : int, optional
-            Sample whose own code is wanted.
         closeness : float
             See :meth:`model.latent.latent_map.LatentMap.at`.
         """
         assert self.map is not None
-        if sample is not None:
-            return self.map.codes[sample], 1
         blend = (self.chosen or self.map).at(place, closeness)
         return blend.code, blend.samples
 
@@ -283,7 +276,7 @@ class LatentSession(QObject):
             return
         self.space, self.map = opened
         self.overview = self.wanted = self.chosen = None
-        self._start_map()
+        self._latent.start_choices()
         self._filter()
         self._known = None
         self.mapOpened.emit()
@@ -301,27 +294,11 @@ class LatentSession(QObject):
             self.wanted = self.chosen = None
             self._filter()
             self._known = None
-            self._start_map()
+            self._latent.start_choices()
             self.mapChanged.emit(self.map)
             self._place_present()
         if problem:
             self.problem.emit(problem)
-
-    def _start_map(self) -> None:
-        assert self.space is not None and self.map is not None
-        length = self.map.codes.shape[1]
-        if any(len(step.code) != length for step in self._latent.trail.steps):
-            # A session that somebody has edited.
-            self._latent.clear_trail()
-        self._latent.start_map(self.space.name, self._place_of, self._place_of_code)
-
-    def _place_of_code(self, code: tuple[float, ...]) -> tuple[float, float]:
-        assert self.map is not None
-        return self.map.place(np.array(code, np.float32))
-
-    def _place_of(self, tf: OpacityTF) -> tuple[float, float]:
-        assert self.map is not None and self.space is not None
-        return self.map.place(self.space.code_of(tf))
 
     def _place_present(self) -> None:
         """Find the place of the present TF."""
@@ -338,12 +315,6 @@ class LatentSession(QObject):
         missed = self.space.codec.decode(code[None])[0] - wanted
         self.place_error = float(np.sqrt(np.square(missed).mean()))
         self.placeChanged.emit(self.place)
-
-    def _remember(self) -> None:
-        if self.place is not None and self._latent.choices.shown:
-            assert self.space is not None and self.present_code is not None
-            code = tuple(self.present_code.tolist())
-            self._latent.extend_trail(self.space.name, Visited(self.place, code))
 
     def _look(self) -> None:
         """Find what the map's TFs show in the present view."""

@@ -1,4 +1,4 @@
-"""The workings of the latent browser: space and map, pictures, search, errors and path."""
+"""The workings of the latent browser: space and map, and pictures."""
 
 from __future__ import annotations
 
@@ -9,21 +9,16 @@ from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
 from app.engines.states import EngineState
-from app.state.brightness import Brightness
 from app.state.latent_drawer import LatentDrawer
-from app.state.latent_errors import LatentErrors
-from app.state.latent_path import LatentPath
 from app.state.latent_pictures import LatentPictures
-from app.state.latent_search import LatentSearch
 from app.state.latent_session import LatentSession, OpenSpace
 from app.state.latent_state import LatentState
-from app.state.latent_thumbnails import LatentThumbnails
 from app.state.live_errors import LiveErrors
 from app.state.viewer_state import ViewerState
 
 
 class LatentWork(QObject):
-    """Session, pictures, search, model errors and path of the latent browser.
+    """Session and pictures of the latent browser.
 
     Parameters
     ----------
@@ -31,8 +26,6 @@ class LatentWork(QObject):
         Clients of a ray caster and of the generator.
     errors : LiveErrors
         Is told of pictures, live and at rest.
-    brightness : Brightness
-        Of movies.
     """
 
     def __init__(
@@ -42,7 +35,6 @@ class LatentWork(QObject):
         exact: EngineClient,
         learned: EngineClient,
         errors: LiveErrors,
-        brightness: Brightness,
         open_space: OpenSpace,
         parent: QObject,
     ) -> None:
@@ -53,25 +45,16 @@ class LatentWork(QObject):
         self.drawer = LatentDrawer(state, latent, self.session, exact, learned, self)
         self.pictures = LatentPictures(state, latent, self.session, self.drawer, errors, self)
         self.drawer.problem.connect(self.pictures.problem)
-        self.thumbnails = LatentThumbnails(state, latent, self.session, self.pictures, self)
         exact.stateChanged.connect(partial(self._check_failure, exact))
-        self.search = LatentSearch(state, self.session, self.drawer, self)
-        self.errors = LatentErrors(state, latent, self.session, self.drawer.clients, self)
-        self.path = LatentPath(state, latent, self.session, self.drawer, brightness, self)
 
     def _check_failure(self, client: EngineClient, state: EngineState) -> None:
-        """End what waits for an engine that has failed."""
+        """Say that an engine has failed."""
         if state is EngineState.FAILED and self.state.choices.shown:
-            self.search.cancel()
-            self.path.cancel()
             self.pictures.problem.emit(client.text)
 
     def restart(self) -> None:
         """Ask for all pictures anew, of an engine that was started anew."""
-        self.search.cancel()
-        self.path.cancel()
         self.pictures.start_volume()
-        self.errors.restart()
         self.pictures.ask()
 
     def set_model(self, folder: Path | None, size: int | None, draws_codes: bool = False) -> None:
@@ -87,9 +70,6 @@ class LatentWork(QObject):
             Whether it draws images from the codes of its own codec: another model's arrival, or
             its end, then also chooses the codec.
         """
-        if size != self.drawer.learned_size:
-            self.search.cancel()
-            self.path.cancel()
         draws_codes = draws_codes and folder is not None
         chosen = "model" if draws_codes else "shipped"
         if folder == self._model:
@@ -104,17 +84,12 @@ class LatentWork(QObject):
             self.state.choose(codec=chosen)
             self.session.set_model(folder)
         self.pictures.set_learned(size)
-        self.errors.set_learned(size)
 
     def stop(self) -> None:
         """Ask all threads and processes to end; returns at once."""
-        self.path.stop()
-        self.search.stop()
         self.pictures.stop()
         self.session.stop()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        self.path.join()
-        self.search.join()
         self.session.join()

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from app.state.kept_fields import checks_of
-from app.state.known_volume import KnownPlace, KnownRegion, KnownTrail, KnownVolume
+from app.state.known_volume import KnownRegion, KnownVolume
 from app.state.remembered import Remembered
 from app.state.sensitivity_state import Choices
 from app.state.value_checks import checked, flag, list_of, number, text, whole_number
@@ -188,4 +188,4 @@ def _plain(value: Any) -> Any:
     """Return a value of a session as plain data."""
     if isinstance(value, tuple | list):
         return [_plain(each) for each in value]
-    return asdict(value) if isinstance(value, KnownRegion | KnownPlace | KnownTrail) else value
+    return asdict(value) if isinstance(value, KnownRegion) else value

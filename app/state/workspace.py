@@ -18,11 +18,11 @@ from app.state.latent_work import LatentWork
 from app.state.library import Library
 from app.state.live_errors import LiveErrors
 from app.state.look_keeper import LookKeeper
-from app.state.marks_keeper import MarksKeeper
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
+from app.state.region_keeper import RegionKeeper
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
@@ -114,14 +114,14 @@ class Workspace(QObject):
             state, sensitivity, self._analyst, generator, self._order, brightness, errors, self
         )
         self.latent = LatentWork(
-            state, latent, self._analyst, generator, errors, brightness, builders.latent_space, self
+            state, latent, self._analyst, generator, errors, builders.latent_space, self
         )
         self.decoded = DecodedTF(state, generator, self)
         self.reference = ReferenceWork(
             state, reference, stand_in, builders, self._dispatcher, preferences, self
         )
         self._looks = LookKeeper(state, preferences, self)
-        self._marks = MarksKeeper(sensitivity, latent, preferences, self)
+        self._regions = RegionKeeper(sensitivity, preferences, self)
         self.reading = VolumeReading(
             builders.read_volume,
             reference,
@@ -239,14 +239,11 @@ class Workspace(QObject):
     def _volume_opened(self, opened: OpenedVolume, kept: TransferFunction | None) -> None:
         self.ranging.start(opened)
         self._is_restored = kept is not None
-        # What they preview belongs to the volume before.
-        self.latent.search.cancel()
-        self.latent.path.cancel()
         folder = self.reading.model_for(opened)
         self._opened = opened
         # What other windows have kept of it meanwhile.
         self._preferences.refresh()
-        self._marks.start(opened)
+        self._regions.start(opened)
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)

@@ -97,7 +97,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     "Map of TFs (B)": (
         Gesture("Move the mouse over the map", "picture and TF of that place"),
         Gesture("Click", "apply its transfer function", ("Click", "apply this TF")),
-        Gesture("Wheel over the map", "come closer, until thumbnails appear", ("Wheel", "closer")),
+        Gesture("Wheel over the map", "come closer", ("Wheel", "closer")),
         Gesture("Drag beside it, or with Shift", "draw a new one", ("Shift drag", "new rectangle")),
         Gesture("Drag in the rectangle, at its edges", "move it, resize it"),
         Gesture("Middle drag, or Ctrl and drag", "move the map"),

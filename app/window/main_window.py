@@ -138,9 +138,7 @@ class MainWindow(QMainWindow):
             settings,
             self,
         )
-        self.browser = LatentBrowser(
-            self.state, self.workspace.latent, self.sensitivity_state, self.reference, self.editor
-        )
+        self.browser = LatentBrowser(self.state, self.workspace.latent, self.reference, self.editor)
         self.plot_memory = PlotMemory(self.editor.area, self.preferences)
         self.reference_controls = ReferenceControls(
             self.state, self.workspace.reference, self.brightness, self
@@ -202,7 +200,7 @@ class MainWindow(QMainWindow):
             self.workspace.reference,
         )
         self.pictures = PictureSaving(self, self.state, self.files, shown)
-        self.movies = MovieSaving(self, self.state, self.files, shown, self.workspace.latent.path)
+        self.movies = MovieSaving(self, self.state, self.files, shown)
         self.sessions = SessionWork(
             self.state,
             self.sensitivity_state,
@@ -224,7 +222,6 @@ class MainWindow(QMainWindow):
             self.notice,
         )
         self.empty_card = EmptyCard(self.reference, self.workspace, self.opening, self.files)
-        self.browser.movieRequested.connect(self.movies.save_path)
         self.browser.preview.tfChanged.connect(self.overlays.preview)
         self._question = UpAxisQuestion(
             self.up_axis_card,

@@ -79,14 +79,6 @@ class LatentMap:
         _, found = self._index.query(np.asarray(code) / self._deviations, k=count)
         return np.atleast_1d(found).astype(np.int64)
 
-    def nearest_of(self, chosen: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-        """Positions (n, count) in `chosen`, indices of samples, of those nearest to each sample."""
-        from scipy.spatial import KDTree
-
-        scaled = self.codes / self._deviations
-        _, found = KDTree(scaled[chosen]).query(scaled, k=count)
-        return np.asarray(found, dtype=np.int64).reshape(len(scaled), count)
-
     def place(self, code: NDArray[np.floating]) -> tuple[float, float]:
         """Approximate place of a code: the median of the places of its nearest neighbours."""
         x, y = np.median(self.places[self.nearest(code, NEIGHBOURS)], axis=0)

@@ -136,10 +136,6 @@ class RayLengths:
         lengths += np.bincount(flat + 1, weights * share, np.prod(shape))
         return cls(lengths.reshape(shape).astype(np.float32), count > 0)
 
-    def opacity_images(self, opacities: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Opacity (n, pixels) in [0, 1] of the images of TFs (n, 256) over the scalar range."""
-        return -np.expm1(-(_extinction(opacities) @ self.lengths.T))
-
     def overview(self, opacities: NDArray[np.floating]) -> Overview:
         """Return what TFs (n, 256) over the scalar range show."""
         parts = [

@@ -91,26 +91,6 @@ def test_the_decoded_tfs_pictures_come_by_a_key(
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.of_codes)
 
 
-def test_thumbnails_are_drawn_from_codes_and_anew_from_tfs(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    small, map_view = window.workspace.latent.thumbnails, window.browser.map
-    map_ = window.workspace.latent.session.map
-    assert map_ is not None
-    x, y = map_.places[0].tolist()
-    map_view.look_at((x - 0.1, y - 0.1, x + 0.1, y + 0.1))
-    wanted = map_view.thumbnails.in_sight
-    assert wanted
-    qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
-    for sample in wanted:
-        level = (map_.codes[sample, 0] + 1) / 2
-        assert small.images[sample][0, 0, 0] == pytest.approx(level, abs=1e-6)
-    window.latent_state.choose(drawn="tf", engine="learned")
-    assert set(wanted) <= set(small.stale)
-    qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
-    assert newest(builders, "thumbnails").codes == ()
-
-
 def test_the_shipped_codecs_codes_are_not_the_models(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
@@ -125,19 +105,3 @@ def test_the_shipped_codecs_codes_are_not_the_models(
     window.workspace.open_model(None)
     assert window.latent_state.choices.codec == "shipped"
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "exact")
-
-
-def test_a_path_is_drawn_from_codes(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    work = window.workspace.latent
-    for place in ((-0.5, 0.0), (0.5, 0.2)):
-        window.latent_state.name_place(place, work.session.tf_at(place)[0])
-    frames = []
-    work.path.frameDrawn.connect(frames.append)
-    work.path.play()
-    qtbot.waitUntil(lambda: len(frames) > 2)
-    work.path.cancel()
-    first = frames[0]
-    code = work.session.space.code_of(first.tf)
-    assert first.image[0, 0, 0] == pytest.approx((code[0] + 1) / 2, abs=0.01)

@@ -8,13 +8,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import imageio.v3 as iio
 import numpy as np
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
 from PySide6.QtGui import QFocusEvent, QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QInputDialog, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
@@ -22,11 +21,9 @@ from window_fakes import FakeBuilders
 
 from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.map_view import MapView
-from app.state.latent_path import Frame, MovieOrder
 from app.window.main_window import MainWindow
 from model.errors import LatentError
 from model.latent.embedding import EmbeddingProcess
-from model.scene.tf_fitting import tf_difference
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 
@@ -102,8 +99,11 @@ NO_KEY, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifie
 
 
 def test_the_browser_takes_the_place_of_the_generator(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, places: np.ndarray
 ) -> None:
+    window = make_window()
+    assert builders.spaces == []
+    open_browser(qtbot, window)
     assert window.browser.isVisible()
     assert not window.generator.isVisible()
     assert window.reference.isVisible()
@@ -115,13 +115,11 @@ def test_the_browser_takes_the_place_of_the_generator(
     assert not window.browser.isVisible()
     assert window.generator.isVisible()
     qtbot.waitUntil(lambda: builders.generators[-1].requests[-1].inputs.view == View(50, 10, 0, 1))
-
-
-def test_nothing_is_opened_before_the_browser_is(
-    make_window: WindowMaker, builders: FakeBuilders, places: np.ndarray
-) -> None:
-    make_window()
-    assert builders.spaces == []
+    window.browse.click()
+    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
+    assert not window.browser.isVisible() and window.generator.isVisible()
+    widths = [pane.canvas.width() for pane in (window.generator, window.reference)]
+    assert abs(widths[0] - widths[1]) <= 1
 
 
 def test_the_grid_shows_the_mean_of_each_cell(
@@ -175,6 +173,8 @@ def test_hovering_shows_picture_and_tf(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     pictures = window.workspace.latent.pictures
+    caption = window.reference.caption
+    before = caption.title, caption.detail
     move(qtbot, window.browser.map, (0.2, 0.1))
     qtbot.waitUntil(lambda: pictures.hover is not None)
     request = [r for r in builders.analysts[-1].others if r.channel == "hover"][-1]
@@ -190,12 +190,20 @@ def test_hovering_shows_picture_and_tf(
     assert window.overlays.legend_tf.opacity == expected
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
+    assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
+    assert "samples" in caption.toolTip()
+    # It stays while the image is drawn anew.
+    window.workspace.reference.choose(size=64)
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.browser.preview.is_shown
+    assert window.reference.canvas.cover is not None
     # Undo shows its own picture, not that of the place under the mouse.
     window.state.edits.undo()
     assert window.latent_state.hover is None
     assert not window.browser.preview.is_shown
     assert window.overlays.legend_tf == window.state.transfer_function
     assert window.state.edits.stack.count() == 0
+    assert (caption.title, caption.detail) == before
 
 
 def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow) -> None:
@@ -214,16 +222,11 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow)
     assert window.state.edits.stack.count() == 1
     window.state.edits.undo()
     assert window.state.transfer_function == before
-
-
-def test_a_click_can_give_modes(qtbot: QtBot, window: MainWindow) -> None:
     window.browser.bar.modes.trigger()
-    map_view = window.browser.map
     QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
     opacity = window.state.transfer_function.opacity
     assert opacity.modes
     assert not opacity.points
-    wanted, _ = window.workspace.latent.session.tf_at(window.latent_state.hover or (0, 0))
     assert opacity.sample() == pytest.approx(wanted.sample(), abs=0.05)
     assert "modes" in window.status.news
 
@@ -242,19 +245,23 @@ def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWin
     assert window.state.edits.stack.count() == 0
     pictures = window.workspace.latent.pictures
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells.count.sum() < 40)
-
-
-def test_a_brush_beside_all_samples_is_empty(qtbot: QtBot, window: MainWindow) -> None:
-    window.latent_state.set_brush((0.99, 0.99, 0.999, 0.999))
-    pictures = window.workspace.latent.pictures
+    # Another button does not interrupt a drag.
+    latent.set_brush((-0.4, -0.4, 0.4, 0.4))
+    QTest.mousePress(map_view, Qt.MouseButton.LeftButton, NO_KEY, pixel(map_view, (0, 0)))
+    QTest.mouseMove(map_view, pixel(map_view, (0.1, 0.1)))
+    QTest.mousePress(map_view, Qt.MouseButton.RightButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
+    QTest.mouseRelease(map_view, Qt.MouseButton.RightButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
+    assert latent.dragging
+    QTest.mouseRelease(map_view, Qt.MouseButton.LeftButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
+    assert not latent.dragging
+    assert latent.brush == pytest.approx((-0.3, -0.3, 0.5, 0.5), abs=0.02)
+    # Beside all samples the cells are empty.
+    latent.set_brush((0.99, 0.99, 0.999, 0.999))
     qtbot.waitUntil(lambda: pictures.grid is not None and not pictures.grid.images)
-    QTest.mouseClick(
-        window.browser.grid,
-        Qt.MouseButton.LeftButton,
-        pos=window.browser.grid.cell_rect(5).center().toPoint(),
-    )
+    cell = window.browser.grid.cell_rect(5).center().toPoint()
+    QTest.mouseClick(window.browser.grid, Qt.MouseButton.LeftButton, pos=cell)
     assert window.state.edits.stack.count() == 0
-    window.latent_state.choose(nearest=True)
+    latent.choose(nearest=True)
     qtbot.waitUntil(lambda: pictures.grid is not None and len(pictures.grid.images) == 16)
 
 
@@ -272,20 +279,13 @@ def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindo
     assert in_sight.contains(window.browser.map.frame.rectangle(latent.brush))
     turn_wheel(grid, QPointF(centre), -1)
     assert latent.brush == before
-
-
-def test_no_cell_is_chosen_once_the_keys_are_elsewhere(qtbot: QtBot, window: MainWindow) -> None:
-    grid, latent = window.browser.grid, window.latent_state
-    before, zoomed = latent.brush, []
-    grid.zoomed.connect(zoomed.append)
-    for focused in (True, False):
-        reason = Qt.FocusReason.TabFocusReason
-        kind = QEvent.Type.FocusIn if focused else QEvent.Type.FocusOut
-        QApplication.sendEvent(grid, QFocusEvent(kind, reason))
-        if focused:
+    # Once the keys are elsewhere, no cell is chosen.
+    for kind in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):
+        QApplication.sendEvent(grid, QFocusEvent(kind, Qt.FocusReason.TabFocusReason))
+        if kind == QEvent.Type.FocusIn:
             QTest.keyClick(grid, Qt.Key.Key_Right)
     QTest.keyClick(grid, Qt.Key.Key_Plus)
-    assert zoomed == [] and latent.brush == before
+    assert latent.brush == before
 
 
 def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainWindow) -> None:
@@ -302,39 +302,11 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainW
     low, high = show_mode(120, 0.5), show_mode(180, 0.8)
     assert low == pytest.approx((-0.54, 0.0), abs=0.2)
     assert high == pytest.approx((0.54, 0.54), abs=0.2)
-    assert [step.place for step in window.latent_state.trail.steps[-2:]] == [low, high]
     assert not session.is_exact
 
 
-def test_the_trail_comes_back_with_the_volume(qtbot: QtBot, window: MainWindow) -> None:
-    session, latent = window.workspace.latent.session, window.latent_state
-    for mean in (120, 150, 180):
-        tf = OpacityTF((100.0, 200.0), (GaussianMode(mean, 8.0, 0.5),))
-        window.state.tf_input.set(TransferFunction(tf, make_tf().color), "test")
-    trail = latent.trail
-    assert len(trail.steps) == 3
-    opened = window.workspace.opened
-    assert opened is not None
-    # As another run has it: its codes, in the session's file.
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(opened.path)
-    assert [step.code for step in latent.trail.steps] == [step.code for step in trail.steps]
-    qtbot.waitUntil(lambda: session.map is not None)
-    assert latent.trail.space == trail.space
-    found = np.array([step.place for step in latent.trail.steps])
-    np.testing.assert_allclose(found, [step.place for step in trail.steps], atol=1e-3)
-    # Codes of another codec, or of another length, say nothing about this map.
-    step = trail.steps[0]
-    longer = replace(trail, steps=(replace(step, code=(*step.code, 0.5)),))
-    for strange in (replace(trail, space="another"), longer):
-        latent.set_trail(strange)
-        session.reset()
-        qtbot.waitUntil(lambda: session.map is not None)
-        assert latent.trail.steps == ()
-
-
 def test_pictures_follow_the_view_and_are_marked_until_then(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pictures = window.workspace.latent.pictures
     first = pictures.grid
@@ -349,32 +321,29 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
     window.state.tf_input.set(replace(tf, opacity=make_tf(140.0).opacity), "test")
     assert not window.browser.grid.is_stale
     assert sum(r.channel == "grid" for r in builders.analysts[-1].others) == asked
+    # The overview is that of the present view.
+    session = window.workspace.latent.session
+    view = window.state.view
+    qtbot.waitUntil(lambda: session.overview_view == view)
+    overview = session.overview
+    window.state.set_view(View(80, 30, 0, 1))
+    window.state.set_view(view)
+    qtbot.waitUntil(lambda: not session._looking.is_running)
+    assert session.overview is overview
+    assert session.overview_view == view
+    # A grid that failed is asked for again.
+    engine = builders.analysts[-1]
+    images = engine.images
 
+    def fail(*_: object) -> np.ndarray:
+        raise LatentError("No pictures today.")
 
-def test_thumbnails_come_when_one_is_close(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    map_view, small = window.browser.map, window.workspace.latent.thumbnails
-    assert map_view.thumbnails.in_sight == []
-    for _ in range(8):
-        turn_wheel(map_view, QPointF(map_view.rect().center()), 1)
-    wanted = map_view.thumbnails.in_sight
-    assert wanted
-    qtbot.waitUntil(lambda: set(wanted) <= set(small.images))
-    latent_map = window.workspace.latent.session.map
-    assert latent_map is not None
-    places = map_view.frame.pixels(latent_map.places[wanted])
-    gaps = np.abs(places[:, None] - places).max(axis=2) + 1e3 * np.eye(len(wanted))
-    assert gaps.min() >= 52
-    # Over a thumbnail the mouse means its sample alone.
-    seen = QRectF(map_view.rect())
-    at = dict(zip(wanted, map_view.frame.pixels(latent_map.places[wanted]), strict=True))
-    sample = next(s for s in wanted if seen.contains(QPointF(*at[s])))
-    move(qtbot, map_view, tuple(latent_map.places[sample].tolist()))
-    qtbot.waitUntil(lambda: window.latent_state.hover_sample == sample)
-    assert any(r.channel == "thumbnails" for r in builders.analysts[-1].others)
-    window.browser.bar.reset.click()
-    assert map_view.thumbnails.in_sight == []
+    monkeypatch.setattr(engine, "images", fail)
+    with qtbot.waitSignal(pictures.problem):
+        window.latent_state.set_brush((-0.5, -0.5, 0.5, 0.5))
+    monkeypatch.setattr(engine, "images", images)
+    with qtbot.waitSignal(pictures.gridDrawn):
+        pictures.ask()
 
 
 def test_filters_by_value_and_lasso(qtbot: QtBot, window: MainWindow) -> None:
@@ -418,92 +387,6 @@ def test_bands_are_read(text: str, band: tuple[float, float] | None) -> None:
     assert parsed_band(text) == band
 
 
-def test_places_are_named_played_and_kept(qtbot: QtBot, window: MainWindow, tmp_path: Path) -> None:
-    work, latent = window.workspace.latent, window.latent_state
-    with pytest.raises(LatentError, match="two places"):
-        work.path.play()
-    for place in ((-0.5, 0.1), (0.5, 0.4)):
-        tf, _ = work.session.tf_at(place)
-        latent.name_place(place, tf)
-    assert [named.name for named in latent.places] == ["Place 1", "Place 2"]
-    frames: list[object] = []
-    work.path.frameDrawn.connect(frames.append)
-    window.browser.bar.playRequested.emit()
-    assert window.browser.cancel.isVisible()
-    qtbot.waitUntil(lambda: frames[-1:] == [None], timeout=60_000)
-    assert len(frames) == 50
-    assert not window.browser.preview.is_shown
-    # A busy machine takes long to write a movie.
-    with qtbot.waitSignal(
-        work.path.ended, check_params_cb=lambda text: "Saved" in text, timeout=60_000
-    ):
-        work.path.play(MovieOrder(tmp_path / "path.gif", 96, 7, 10.0))
-    movie = iio.imread(tmp_path / "path.gif", index=None)
-    # The path's engine draws squares, and the TF is below.
-    assert movie.shape[:1] + movie.shape[2:] == (7, 96, 3) and movie.shape[1] > 96
-    assert iio.immeta(tmp_path / "path.gif")["duration"] == 100
-    window.browser.bar.renameRequested.emit(0)
-    dialog = window.findChild(QInputDialog)
-    assert dialog is not None
-    dialog.setTextValue("ribs")
-    dialog.accept()
-    latent.forget_place(1)
-    assert [named.name for named in latent.places] == ["ribs"]
-
-
-def test_the_tf_of_a_paths_picture_can_be_taken(qtbot: QtBot, window: MainWindow) -> None:
-    browser, work = window.browser, window.workspace.latent
-    for place in ((-0.5, 0.1), (0.5, 0.4)):
-        tf, _ = work.session.tf_at(place)
-        window.latent_state.name_place(place, tf)
-    assert not browser.keep.isVisible()
-    frames: list[Frame] = []
-    work.path.frameDrawn.connect(lambda frame: frames.append(frame) if frame else None)
-    browser.bar.playRequested.emit()
-    qtbot.waitUntil(lambda: len(frames) > 10)
-    assert browser.keep.isVisible()
-    shown = frames[-1]
-    browser.keep.click()
-    assert not work.path.is_running and not browser.keep.isVisible()
-    assert window.state.edits.stack.undoText() == "TF of the path"
-    assert tf_difference(window.state.transfer_function.opacity, shown.tf) < 0.05
-
-
-def test_a_path_is_cancelled(qtbot: QtBot, window: MainWindow) -> None:
-    work = window.workspace.latent
-    tf, _ = work.session.tf_at((0.5, 0.4))
-    window.latent_state.name_place((0.5, 0.4), tf)
-    window.browser.bar.playRequested.emit()
-    assert work.path.is_running
-    # Wherever the focus is.
-    window.top_bar.browse.setFocus()
-    QTest.keyClick(window.top_bar.browse, Qt.Key.Key_Escape)
-    assert not work.path.is_running
-
-
-def test_a_search_previews_and_can_be_undone(qtbot: QtBot, window: MainWindow) -> None:
-    before = window.state.transfer_function
-    search = window.workspace.latent.search
-    steps: list[object] = []
-    search.stepped.connect(steps.append)
-    with qtbot.waitSignal(search.ended, timeout=20_000):
-        window.browser.search.seek("more")
-    assert steps
-    assert window.state.transfer_function != before
-    assert window.state.edits.stack.undoText() == "TF found by search"
-    window.state.edits.undo()
-    assert window.state.transfer_function == before
-
-
-def test_an_edit_ends_a_search(qtbot: QtBot, window: MainWindow) -> None:
-    search = window.workspace.latent.search
-    window.browser.search.seek("less")
-    assert search.is_running
-    window.state.tf_input.set(make_tf(111.0), "edit")
-    assert not search.is_running
-    assert window.state.transfer_function == make_tf(111.0)
-
-
 def test_the_map_is_computed_shown_and_kept(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
 ) -> None:
@@ -514,12 +397,9 @@ def test_the_map_is_computed_shown_and_kept(
     qtbot.waitUntil(lambda: session.map is not None)
     assert session.map is not None
     assert not session.map.is_final
-    assert window.browser.cancel.isVisible()
-    tf, _ = session.tf_at((0.3, 0.3))
-    window.latent_state.name_place((0.3, 0.3), tf, "kept")
+    assert window.browser.bar.stop.isVisible()
     qtbot.waitUntil(lambda: session.map is not None and session.map.is_final, timeout=30_000)
-    assert not window.browser.cancel.isVisible()
-    assert [named.name for named in window.latent_state.places] == ["kept"]
+    assert not window.browser.bar.stop.isVisible()
     assert toy_space(tmp_path, (100.0, 200.0), (112.0, 188.0)).open_map().is_final
 
 
@@ -541,7 +421,7 @@ def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
         if close:
             window.close()
         else:
-            window.browser.cancel.click()
+            window.browser.bar.stop.click()
             assert not session.is_embedding
             assert session.map is not None
             window.close()
@@ -582,18 +462,18 @@ def test_another_volume_has_its_own_map(
 ) -> None:
     session = window.workspace.latent.session
     tf, _ = session.tf_at((0.3, 0.3))
-    window.latent_state.name_place((0.3, 0.3), tf)
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(session.mapOpened):
         window.workspace.reading.open(Path("other"))
     assert session.space is not None
     assert session.space.frame.scalar_range == (100.0, 300.0)
-    assert window.latent_state.places == ()
+    # A TF of the map before cannot be taken.
+    before = window.state.transfer_function
+    window.browser.taking.take(tf, "old", None)
+    assert window.state.transfer_function == before
 
 
-def test_the_model_draws_and_is_compared(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_the_model_draws(qtbot: QtBot, window: MainWindow, builders: FakeBuilders) -> None:
     pictures = window.workspace.latent.pictures
     assert pictures.drawer.source == "exact"
     assert window.browser.bar.engine.isEnabled()
@@ -601,119 +481,18 @@ def test_the_model_draws_and_is_compared(
     window.latent_state.choose(engine="learned")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
     assert any(r.channel == "grid" for r in builders.generators[-1].others)
-    window.latent_state.choose(coloring="error")
-    errors = window.workspace.latent.errors
-    qtbot.waitUntil(lambda: errors.errors is not None)
-    # Both fakes draw the same.
-    assert errors.errors is not None
-    assert np.nanmax(errors.errors) == 0.0
     window.latent_state.choose(codec="model")
     qtbot.waitUntil(lambda: builders.spaces[-1] == Path("model"))
 
 
-@pytest.mark.parametrize("coloring", ["value", "opacity", "modes", "distance", "error"])
-def test_every_colouring_has_a_legend(window: MainWindow, coloring: str) -> None:
-    window.latent_state.choose(coloring=coloring)
-    before = window.browser.map.grab().toImage()
-    assert before.width() > 100
-    shades = window.browser.map._shades
-    assert shades is not None
-    assert shades.legend.title
-    assert len(np.unique(shades.colors, axis=0)) > (1 if coloring in ("error", "modes") else 5) - 1
-
-
-def test_a_search_does_not_reach_into_another_volume(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    builders.volumes["other"] = make_volume("other", 300.0)
-    search = window.workspace.latent.search
-    with qtbot.waitSignal(search.stepped):
-        window.browser.search.seek("more")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("other"))
-    assert not search.is_running
-    # Its own first TF, with nothing to undo.
-    assert window.state.scalar_range == (100.0, 300.0)
-    assert window.state.edits.stack.count() == 0
-
-
-def test_places_of_another_volume_cannot_be_taken(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    tf, _ = window.workspace.latent.session.tf_at((0.3, 0.3))
-    builders.volumes["other"] = make_volume("other", 300.0)
-    builders.space_error = LatentError("There is no codec.")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("other"))
-    before = window.state.transfer_function
-    window.browser.taking.take(tf, "old")
-    window.browser.naming.name((0.3, 0.3), tf, None, "old")
-    assert window.state.transfer_function == before
-    assert window.latent_state.places == ()
-
-
-def test_a_drag_of_the_user_ends_a_search_and_is_one_step(qtbot: QtBot, window: MainWindow) -> None:
-    before = window.state.transfer_function
-    search = window.workspace.latent.search
-    dragged: list[object] = []
-
-    def drag_once(step: object) -> None:
-        if not dragged:
-            dragged.append(step)
-            window.state.tf_input.move(make_tf(120.0))
-
-    search.stepped.connect(drag_once)
-    with qtbot.waitSignal(search.ended):
-        window.browser.search.seek("more")
-    window.state.tf_input.move(make_tf(125.0))
-    window.state.tf_input.finish("move mode")
-    assert not search.is_running
-    assert window.state.edits.stack.count() == 1
-    assert window.state.edits.stack.undoText() == "move mode"
-    window.state.edits.undo()
-    assert window.state.transfer_function == before
-
-
-def test_another_button_does_not_interrupt_a_drag(qtbot: QtBot, window: MainWindow) -> None:
-    map_view, latent = window.browser.map, window.latent_state
-    latent.set_brush((-0.4, -0.4, 0.4, 0.4))
-    QTest.mousePress(map_view, Qt.MouseButton.LeftButton, NO_KEY, pixel(map_view, (0, 0)))
-    QTest.mouseMove(map_view, pixel(map_view, (0.1, 0.1)))
-    QTest.mousePress(map_view, Qt.MouseButton.RightButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
-    QTest.mouseRelease(map_view, Qt.MouseButton.RightButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
-    assert latent.dragging
-    QTest.mouseRelease(map_view, Qt.MouseButton.LeftButton, NO_KEY, pixel(map_view, (0.1, 0.1)))
-    assert not latent.dragging
-    assert latent.brush == pytest.approx((-0.3, -0.3, 0.5, 0.5), abs=0.02)
-
-
-def test_the_overview_is_that_of_the_present_view(qtbot: QtBot, window: MainWindow) -> None:
-    session = window.workspace.latent.session
-    first = window.state.view
-    overview = session.overview
-    window.state.set_view(View(80, 30, 0, 1))
-    window.state.set_view(first)
-    qtbot.waitUntil(lambda: not session._looking.is_running)
-    assert session.overview is overview
-    assert session.overview_view == first
-
-
-def test_a_grid_that_failed_is_asked_for_again(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    engine = builders.analysts[-1]
-    images = engine.images
-
-    def fail(*_: object) -> np.ndarray:
-        raise LatentError("No pictures today.")
-
-    monkeypatch.setattr(engine, "images", fail)
-    pictures = window.workspace.latent.pictures
-    with qtbot.waitSignal(pictures.problem):
-        window.latent_state.set_brush((-0.5, -0.5, 0.5, 0.5))
-    monkeypatch.setattr(engine, "images", images)
-    with qtbot.waitSignal(pictures.gridDrawn):
-        pictures.ask()
+def test_every_colouring_has_a_legend(window: MainWindow) -> None:
+    for coloring in ("value", "opacity", "modes", "distance"):
+        window.latent_state.choose(coloring=coloring)
+        assert window.browser.map.grab().toImage().width() > 100
+        shades = window.browser.map._shades
+        assert shades is not None
+        assert shades.legend.title
+        assert len(np.unique(shades.colors, axis=0)) > (0 if coloring == "modes" else 4)
 
 
 def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None:
@@ -747,38 +526,6 @@ def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None
     assert latent.brush != brush
     QTest.keyClick(grid, Qt.Key.Key_Minus)
     assert latent.brush == pytest.approx(brush)
-
-
-def test_escape_closes_the_browser_where_nothing_runs(window: MainWindow) -> None:
-    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
-    assert not window.browser.isVisible() and window.generator.isVisible()
-    widths = [pane.canvas.width() for pane in (window.generator, window.reference)]
-    assert abs(widths[0] - widths[1]) <= 1
-
-
-def test_the_caption_names_the_picture_under_the_mouse(qtbot: QtBot, window: MainWindow) -> None:
-    caption = window.reference.caption
-    before = caption.title, caption.detail
-    move(qtbot, window.browser.map, (0.2, 0.1))
-    qtbot.waitUntil(lambda: window.browser.preview.is_shown)
-    assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
-    assert "samples" in caption.toolTip()
-    window.latent_state.set_hover(None)
-    qtbot.waitUntil(lambda: not window.browser.preview.is_shown)
-    assert (caption.title, caption.detail) == before
-    assert window.reference.title == "Ground truth"
-
-
-def test_the_picture_under_the_mouse_stays_while_the_image_is_drawn_anew(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    move(qtbot, window.browser.map, (-0.3, -0.2))
-    qtbot.waitUntil(lambda: window.browser.preview.is_shown)
-    assert window.reference.canvas.cover is not None
-    window.workspace.reference.choose(size=64)
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.browser.preview.is_shown
-    assert window.reference.canvas.cover is not None
 
 
 def test_who_turns_the_wheel_over_the_map_has_its_keys(qtbot: QtBot, window: MainWindow) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from ramp import make_tf
 
-from app.state.known_volume import KnownPlace, KnownRegion, KnownTrail, KnownVolume
+from app.state.known_volume import KnownRegion, KnownVolume
 from app.state.remembered import Remembered
 from app.state.sensitivity_state import Choices
 from app.state.session import Session, SessionError, of_session
@@ -42,9 +42,6 @@ LOOK: dict[str, Any] = {
     "regions": (KnownRegion("ribs", ((0.1, 0.1), (0.4, 0.1), (0.2, 0.5))),),
     "active_region": "ribs",
     "region_count": 4,
-    "places": (KnownPlace("bone", make_tf().to_json(), (1.5, -2.0)),),
-    "place_count": 2,
-    "trail": KnownTrail("digest, 100 to 200, linear", ((0.5, -1.0), (0.25, 2.0))),
     "value_scale": "logarithmic",
     "opacity_scale": "logarithmic",
     "visible": (110.0, 180.0),

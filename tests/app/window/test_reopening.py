@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
-from ramp import make_tf, make_volume
+from ramp import make_volume
 from window_fakes import FakeBuilders
 
 from app.state.preferences import Preferences, PreferencesStore
@@ -81,41 +81,6 @@ def test_regions_their_names_and_numbers(qtbot: QtBot, open_window: Opener) -> N
     assert again.sensitivity_state.region_name == "Region 4"
     show(qtbot, again, "other")
     assert [one.name for one in again.sensitivity_state.regions] == ["Region 1"]
-
-
-def test_named_tfs_with_all_their_points(qtbot: QtBot, open_window: Opener) -> None:
-    window = open_window()
-    picture = np.random.default_rng(3).random((8, 8, 4), dtype=np.float32)
-    window.latent_state.name_place((0.25, -0.5), CURVE, "skin", picture)
-    window.latent_state.name_place((0.5, 0.5), make_tf(140.0).opacity)
-    show(qtbot, window, "other")
-    assert window.latent_state.places == ()
-    window.close()
-    again = open_window()
-    skin, second = again.latent_state.places
-    assert (skin.name, skin.place, skin.tf) == ("skin", (0.25, -0.5), CURVE)
-    assert (second.name, second.tf) == ("Place 2", make_tf(140.0).opacity)
-    assert skin.picture is not None
-    np.testing.assert_allclose(skin.picture, picture, atol=0.5 / 255 + 1e-6)
-    again.browser.bar.placeRequested.emit(0)
-    assert again.state.transfer_function.opacity == CURVE
-    again.latent_state.forget_place(0)
-    again.latent_state.name_place((0.0, 0.0), CURVE)
-    assert [one.name for one in again.latent_state.places] == ["Place 2", "Place 3"]
-
-
-def test_named_tfs_stay_when_the_range_becomes_another(qtbot: QtBot, open_window: Opener) -> None:
-    window = open_window()
-    window.latent_state.name_place((0.25, -0.5), CURVE, "skin")
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.editor.range.set_range((90.0, 210.0))
-    assert [one.name for one in window.latent_state.places] == ["skin"]
-    window.browser.bar.placeRequested.emit(0)
-    # Over the present range, with the same opacities at the same values.
-    taken = window.state.transfer_function.opacity
-    assert taken.scalar_range == (90.0, 210.0)
-    values = np.linspace(100, 200, 101)
-    np.testing.assert_allclose(taken(values), CURVE(values), atol=1e-12)
 
 
 def test_the_plots_scales_and_what_is_in_sight(qtbot: QtBot, open_window: Opener) -> None:

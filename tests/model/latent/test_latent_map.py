@@ -30,14 +30,6 @@ def test_new_codes_are_placed_among_their_neighbours(latent_map: LatentMap) -> N
         assert (x, y) == pytest.approx((code[0], 2 * code[1]), abs=0.1)
 
 
-def test_nearest_of_a_few(latent_map: LatentMap) -> None:
-    chosen = np.array([3, 77, 401])
-    found = latent_map.nearest_of(chosen, 2)
-    scaled = latent_map.codes / latent_map.codes.std(axis=0)
-    distances = np.linalg.norm(scaled[:, None] - scaled[chosen], axis=2)
-    assert (found == np.argsort(distances, axis=1)[:, :2]).all()
-
-
 def test_some_of_the_samples_keep_places_and_disc(latent_map: LatentMap) -> None:
     wanted = latent_map.codes[:, 0] > 0.5
     some = latent_map.only(wanted)
