@@ -28,8 +28,8 @@ LONGER_SIDES = (1024, 2048, 4096, 8192)
 SAMPLES = (1, 4, 16, 64, 256, 1024)
 """Samples of each pixel that path-traced pictures may have."""
 
-PICTURE_SAMPLES, MOVIE_SAMPLES = 64, 16
-"""Those that the dialogs begin with."""
+PICTURE_SAMPLES = 64
+"""Those that the dialog begins with."""
 
 BYTES_PER_PIXEL = 20
 """Memory of a rendering and of the picture that is made of it."""
@@ -90,8 +90,10 @@ class PictureDialog(QDialog):
         self.which_box.setEnabled(self.which_box.count() > 1)
         self.chooser = SizeChooser(self, LONGER_SIDES)
         self.background_box = BackgroundBox()
-        self.legend_box, self.scale_box = legend_box(), scale_box()
-        self.samples_box = samples_box(begin.samples) if begin and begin.samples else None
+        self.legend_box, self.scale_box = QCheckBox("Colour legend"), QCheckBox("Scale bar")
+        self.legend_box.setToolTip("A colour bar with the scalar values, at the lower right")
+        self.scale_box.setToolTip("A bar of a round length, at the lower left")
+        self.samples_box = _samples_box(begin.samples) if begin and begin.samples else None
         self._memory = QLabel()
         self._memory.setProperty("role", "dim")
         self._lay_out(button)
@@ -132,7 +134,9 @@ class PictureDialog(QDialog):
         form.addRow("Background", self.background_box)
         form.addRow("", self.legend_box)
         form.addRow("", self.scale_box)
-        form.addRow("", depth_label())
+        depth = QLabel(f"In perspective the bar's length holds\n{DEPTH_TEXT}.")
+        depth.setProperty("role", "dim")
+        form.addRow("", depth)
         finish_dialog(self, form, button)
 
     def _take_which(self) -> None:
@@ -149,35 +153,13 @@ class PictureDialog(QDialog):
         self._memory.setText(f"{width * height / 1e6:.1f} megapixels; takes {need} of memory")
 
 
-def samples_box(chosen: int) -> QComboBox:
-    """Return the box for the samples of path-traced pictures."""
+def _samples_box(chosen: int) -> QComboBox:
     box = list_box()
     for samples in sorted({*SAMPLES, chosen}):
         box.addItem(f"{samples}", samples)
     box.setCurrentIndex(box.findData(chosen))
     box.setToolTip("Four times the samples take four times as long, and halve the error")
     return box
-
-
-def legend_box() -> QCheckBox:
-    """Return the box for the legend."""
-    box = QCheckBox("Colour legend")
-    box.setToolTip("A colour bar with the scalar values, at the lower right")
-    return box
-
-
-def scale_box() -> QCheckBox:
-    """Return the box for the scale bar."""
-    box = QCheckBox("Scale bar")
-    box.setToolTip("A bar of a round length, at the lower left")
-    return box
-
-
-def depth_label() -> QLabel:
-    """Return the line that says where a scale bar holds."""
-    label = QLabel(f"In perspective the bar's length holds\n{DEPTH_TEXT}.")
-    label.setProperty("role", "dim")
-    return label
 
 
 def finish_dialog(dialog: QDialog, form: QFormLayout, button: str) -> None:

@@ -1,4 +1,4 @@
-"""Fields for the size of a picture or movie, and for its background."""
+"""Fields for the size of a picture or movie, and for a picture's background."""
 
 from __future__ import annotations
 
@@ -133,20 +133,13 @@ class SizeChooser(QObject):
 
 
 class BackgroundBox(QComboBox):
-    """A background: transparent, black, white or any colour.
+    """A background: transparent, black, white or any colour."""
 
-    Parameters
-    ----------
-    transparent : bool
-        Whether it may be transparent.
-    """
-
-    def __init__(self, transparent: bool = True) -> None:
+    def __init__(self) -> None:
         super().__init__()
         WheelGuard(self)
         self._color: Background = (128, 128, 128)
-        choices = (("Transparent", None), ("Black", BLACK), ("White", WHITE))
-        for name, color in choices[0 if transparent else 1 :]:
+        for name, color in (("Transparent", None), ("Black", BLACK), ("White", WHITE)):
             self.addItem(_swatch(color), name, color)
         self.addItem(_swatch(self._color), _OTHER_COLOR, self._color)
         self._other = self.count() - 1

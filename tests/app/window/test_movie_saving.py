@@ -14,15 +14,14 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.requests import PictureRequest
-from app.window.figure import FigureLook
 from app.window.main_window import MainWindow
-from app.window.movie_dialog import MovieChoice, MovieDialog
+from app.window.movie_saving import MovieChoice, MovieDialog
 from app.window.picture_dialog import PictureChoice
 from model.errors import RenderError
 from model.scene.view import View
 
 WindowMaker = Callable[..., MainWindow]
-TURN = MovieChoice("turntable", "reference", FigureLook(64, 48), 0.5, 8)
+TURN = MovieChoice(64, 48, 0.5, 8)
 
 
 @pytest.fixture
@@ -89,16 +88,12 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
     assert [*tmp_path.iterdir()] == [place]
 
 
-def test_it_has_legend_and_scale_bar(
-    qtbot: QtBot, window: MainWindow, asked: list[PictureRequest], tmp_path: Path
+def test_it_has_the_legend_and_scale_bar_of_the_screen(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path
 ) -> None:
-    for name, look in (
-        ("plain", FigureLook(300, 200)),
-        ("full", FigureLook(300, 200, legend=True, scale_bar=True)),
-    ):
-        window.movies.draw(
-            MovieChoice("turntable", "reference", look, 0.5, 4), tmp_path / f"{name}.gif"
-        )
+    for name, shown in (("plain", False), ("full", True)):
+        window.preferences.set(legend=shown, scale_bar=shown)
+        window.movies.draw(MovieChoice(300, 200, 0.5, 4), tmp_path / f"{name}.gif")
         qtbot.waitUntil(lambda name=name: (tmp_path / f"{name}.gif").exists(), timeout=20_000)
         qtbot.waitUntil(lambda: not window.movies.is_running)
     plain, full = (frames_of(tmp_path / f"{name}.gif")[0].astype(int) for name in ("plain", "full"))
@@ -198,37 +193,11 @@ def test_a_figure_that_will_not_be_drawn_is_told(
 
 
 def test_the_dialog_asks_for_size_length_and_rate(qtbot: QtBot) -> None:
-    begin = PictureChoice(0, 0, (255, 255, 255), True, True, "both")
-    sizes = {"reference": (901, 601), "generator": (128, 128)}
-    dialog = MovieDialog(("turntable", "path"), sizes, begin)  # type: ignore[arg-type]
+    dialog = MovieDialog(901, 601)
     qtbot.addWidget(dialog)
     # Sides of movies are even.
-    look = FigureLook(900, 600, (255, 255, 255), True, True)
-    assert dialog.choice() == MovieChoice("turntable", "reference", look, 8.0, 25)
+    assert dialog.choice() == MovieChoice(900, 600, 8.0, 25)
     assert dialog.choice().count == 200
     dialog.seconds_box.setValue(2.5)
     dialog.rate_box.setValue(10)
-    dialog.which_box.setCurrentIndex(1)
-    choice = dialog.choice()
-    assert (choice.which, choice.count) == ("generator", 25)
-    assert (choice.look.width, choice.look.height) == (128, 128)
-    dialog.kind_box.setCurrentIndex(1)
-    assert dialog.choice().kind == "path"
-    assert (dialog.choice().look.width, dialog.choice().look.height) == (384, 384)
-    assert not dialog.legend_box.isEnabled()
-
-
-def test_the_menu_and_the_map_open_the_same_dialog(
-    window: MainWindow, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    opened: list[str] = []
-
-    def no(dialog: MovieDialog) -> int:
-        opened.append(dialog.choice().kind)
-        return 0
-
-    monkeypatch.setattr(MovieDialog, "exec", no)
-    window.movies.save()
-    monkeypatch.setattr(type(window.workspace.latent.path), "can_play", True)
-    window.browser.bar.movieRequested.emit()
-    assert opened == ["turntable", "path"]
+    assert dialog.choice().count == 25

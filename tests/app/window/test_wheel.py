@@ -23,8 +23,8 @@ from app.controls import list_box
 from app.number_entry import WholeNumberBox
 from app.wheel_guard import WheelGuard
 from app.window.main_window import MainWindow
-from app.window.movie_dialog import MovieDialog
-from app.window.picture_dialog import PictureChoice, PictureDialog
+from app.window.movie_saving import MovieDialog
+from app.window.picture_dialog import PictureDialog
 from app.window.raw_dialog import RawDialog
 from app.window.span_slider import SpanSlider
 
@@ -90,8 +90,7 @@ def test_nor_do_those_of_the_dialogs(qtbot: QtBot, tmp_path: Path) -> None:
     path = tmp_path / "data.raw"
     path.write_bytes(bytes(1000))
     raw = RawDialog(path)
-    kinds, begin = ("turntable", "path"), PictureChoice(0, 0)
-    movie = MovieDialog(kinds, {"reference": (640, 480)}, begin)
+    movie = MovieDialog(640, 480)
     picture = PictureDialog({"reference": (640, 480)})
     for dialog, least in ((raw, 3), (picture, 4), (movie, 4)):
         qtbot.addWidget(dialog)
