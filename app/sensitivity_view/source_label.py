@@ -83,7 +83,7 @@ class SourceLabel(QLabel):
         if not choices.shown:
             text = ""
         elif choices.engine == "learned" and not dispatcher.learned_fits:
-            text = "no model of this volume: open or train one, or choose Exact"
+            text = "no model of this volume: open one, or choose Exact"
         else:
             text = self._source_text()
         if self._problem and choices.shown:

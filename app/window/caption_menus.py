@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu
 
 from app.caption_button import CaptionButton
@@ -59,28 +58,24 @@ class CaptionMenus(QObject):
 
         menu.aboutToShow.connect(enable)
 
-    def fill_generator(self, train: QAction, panes: PaneLayout) -> None:
+    def fill_generator(self, panes: PaneLayout) -> None:
         """Offer other models, to see this one's image alone, and what its error means."""
         menu = self._generator.add_menu()
         self._recent.add_models(menu)
         add_action(menu, "Open another model…", self._files.open_model)
         self._samples.add_models(menu)
-        menu.addAction(train)
         menu.addSeparator()
         _add_alone(menu, panes, "generator")
         window = self._generator.window
         add_action(menu, "What is the error (RMSE)?", lambda: open_glossary(window(), "RMSE"))
 
-    def fill_reference(
-        self, train: QAction, controls: ReferenceControls, panes: PaneLayout
-    ) -> None:
+    def fill_reference(self, controls: ReferenceControls, panes: PaneLayout) -> None:
         """Offer size and renderer; without a model, one beside it; and to see it alone."""
         menu = self._reference.add_menu()
         controls.fill_size(menu.addMenu("&Size"))
         controls.fill_drawing(menu.addMenu("&Renderer"))
         menu.addSeparator()
         find = add_action(menu, "Open a model beside it…", self._files.open_model)
-        menu.addAction(train)
         menu.addSeparator()
         _add_alone(menu, panes, "reference")
         menu.aboutToShow.connect(lambda: find.setVisible(not self._workspace.model.is_open))

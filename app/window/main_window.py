@@ -37,7 +37,6 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.session_work import SessionWork
-from app.state.training_run import TrainingRun
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -71,8 +70,6 @@ from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
-from app.window.training_card import TrainingCard
-from app.window.training_start import TrainingStart
 from app.window.up_axis_card import UpAxisCard
 from app.window.up_axis_question import UpAxisQuestion
 from app.window.window_memory import WindowMemory
@@ -149,16 +146,11 @@ class MainWindow(QMainWindow):
         )
         self.browse = self.top_bar.browse
         self.panes = PaneLayout(self.browser, self.generator, self.reference)
-        self.training = TrainingRun(self)
-        self.training_card = TrainingCard(self.training)
         self.up_axis_card = UpAxisCard()
         self.crop_card = CropCard(self.state)
         self.tools = ToolStrip(self.sensitivity_state, self.crop_card)
         self.tools.setEnabled(False)
         self.status = StatusLine(self.state)
-        self.training_start = TrainingStart(
-            self.training, self.training_card, self.workspace, self.state, self.preferences, self
-        )
         self._images = QWidget()
         self._floating = Floating(self._images)
         self._splitter = DockSplitter(self._images_and_floating(), self.editor)
@@ -254,7 +246,6 @@ class MainWindow(QMainWindow):
             reference=self.reference,
             bar=self.top_bar,
             controls=self.reference_controls,
-            training=self.training_card,
             error=self.image_error,
             panes=self.panes,
             overlays=self.overlays,
@@ -321,8 +312,6 @@ class MainWindow(QMainWindow):
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
         self.preferences.problem.connect(partial(self.notice.tell, tone="error"))
-        self.training_card.trained.connect(self.opening.open_model)
-        self.workspace.reference.settingsChanged.connect(self.training_card.set_settings)
 
     def _name_light(self) -> None:
         """Say in which light the reference is drawn."""
@@ -402,19 +391,16 @@ class MainWindow(QMainWindow):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hide the window at once, then wait for the threads to end."""
-        work = (self.pictures, self.movies, self.training)
+        work = (self.pictures, self.movies)
         if self.isVisible() and not may_quit(self, [each.unfinished for each in work]):
             event.ignore()
             return
         self.movies.cancel()
         self.workspace.stop()
-        self.training.cancel()
-        self.training_start.cancel()
         self._memory.note()
         self.hide()
         self.workspace.join()
         self.movies.join()
-        self.training.join()
         self.preferences.finish()
         event.accept()
 
@@ -439,7 +425,6 @@ class MainWindow(QMainWindow):
         column = QVBoxLayout(self._images)
         column.setContentsMargins(0, 0, 0, 0)
         column.addWidget(self.panes)
-        self._floating.add_top(self.training_card)
         self._floating.add_top(self.notice)
         self._floating.add_bottom(self.crop_card)
         self._floating.add_bottom(self.up_axis_card)
@@ -484,8 +469,6 @@ class MainWindow(QMainWindow):
             title = PATH_TITLE
         self.generator.set_title(title, self.workspace.model.worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
-        opened = self.workspace.opened
-        self.training_card.set_offered(opened is not None and not self.workspace.model.is_open)
         drawer = self.workspace.latent.drawer
         self.browser.bar.set_model(drawer.learned_size is not None, drawer.draws_codes)
 

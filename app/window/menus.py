@@ -68,8 +68,8 @@ class Menus(QObject):
             self,
         )
         captions.fill_volume(self._recent_menu, self._samples_menu, self._up_axes)
-        captions.fill_generator(parts.training.train, parts.panes)
-        captions.fill_reference(parts.training.train, parts.controls, parts.panes)
+        captions.fill_generator(parts.panes)
+        captions.fill_reference(parts.controls, parts.panes)
         self._single_keys.keep()
 
     def _menu(self, title: str) -> QMenu:
@@ -91,7 +91,6 @@ class Menus(QObject):
         samples.add_models(menu)
         recent.add_models(menu)
         recent.add_recent(menu, "models")
-        menu.addAction(self._parts.training.train)
         menu.addSeparator()
         add_action(menu, "Open &TF…", files.open_transfer_function, "Ctrl+T")
         add_action(menu, "&Save TF…", files.save_transfer_function, keys.Save)

@@ -23,7 +23,6 @@ from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.session_files import SessionFiles
 from app.window.top_bar import TopBar
-from app.window.training_card import TrainingCard
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,6 @@ class WindowParts:
     reference: EnginePane
     bar: TopBar
     controls: ReferenceControls
-    training: TrainingCard
     error: ImageError
     panes: PaneLayout
     overlays: Overlays

@@ -13,7 +13,7 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog, QMessageBox
+from PySide6.QtWidgets import QApplication, QDialog
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
@@ -129,12 +129,11 @@ def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
     assert builders.references[-1].requests[-1].inputs.view == View(azimuth=5.0)
 
 
-def test_without_a_model_the_reference_has_the_window_and_training_is_offered(
+def test_without_a_model_the_reference_has_the_window(
     make_window: WindowMaker,
 ) -> None:
     window = make_window(model=None)
     assert window.generator.isHidden()
-    assert window.training_card.train.isEnabled() and not window.training_card.isVisible()
     assert window.errors == []
     assert "512 × 512" in window.reference.detail
 
@@ -153,13 +152,10 @@ def test_what_floats_moves_nothing(make_window: WindowMaker) -> None:
         assert places() == before
     window.up_axis_card.ask("+z")
     window.crop_card.set_shown(True)
-    window.training.progressed.emit(0.5, "training")
-    assert places() == before
-    window.training.failed.emit("The file is truncated; copy it again.")
     action(window, "Rectangle").trigger()
     assert places() == before
     images = QRect(window.panes.mapTo(window, QPoint()), window.panes.size())
-    floating = (window.notice, window.up_axis_card, window.crop_card, window.training_card)
+    floating = (window.notice, window.up_axis_card, window.crop_card)
     seen = [QRect(each.mapTo(window, QPoint()), each.size()) for each in floating]
     assert all(each.isVisible() for each in floating)
     assert all(images.contains(each) for each in seen)
@@ -196,22 +192,6 @@ def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
     assert len(builders.generators) == 1
-
-
-def test_a_click_trains_nothing_before_it_is_confirmed(
-    qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    window = make_window(model=None)
-    started: list[object] = []
-    monkeypatch.setattr(window.training, "start", lambda path, **_: started.append(path))
-    for answer, count in (("Cancel", 0), ("Train", 1)):
-        window.training_card.train.trigger()
-        assert len(started) == 0
-        (question,) = (b for b in window.findChildren(QMessageBox) if b.isVisible())
-        assert "ramp" in question.text() and "minutes" in question.informativeText()
-        (button,) = (b for b in question.buttons() if b.text().replace("&", "") == answer)
-        button.click()
-        assert len(started) == count and not question.isVisible()
 
 
 def test_the_reference_is_lit_like_the_training_images(

@@ -41,7 +41,6 @@ def open_all(window: MainWindow) -> None:
     window.up_axis_card.ask("+z")
     for number in range(2):
         window.notice.tell(f"/a/long/folder/engine{number}.nrrd: the file is truncated. " * 3)
-    window.training.progressed.emit(0.5, "training")
     # As on a machine that is too slow for light.
     window.reference_controls.light.set_title("None (too slow)")
     QApplication.processEvents()
@@ -102,7 +101,6 @@ def test_the_windows_size_is_the_same_whatever_comes(
         open_all(window)
         assert window.size() == size
     action(window, "R").trigger()
-    window.training.failed.emit("The file is truncated; copy it again.")
     QTest.qWait(20)
     assert window.size() == size
 
@@ -169,7 +167,7 @@ def test_without_a_model_there_is_nothing_to_compare(make_window: WindowMaker) -
 
 def test_at_the_start_no_sentence_is_on_screen(make_window: WindowMaker) -> None:
     window = make_window()
-    assert not window.notice.isVisible() and not window.training_card.isVisible()
+    assert not window.notice.isVisible()
     assert not window.crop_card.isVisible() and not window.status.news
     above = (window.top_bar, window.panes)
     controls = [
@@ -189,7 +187,7 @@ def test_every_button_with_an_icon_says_its_name_and_key(make_window: WindowMake
     parts = (window.top_bar, window.panes, window.notice, window.crop_card, window.up_axis_card)
     without_text = [
         button
-        for part in (*parts, window.training_card)
+        for part in parts
         for button in part.findChildren(QAbstractButton)
         if not button.text()
         and not button.icon().isNull()
