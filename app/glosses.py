@@ -33,7 +33,6 @@ SENTENCES = {
     "Learned": "The derivative of the model's image, which is as good as the model is.",
     "Cosine": "How far the learned and the exact curve agree in shape: 1 is perfect, 0 is not at "
     "all.",
-    "Mixed": "Some pixels become brighter and others darker; ± is the mean size of the change.",
     "RMSE": "Root mean squared error over all pixels and colours, from 0 to 1: smaller is better.",
 }
 """One sentence for each term; the terms are those of the glossary."""

@@ -70,8 +70,3 @@ def path_traced_seconds() -> float:
         return float(stamp().read_text())
     except (OSError, ValueError):
         return math.inf
-
-
-def is_prepared(voxels: str, lighting: str) -> bool:
-    """Return whether the kernels of a type of voxels and a light were compiled ahead."""
-    return (voxels, lighting) in PREPARED and stamp().exists()

@@ -23,7 +23,6 @@ from app.engines.requests import (
     Array,
     BatchRequest,
     BlockFieldsRequest,
-    DecodedTFRequest,
     Engine,
     FieldRangeRequest,
     ImageRequest,
@@ -35,7 +34,7 @@ from app.engines.requests import (
     Watch,
 )
 from model.errors import NotOfferedError
-from model.kernel_cache import has_kernels, is_prepared
+from model.kernel_cache import has_kernels
 from model.rendering.setting import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -135,8 +134,7 @@ class Builders:
     map's pictures, whatever renders the reference. A latent space is that of a scalar range
     and a window of it, or that of a model's folder. The ray caster is compiled on its first start,
     for some 10 s. Volumes are read of a path, and of a raw file's layout (``raw``) and what to
-    read of several volumes (``choice``) where there are such. The kernels of a type of voxels and
-    a light may be prepared, so that it is drawn at once.
+    read of several volumes (``choice``) where there are such.
     """
 
     read_volume: Callable[..., Volume]
@@ -145,7 +143,6 @@ class Builders:
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
     is_compiled: Callable[[], bool] = lambda: True
-    is_prepared: Callable[[str, Lighting], bool] = lambda _voxels, _lighting: True
 
 
 class GeneratorEngine:
@@ -243,12 +240,6 @@ class GeneratorEngine:
         codes = np.array(request.codes, dtype=np.float32)
         return self._generator.render_latent(codes, request.inputs)
 
-    def decoded_tf(self, request: DecodedTFRequest) -> Array:
-        """Pass the opacity TF through the network's codec."""
-        opacities = request.inputs.opacity_tf.sample(self.scene.scalar_range)
-        decoded = self._generator.decode(self._generator.encode(opacities))
-        return np.clip(decoded, 0.0, 1.0)
-
     def close(self) -> None:
         """Do nothing: the weights are released with the object."""
 
@@ -335,5 +326,4 @@ REAL_BUILDERS = Builders(
     _analyst_engine,
     _latent_space,
     has_kernels,
-    is_prepared,
 )

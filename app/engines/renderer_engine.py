@@ -17,7 +17,6 @@ from app.engines.requests import (
     Array,
     BatchRequest,
     BlockFieldsRequest,
-    DecodedTFRequest,
     FieldRangeRequest,
     ImageRequest,
     PictureRequest,
@@ -221,10 +220,6 @@ class RendererEngine:
     def latent_images(self, request: BatchRequest) -> Array:
         """Not supported: renderers have no latent codes."""
         raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
-
-    def decoded_tf(self, request: DecodedTFRequest) -> Array:
-        """Not supported: renderers have no codec."""
-        raise NotOfferedError("A renderer has no latent codes; open a model.")
 
     def close(self) -> None:
         """Release the OpenGL context or the threads."""

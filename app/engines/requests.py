@@ -260,15 +260,6 @@ class VisibilityRequest(Request):
         return engine.visibility(self)
 
 
-@dataclass(frozen=True)
-class DecodedTFRequest(Request):
-    """Request for what a generator's codec makes of the opacity TF: opacities, float32 (256,)."""
-
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Encode and decode it."""
-        return engine.decoded_tf(self)
-
-
 class Engine(Protocol):
     """Interface of engines; each is built, used and closed in one thread.
 
@@ -334,9 +325,6 @@ class Engine(Protocol):
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Draw images from the request's latent codes."""
-
-    def decoded_tf(self, request: DecodedTFRequest) -> Array:
-        """Encode the opacity TF as its latent code, and decode that again."""
 
     def close(self) -> None:
         """Release the engine's resources."""

@@ -19,30 +19,18 @@ from app.engines.messages import (
     error_sentence,
 )
 from app.engines.requests import Engine, Request, Watch
-from app.engines.spare_memory import give_back_memory, return_large_blocks
 
 THREAD_PREFIX = "tfscope-"
 
 PROGRESS_S = 0.1
 """Time between two messages of an answer's progress."""
 
-REST_S = 2.0
-"""Time without requests after which an engine tidies up."""
-
 
 class Mailbox:
-    """Thread-safe mailbox with one slot per channel, whose request a newer one replaces.
+    """Thread-safe mailbox with one slot per channel, whose request a newer one replaces."""
 
-    Parameters
-    ----------
-    rest : callable
-        Called by whoever takes the requests, once none has come for a while.
-    """
-
-    def __init__(self, rest: Callable[[], None] = lambda: None) -> None:
+    def __init__(self) -> None:
         self._changed = threading.Condition()
-        self._rest = rest
-        self._worked = False
         self._slots: dict[str, Request] = {}
         self._abandoned: set[str] = set()
         self._closed = False
@@ -62,23 +50,13 @@ class Mailbox:
         Request or None
             None once the mailbox is closed.
         """
-        if self._worked and not self._comes_within(REST_S):
-            self._worked = False
-            self._rest()
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._slots)
             if self._closed:
                 return None
-            self._worked = True
             channel = next(iter(self._slots))
             self._abandoned.discard(channel)
             return self._slots.pop(channel)
-
-    def _comes_within(self, seconds: float) -> bool:
-        with self._changed:
-            return bool(
-                self._changed.wait_for(lambda: self._closed or self._slots, timeout=seconds)
-            )
 
     def abandon(self, channel: str) -> None:
         """Drop the waiting request of a channel, and call off the one that was taken last."""
@@ -136,14 +114,13 @@ class EngineWorker(QObject):
     ) -> None:
         super().__init__(parent)
         self._factory = factory
-        self._mailbox = Mailbox(give_back_memory)
+        self._mailbox = Mailbox()
         self._delivered: dict[str, int] = {}
         self._thread = threading.Thread(target=self._run, name=THREAD_PREFIX + name, daemon=True)
         self._message.connect(self._deliver, Qt.ConnectionType.QueuedConnection)
 
     def start(self) -> None:
         """Start the thread, which builds the engine first."""
-        return_large_blocks()
         self._thread.start()
 
     def submit(self, request: Request) -> None:
@@ -172,7 +149,6 @@ class EngineWorker(QObject):
     def _serve(self) -> None:
         try:
             engine = self._factory()
-            give_back_memory()
             ready = EngineReady(
                 engine.description,
                 engine.scene,
@@ -195,7 +171,6 @@ class EngineWorker(QObject):
         finally:
             engine.close()
             del engine
-            give_back_memory()
 
     def _watch(self, request: Request) -> Watch:
         last = time.monotonic()

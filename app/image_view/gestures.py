@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Literal, cast
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, QTimer
@@ -48,7 +47,7 @@ class ViewGestures(QObject):
         self._button = Qt.MouseButton.NoButton
         self._limits = LightRange()
         self._wheel_rest = QTimer(self, singleShot=True, interval=WHEEL_REST_MS)
-        self._wheel_rest.timeout.connect(partial(state.finish_view, "zoom"))
+        self._wheel_rest.timeout.connect(state.finish_view)
         widget.installEventFilter(self)
 
     def set_light_range(self, limits: LightRange | None) -> None:
@@ -180,7 +179,7 @@ class ViewGestures(QObject):
     def _end_zoom(self) -> None:
         if self._wheel_rest.isActive():
             self._wheel_rest.stop()
-            self._state.finish_view("zoom")
+            self._state.finish_view()
 
     def _frame(self) -> QRectF:
         """Largest square in the middle of the image, or of a widget without an image."""

@@ -6,25 +6,22 @@ from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction, QActionGroup, QIcon
+from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import QMenu, QWidgetAction
 
 from app.caption_button import CaptionButton
-from app.controls import add_action, picture_icon
+from app.controls import add_action
 from app.engines.engines import ReferenceSettings
 from app.image_view.brightness_slider import BrightnessSlider
 from app.image_view.light_ball import LightBall
-from app.image_view.picture import compose
 from app.state.brightness import Brightness
-from app.state.light_pictures import LIGHTS, PIXELS
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.slow_lights import SLOW_SHADOWS_S
 from app.state.viewer_state import ViewerState
-from model.rendering.brightness import usual_brightness
 from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange
-from model.scene.scene import RENDERER_NAMES, Lighting
+from model.scene.scene import RENDERER_NAMES
 
 LIGHTINGS = {
     "auto": "Automatic: shadows or direct, or as the model beside",
@@ -78,24 +75,20 @@ class ReferenceControls(QObject):
         super().__init__(parent)
         self._work = work
         self._brightness = brightness
-        self._actions: dict[str, dict[Any, Any]] = {}
+        self._actions: dict[str, dict[Any, QAction]] = {}
         self._switches: list[tuple[str, QAction]] = []
         self.ball = LightBall(state)
         self.light = CaptionButton()
-        self.fill_light(self.light.add_menu())
+        self._fill_light(self.light.add_menu())
         work.choicesChanged.connect(self._show_choices)
         work.settingsChanged.connect(self._show_settings)
         work.lightRangeChanged.connect(self._offer_ball)
-        work.lights.asked.connect(self._await_pictures)
-        work.lights.drawn.connect(self._show_picture)
         self._show_choices(work.choices)
         self._show_settings(work.settings)
 
-    def fill_light(self, menu: QMenu) -> None:
-        """Add the kinds of light, each with a picture of what is seen, and the brightness."""
+    def _fill_light(self, menu: QMenu) -> None:
+        """Add the kinds of light, and the brightness."""
         self._add_choices(menu, "lighting", LIGHTINGS)
-        menu.setStyleSheet(f"QMenu {{ icon-size: {PIXELS}px; }}")
-        menu.aboutToShow.connect(self._work.draw_lights)
         menu.addSeparator()
         self._add_switch(
             menu,
@@ -126,13 +119,13 @@ class ReferenceControls(QObject):
 
     def _add_choices(self, menu: QMenu, name: str, texts: dict[Any, str]) -> None:
         group = QActionGroup(menu)
-        actions = self._actions.setdefault(name, {})
+        actions = self._actions[name] = {}
         for choice, text in texts.items():
             action = add_action(menu, text, partial(self._choose, name, choice))
             action.setCheckable(True)
             action.setChecked(choice == getattr(self._work.choices, name))
             group.addAction(action)
-            actions.setdefault(choice, []).append(action)
+            actions[choice] = action
 
     def _add_switch(self, menu: QMenu, name: str, text: str, tip: str) -> QAction:
         action = menu.addAction(text)
@@ -147,26 +140,11 @@ class ReferenceControls(QObject):
     def _choose(self, name: str, choice: Any) -> None:
         self._work.choose(**{name: choice})
 
-    def _await_pictures(self, lightings: tuple[Lighting, ...]) -> None:
-        """Keep room for the pictures that follow, and take away those of another view."""
-        for lighting in LIGHTS:
-            icon = picture_icon(None, PIXELS) if lighting in lightings else QIcon()
-            self._set_icon(lighting, icon)
-
-    def _show_picture(self, lighting: Lighting) -> None:
-        """Show a picture as bright as its light usually is."""
-        rgba = self._work.lights.pictures[lighting]
-        image = compose(rgba, (0, 0, 0), usual_brightness(lighting))
-        self._set_icon(lighting, picture_icon(image, PIXELS))
-
-    def _set_icon(self, lighting: Lighting, icon: QIcon) -> None:
-        for action in self._actions["lighting"][lighting]:
-            action.setIcon(icon)
-
     def _show_choices(self, choices: ReferenceChoices) -> None:
         for name, actions in self._actions.items():
-            for action in actions.get(getattr(choices, name), ()):
-                action.setChecked(True)
+            choice = getattr(choices, name)
+            if choice in actions:
+                actions[choice].setChecked(True)
         for name, switch in self._switches:
             switch.setChecked(getattr(choices, name))
         self._show_settings(self._work.settings)

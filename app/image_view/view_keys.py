@@ -36,14 +36,13 @@ ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}
 class ViewKeys(QObject):
     """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus.
 
-    A key that is held repeats as a drag: live until it is released, and one entry in the
-    history of views.
+    A key that is held repeats as a drag: live until it is released.
     """
 
     def __init__(self, widget: QWidget, state: ViewerState) -> None:
         super().__init__(widget)
         self._state = state
-        self._held: dict[int, str] = {}
+        self._held: set[int] = set()
         widget.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         widget.installEventFilter(self)
 
@@ -65,11 +64,10 @@ class ViewKeys(QObject):
         return False
 
     def _press(self, event: QKeyEvent) -> bool:
-        step = self._step(event)
-        if step is None:
+        change = self._step(event)
+        if change is None:
             return False
-        name, change = step
-        self._held[_place_of(event)] = name
+        self._held.add(_place_of(event))
         self._state.move_view(change())
         return True
 
@@ -78,13 +76,13 @@ class ViewKeys(QObject):
         if place not in self._held:
             return False
         if not event.isAutoRepeat():
-            name = self._held.pop(place)
+            self._held.remove(place)
             if not self._held:
-                self._state.finish_view(name)
+                self._state.finish_view()
         return True
 
-    def _step(self, event: QKeyEvent) -> tuple[str, Callable[[], View]] | None:
-        """Name and change of a key, with its modifiers; None for others."""
+    def _step(self, event: QKeyEvent) -> Callable[[], View] | None:
+        """Change of a key, with its modifiers; None for others."""
         # The keys of the number block count as the others.
         keys = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
         fine = bool(keys & Qt.KeyboardModifier.ShiftModifier)
@@ -96,18 +94,18 @@ class ViewKeys(QObject):
             right, up = ARROWS[key]
             if control:
                 length = FINE_PAN_STEP if fine else PAN_STEP
-                return "pan", partial(pan, state.view, length * right, length * up)
+                return partial(pan, state.view, length * right, length * up)
             pixels = (FINE_DEGREES if fine else DEGREES) / DEGREES_PER_PIXEL
-            return "turn", partial(turn, state, pixels * right, -pixels * up)
+            return partial(turn, state, pixels * right, -pixels * up)
         if control:
             return None
         if key in NOTCHES:
-            return "zoom", partial(zoom, state.view, NOTCHES[key])
+            return partial(zoom, state.view, NOTCHES[key])
         if key in ROLLS:
             degrees = ROLLS[key] * (FINE_DEGREES if fine else DEGREES)
-            return "roll", partial(roll, state.view, degrees)
+            return partial(roll, state.view, degrees)
         if key == Qt.Key.Key_Home:
-            return "home", lambda: state.home
+            return lambda: state.home
         return None
 
 

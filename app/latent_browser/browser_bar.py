@@ -49,7 +49,7 @@ class BrowserBar(QWidget):
     ----------
     coloring : CaptionButton
         Says what the map's colours mean; its menu has other meanings.
-    modes, decoded : QAction
+    modes : QAction
         Whether a chosen TF becomes modes, and what a model's pictures are drawn from.
     stop : QPushButton
         Ends the computation of the map, while it runs.
@@ -64,7 +64,6 @@ class BrowserBar(QWidget):
         self._latent = latent
         self._band_before: Range | None = None
         self._refused: str | None = None
-        self._draws_codes = False
         self.setFixedHeight(HEIGHT)
         self._actions: dict[str, dict[Any, QAction]] = {}
         self.coloring = CaptionButton()
@@ -119,13 +118,7 @@ class BrowserBar(QWidget):
         show_tips(menu)
         self.modes = menu.addAction("Take as modes")
         self.modes.setToolTip("A chosen TF becomes Gaussian modes, instead of a curve")
-        self.decoded = menu.addAction("Draw decoded TFs")
-        self.decoded.setToolTip(
-            "The model draws the TFs that codes are decoded to, or the ray caster does, instead of "
-            "the codes themselves (D)"
-        )
-        for action in (self.modes, self.decoded):
-            action.setCheckable(True)
+        self.modes.setCheckable(True)
         self.codec = menu.addMenu("Codec")
         self.engine = menu.addMenu("Drawn by")
         self._add_choices(self.codec, "codec", CODECS)
@@ -149,11 +142,9 @@ class BrowserBar(QWidget):
         """Say what the map's colours mean, with the unit."""
         self.coloring.setToolTip(f"Colour by: {meaning}")
 
-    def set_model(self, fits: bool, draws_codes: bool = False) -> None:
-        """Offer what only a model has, if one fits the volume, and one that draws codes."""
+    def set_model(self, fits: bool) -> None:
+        """Offer what only a model has, if one fits the volume."""
         self.codec.menuAction().setVisible(fits)
-        self._draws_codes = draws_codes
-        self._show_choices()
         self.engine.setEnabled(fits)
 
     def _connect(self) -> None:
@@ -161,7 +152,6 @@ class BrowserBar(QWidget):
         self.band.editingFinished.connect(self._read_band)
         self.band.textChanged.connect(lambda text: None if text else self._read_band())
         self.lasso.clicked.connect(self._toggle_lasso)
-        self.decoded.triggered.connect(lambda on: latent.choose(drawn="tf" if on else "code"))
         self.modes.triggered.connect(lambda on: latent.choose(as_modes=on))
         self.reset.clicked.connect(self.resetRequested)
         latent.choicesChanged.connect(lambda _choices: self._show_choices())
@@ -184,8 +174,6 @@ class BrowserBar(QWidget):
         self.coloring.set_title(COLORINGS[choices.coloring][0])
         self.coloring.setAccessibleName(f"Colour by: {self.coloring.title}")
         self.modes.setChecked(choices.as_modes)
-        self.decoded.setChecked(choices.drawn == "tf")
-        self.decoded.setVisible(self._draws_codes and choices.codec == "model")
         if choices.band is None and self._band_before is not None:
             self.band.clear()
         self._band_before = choices.band

@@ -17,12 +17,10 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import ElidedLabel, text_button
-from app.glosses import explain, gloss
 from app.icons import IconButton
 from app.sensitivity_view.add_button import AddButton
 from app.sensitivity_view.edit_actions import EditActions, Emphasis
 from app.sensitivity_view.listed_values import ListedValues
-from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.panel_rows import HEIGHT, LOW_HEIGHT, PanelRow
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.what_if import WhatIfQuestion
@@ -45,9 +43,6 @@ LOW_BELOW = 266
 OPEN_FROM = 1600
 """Width of the editor from which the panel is open unless it was closed."""
 
-MIXED = 3.0
-"""Ratio of the size of a change to that of the mean brightness from which it is mixed."""
-
 
 class FindingsPanel(QFrame):
     """Lists what is visible in the active region or at the clicked place, and edits that show most.
@@ -69,7 +64,6 @@ class FindingsPanel(QFrame):
         sensitivity: SensitivityState,
         dispatcher: SensitivityDispatcher,
         layer: ResponseLayer,
-        measured: MeasuredEdits,
         actions: EditActions,
         what_if: WhatIfQuestion,
         source: QWidget,
@@ -80,7 +74,6 @@ class FindingsPanel(QFrame):
         self._sensitivity = sensitivity
         self._dispatcher = dispatcher
         self._layer = layer
-        self._measured = measured
         self._actions = actions
         self._what_if = what_if
         self._wanted: bool | None = None
@@ -109,11 +102,6 @@ class FindingsPanel(QFrame):
             for row in rows:
                 row.set_siblings(rows)
         self.height_box = _height_box(sensitivity.choices.height)
-        self._edits_title = ""
-        self._is_low = False
-        self.mixed_gloss = QLabel(gloss("Mixed"))
-        for label in (self.edits_heading, self.mixed_gloss):
-            explain(label)
         self.result = QLabel()
         self.result.setWordWrap(True)
         self.result.setProperty("role", "dim")
@@ -144,13 +132,13 @@ class FindingsPanel(QFrame):
     def fold(self, width: int, height: int) -> None:
         """Take less room in a low editor, and open by itself in a wide one."""
         self._has_room = width >= OPEN_FROM
-        self._is_low = is_low = height < LOW_BELOW
+        is_low = height < LOW_BELOW
         for row in (*self.value_rows, *self.edit_rows):
             row.setFixedHeight(LOW_HEIGHT if is_low else HEIGHT)
         target = self._edits_line if is_low else self._foot
         if target.indexOf(self._what_if.button) < 0:
             target.insertWidget(1 if is_low else 0, self._what_if.button)
-        self._edits_title = "Edits" if is_low else "Edits at the peaks"
+        self.edits_heading.setText("Edits" if is_low else "Edits at the peaks")
         self.refresh()
         self._show_open()
 
@@ -186,13 +174,6 @@ class FindingsPanel(QFrame):
                 effects.append(self._show_edit(index))
         self._note(self.edits_note, self._edits_note(fresh))
         self._layer.say_effects(effects)
-        has_mixed = any("mixed" in name for _, name in effects)
-        # In a low editor the heading's line has the question, too, and no room.
-        in_heading = has_mixed and not self._is_low
-        self.edits_heading.setText(
-            f"{self._edits_title} · {gloss('Mixed')}" if in_heading else self._edits_title
-        )
-        self.mixed_gloss.setVisible(has_mixed and self._is_low)
         self._what_if.enable()
 
     def _note(self, label: QLabel, text: str) -> None:
@@ -254,8 +235,6 @@ class FindingsPanel(QFrame):
         for line in (source, self.result):
             self._said.addWidget(line)
         self._foot.addWidget(self._said, 1)
-        self.mixed_gloss.setProperty("role", "dim")
-        self._foot.addWidget(self.mixed_gloss)
         column.addWidget(self.values_heading)
         column.addWidget(self.values_note)
         for row in self.value_rows:
@@ -292,7 +271,7 @@ class FindingsPanel(QFrame):
                 buttons[index].clicked.connect(partial(self._emphasize, index, how))
         self._layer.peakClicked.connect(self._actions.add_mode)
         for changed in (
-            self._layer.intervalsChanged, self._measured.changed, self.values.changed,
+            self._layer.intervalsChanged, self.values.changed,
             self._dispatcher.answers.regionAnswered, self._state.inputsChanged,
             sensitivity.regionsChanged, sensitivity.choicesChanged,
         ):  # fmt: skip
@@ -334,24 +313,12 @@ class FindingsPanel(QFrame):
         )
         number, word = self._effect(interval.predicted(self._sensitivity.choices.height))
         tip = (
-            f"{low} to {high}: a mode of this opacity changes the region's pixels\nby so much (1 "
-            "is from black to white), rendered and shown in the present brightness.\n"
-            f"By the curve, which is of faint edits, predicted: {word} {number}."
+            f"{low} to {high}: by the curve, a mode of this opacity changes the region's pixels\n"
+            "by so much (1 is from black to white). Where the image saturates it changes less:\n"
+            "What if renders the edit."
         )
-        measured = self._measured.found(interval)
-        number, word = "", "…"
-        if measured is not None and self._sensitivity.choices.measure == "change":
-            number, word = self._effect(measured.rmse)
-        elif measured is not None:
-            number, word = self._effect(measured.brightness)
-            if measured.rmse > MIXED * abs(measured.brightness):
-                word = "mixed"
-                tip += (
-                    f"\nMixed: some pixels become brighter and others darker, by "
-                    f"{short(measured.rmse)} (±) on the average."
-                )
         self.edit_rows[index].say((value, number, word), tip, badge=str(index + 1))
-        by = "" if measured is None else f", {word} by {number.lstrip('+−')}"
+        by = f", {word} by {number.lstrip('+−')}"
         name = f"Edit {index + 1} at {value}{by}; Enter adds it"
         self.adds[index].setAccessibleName(f"Add edit {index + 1} at {value}{by}")
         return number, name

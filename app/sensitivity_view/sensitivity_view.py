@@ -17,7 +17,6 @@ from app.sensitivity_view.chip_bar import ChipBar
 from app.sensitivity_view.edit_actions import EditActions
 from app.sensitivity_view.field_cover import FieldCover
 from app.sensitivity_view.findings_panel import FindingsPanel
-from app.sensitivity_view.measured_edits import MeasuredEdits
 from app.sensitivity_view.plot_mouse import PlotMouse
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
@@ -73,7 +72,6 @@ class SensitivityView(QObject):
         self.band = BandLayer(area, state, sensitivity, dispatcher, self.visible)
         self.chips = ChipBar(sensitivity, area.histogram)
         self.source = SourceLabel(sensitivity, dispatcher, workspace)
-        self.measured = MeasuredEdits(state, sensitivity, dispatcher, self.responses, self)
         self.what_if = WhatIfQuestion(state, sensitivity, dispatcher, self.responses, self)
         self.actions = EditActions(
             state, sensitivity, dispatcher, self.responses, self._shown_colors
@@ -83,7 +81,6 @@ class SensitivityView(QObject):
             sensitivity,
             dispatcher,
             self.responses,
-            self.measured,
             self.actions,
             self.what_if,
             self.source,

@@ -28,9 +28,6 @@ REST_SECONDS = 1.5
 SLOW_REGION_SIZE = 96
 """Size for the first region in shadows."""
 
-MEASURED_SIZE = 128
-"""Size of images by which edits are measured: they are made after every change."""
-
 ALL_VALUES_SIZE = 128
 """Size for the fields of all values: 256 of each pixel, or as many images as there are edits."""
 
@@ -115,12 +112,6 @@ class EngineChooser:
             elif self.begins_small:
                 largest = min(SLOW_REGION_SIZE, largest)
         return self._sized(largest)
-
-    def measuring_quality(self, name: EngineName) -> Quality:
-        """Size of the images by which an engine measures edits."""
-        if name == "learned":
-            return Quality(self.learned_size or REST_SIZE)
-        return self._sized(min(MEASURED_SIZE, self.picture.shorter))
 
     def all_values_quality(self, name: EngineName) -> Quality:
         """Size of the fields of all values."""

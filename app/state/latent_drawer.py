@@ -87,7 +87,7 @@ class LatentDrawer(QObject):
         choice = self._latent.choices.engine
         if self.learned_size is None or choice == "exact":
             return "exact"
-        if choice == "learned" or (self.has_own_codes and self._latent.choices.drawn == "code"):
+        if choice == "learned" or self.has_own_codes:
             return "learned"
         expected = self._pace.expected("exact", CELL_SIZE)
         return "learned" if expected is not None and expected > SLOW_SECONDS else "exact"
@@ -95,8 +95,7 @@ class LatentDrawer(QObject):
     @property
     def from_codes(self) -> bool:
         """Whether pictures are drawn from codes, not from the TFs that these are decoded to."""
-        wanted = self.has_own_codes and self._latent.choices.drawn == "code"
-        return wanted and self.source == "learned"
+        return self.has_own_codes and self.source == "learned"
 
     @property
     def has_own_codes(self) -> bool:

@@ -16,7 +16,6 @@ present TF."""
 
 EngineChoice = Literal["automatic", "exact", "learned"]
 CodecChoice = Literal["shipped", "model"]
-Drawn = Literal["code", "tf"]
 MapTool = Literal["brush", "lasso"]
 Place = tuple[float, float]
 
@@ -38,9 +37,6 @@ class LatentChoices:
         Who draws; automatic takes the ray caster where it is fast enough.
     codec : {"shipped", "model"}
         Whose codes these are.
-    drawn : {"code", "tf"}
-        What pictures by a model are drawn from that draws codes: these, or the TFs that they
-        are decoded to.
     as_modes : bool
         Whether a TF of the map becomes modes, instead of a curve.
     nearest : bool
@@ -53,7 +49,6 @@ class LatentChoices:
     coloring: Coloring = "value"
     engine: EngineChoice = "automatic"
     codec: CodecChoice = "shipped"
-    drawn: Drawn = "code"
     as_modes: bool = False
     nearest: bool = False
     band: Range | None = None

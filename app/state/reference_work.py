@@ -16,7 +16,6 @@ from app.state.drawing_plan import NO_MODEL_SIZE
 from app.state.exactness import STEPS
 from app.state.known_volume import LightingChoice
 from app.state.light_keeper import LightKeeper
-from app.state.light_pictures import LightPictures
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.slow_lights import SlowLights
@@ -67,8 +66,6 @@ class ReferenceWork(QObject):
         Sets the light's direction, and keeps it.
     trade : TradeWork
         Measures time and error of images while something moves.
-    lights : LightPictures
-        Draws small pictures in each light.
     """
 
     choicesChanged = Signal(object)
@@ -120,7 +117,6 @@ class ReferenceWork(QObject):
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self._trades = TradeKeeper(preferences)
         self.trade = TradeWork(state, reference, self._analyst, dispatcher, self._trades, self)
-        self.lights = LightPictures(state, builders, self)
         self.light = LightKeeper(state, preferences, self)
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
@@ -255,16 +251,6 @@ class ReferenceWork(QObject):
         """Follow the pane no more."""
         self._pane_rest.stop()
         self.trade.stop()
-        self.lights.stop()
-
-    def join(self) -> None:
-        """Wait until its own threads have ended."""
-        self.lights.join()
-
-    def draw_lights(self) -> None:
-        """Have small pictures drawn of what is seen, in each light."""
-        if self._volume is not None:
-            self.lights.ask(self._volume, self.settings)
 
     def _take_light(self, before: Volume | None) -> None:
         """Take the light in which the volume was seen last; that of the next time step stays."""

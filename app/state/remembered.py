@@ -69,8 +69,6 @@ class Remembered:
     legend, scale_bar, cube, opacity_images : bool
         Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
         image.
-    decoded_tf : bool
-        Whether what a model's codec makes of the TF is drawn over it.
     last_folder : str
         Folder of the last file; empty if there is none.
     window_geometry : str
@@ -103,7 +101,6 @@ class Remembered:
     scale_bar: bool = kept(flag, False, in_session=True)
     cube: bool = kept(flag, True, in_session=True)
     opacity_images: bool = kept(flag, False, in_session=True)
-    decoded_tf: bool = kept(flag, False, in_session=True)
     last_folder: str = kept(text, "")
     window_geometry: str = kept(base64_text, "")
     splitters: dict[str, tuple[int, ...]] = kept(

@@ -1,4 +1,4 @@
-"""The view, from where it came, and about which axis it turns."""
+"""The view, and about which axis it turns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.state.view_history import ViewHistory
 from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.orientation import (
     FARTHEST_HOME,
@@ -33,11 +32,10 @@ CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)
 
 
 class ViewNavigation(QObject):
-    """The view, with a home view, a history, and the axis of the volume that points up.
+    """The view, with a home view, and the axis of the volume that points up.
 
     Attributes
     ----------
-    views : ViewHistory
     trackball : bool
         Whether dragging turns freely; else it turns about the up axis.
     """
@@ -46,15 +44,10 @@ class ViewNavigation(QObject):
     viewChangeFinished = Signal(object)
     navigationChanged = Signal()
     """Emitted when the up axis, the axes' labels, the trackball or the home view changes."""
-    viewReset = Signal()
-    """Emitted after the return to the home view."""
-    viewHistoryChanged = Signal()
-    """Emitted when there are other views to go back to, or to return to."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._view = self._home = HOME_VIEW
-        self.views = ViewHistory(HOME_VIEW)
         self._proportions = CUBE
         self._shown = WHOLE
         self._reach = SQUARE
@@ -126,18 +119,10 @@ class ViewNavigation(QObject):
             self._view_moving = True
             self.viewChanged.emit(view)
 
-    def finish_view(self, kind: str = "") -> None:
-        """End a drag of the view, if there is one, and keep the view in the history.
-
-        Parameters
-        ----------
-        kind : str
-            Gestures of one kind in quick succession become one entry of the history.
-        """
+    def finish_view(self) -> None:
+        """End a drag of the view, if there is one."""
         if self._view_moving:
             self._view_moving = False
-            self.views.record(self._view, kind)
-            self.viewHistoryChanged.emit()
             self.viewChangeFinished.emit(self._view)
 
     def set_view(self, view: View) -> None:
@@ -145,21 +130,9 @@ class ViewNavigation(QObject):
         self.move_view(view)
         self.finish_view()
 
-    def undo_view(self) -> None:
-        """Go back to the view before the last gesture."""
-        self.finish_view()
-        self._look(self.views.undo())
-
-    def redo_view(self) -> None:
-        """Go to the view that was undone last."""
-        self.finish_view()
-        self._look(self.views.redo())
-
     def reset_view(self) -> None:
         """Go to the volume's home view."""
-        if self._view != self._home:
-            self.set_view(self._home)
-            self.viewReset.emit()
+        self.set_view(self._home)
 
     def view_whole(self) -> None:
         """Move the camera to where the whole volume just fits the image."""
@@ -197,8 +170,7 @@ class ViewNavigation(QObject):
             at_home = self._view == self._home and not self._view_moving
             self._home = self._upright_home()
             if follow and at_home:
-                self.views.replace(self._home)
-                self._look(self._home)
+                self.set_view(self._home)
             self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:
@@ -239,7 +211,7 @@ class ViewNavigation(QObject):
         shown: NDArray[np.float64] = WHOLE,
         reach: Reach = SQUARE,
     ) -> None:
-        """Look at another volume, from its home view; the history of views starts anew.
+        """Look at another volume, from its home view.
 
         Parameters
         ----------
@@ -268,10 +240,8 @@ class ViewNavigation(QObject):
         self._view_moving = False
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
         self._up_axis, self._home, self._reach = up, home, reach
-        first = view or self._home
-        self.views.start(first)
         self.navigationChanged.emit()
-        self._look(first)
+        self.set_view(view or self._home)
 
     def _upright_home(self) -> View:
         return home_view(
@@ -281,11 +251,3 @@ class ViewNavigation(QObject):
             points=self._shown,
             reach=self._reach,
         )
-
-    def _look(self, view: View) -> None:
-        """Show a view that is in the history."""
-        if view != self._view:
-            self._view = view
-            self.viewChanged.emit(view)
-            self.viewChangeFinished.emit(view)
-        self.viewHistoryChanged.emit()

@@ -30,8 +30,7 @@ EMPTY_TF = TransferFunction(
 class ViewerState(ViewNavigation):
     """View, light, crop box and TF of both images.
 
-    Every edit but the view's can be undone. The view is :class:`ViewNavigation`'s, with a history
-    of its own.
+    Every edit but the view's, which is :class:`ViewNavigation`'s, can be undone.
 
     Attributes
     ----------

@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject, Signal
 from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, GeneratorSettings
 from app.state.brightness import Brightness
-from app.state.decoded_tf import DecodedTF
 from app.state.dispatcher import Dispatcher
 from app.state.exactness import STEPS
 from app.state.generator_work import NO_VOLUME, GeneratorWork
@@ -116,7 +115,6 @@ class Workspace(QObject):
         self.latent = LatentWork(
             state, latent, self._analyst, generator, errors, builders.latent_space, self
         )
-        self.decoded = DecodedTF(state, generator, self)
         self.reference = ReferenceWork(
             state, reference, stand_in, builders, self._dispatcher, preferences, self
         )
@@ -232,7 +230,7 @@ class Workspace(QObject):
     def join(self) -> None:
         """Wait until all threads have ended and everything is written."""
         self._keeper.finish()
-        own = self.reference, self.latent, self.reading, self.ranging
+        own = self.latent, self.reading, self.ranging
         for part in (*self._clients, self._analyst, *own):
             part.join()
 
@@ -342,7 +340,6 @@ class Workspace(QObject):
         self.latent.set_model(
             None if scene is None else self.model.folder, learned_size, self.model.draws_codes
         )
-        self.decoded.set_model(scene is not None and self.model.draws_codes)
         self._update_hint()
         # Last, so that whoever listens finds all of them changed.
         self.modelChanged.emit()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction, QImage
 from PySide6.QtWidgets import QMenu, QWidget
@@ -21,18 +19,9 @@ from model.scene.tf_presets import Preset, presets
 PICTURE = 64
 """Sides of a picture, in pixels: all of them have room on a small screen."""
 
-FOLDED = "Nearly black here"
-"""Title of the menu of presets that show next to nothing of the volume."""
-
-DEFAULT = "Default"
-
 
 class PresetMenu(QMenu):
     """Lists presets over the volume's scalar range, and says which one is chosen.
-
-    Those that show most come first, and those that show next to nothing are in a menu of their own
-    at the end, as far as that is known when the menu opens: while it is open, nothing moves under
-    the mouse.
 
     Parameters
     ----------
@@ -49,8 +38,6 @@ class PresetMenu(QMenu):
         super().__init__("Presets", parent)
         self._state = state
         self._area = area
-        self._worth: dict[str, float] = {}
-        self._black: frozenset[str] = frozenset()
         self._by_name: dict[str, QAction] = {}
         self.units = ""
         """Unit of the volume's scalars; may be empty."""
@@ -63,7 +50,7 @@ class PresetMenu(QMenu):
         histogram = self._area.histogram
         scalar_range = self._state.scalar_range
         default = Preset(
-            DEFAULT,
+            "Default",
             "Three modes, by the volume's histogram",
             # Like the others it leaves the range as it is.
             fit_to_range(self._state.default_transfer_function, scalar_range),
@@ -71,48 +58,18 @@ class PresetMenu(QMenu):
         others = presets(
             scalar_range, histogram.counts, histogram.edges, self.units, self._state.scale
         )
-        return default, *sorted(others, key=lambda preset: -self._worth.get(preset.name, 0.0))
-
-    @property
-    def histogram_counts(self) -> NDArray[np.int64]:
-        """Histogram of the volume, another array for another volume or range."""
-        return self._area.histogram.counts
-
-    def rank(self, worth: Mapping[str, float], black: frozenset[str]) -> None:
-        """Say how much each preset shows, for the next time that the menu opens.
-
-        Parameters
-        ----------
-        worth : mapping of str to float
-            By name; the largest comes first.
-        black : frozenset of str
-            Names of those whose pictures are nearly black.
-        """
-        self._worth, self._black = dict(worth), black
+        return default, *others
 
     def _fill(self) -> None:
         self.clear()
         self._by_name = {}
         listed = self.listed()
-        for preset in (each for each in listed if each.name not in self._folded):
-            self._add(self, preset)
-        if self._folded:
-            folded = self.addMenu(FOLDED)
-            folded.setStyleSheet(self.styleSheet())
-            show_tips(folded)
-            for preset in (each for each in listed if each.name in self._folded):
-                self._add(folded, preset)
+        for preset in listed:
+            action = add_action(self, preset.name, partial(self.chosen.emit, preset))
+            action.setToolTip(preset.explanation)
+            action.setIcon(picture_icon(None, PICTURE))
+            self._by_name[preset.name] = action
         self.picturesWanted.emit(listed)
-
-    @property
-    def _folded(self) -> frozenset[str]:
-        return self._black - {DEFAULT}
-
-    def _add(self, menu: QMenu, preset: Preset) -> None:
-        action = add_action(menu, preset.name, partial(self.chosen.emit, preset))
-        action.setToolTip(preset.explanation)
-        action.setIcon(picture_icon(None, PICTURE))
-        self._by_name[preset.name] = action
 
     def set_pictures(self, pictures: Mapping[str, QImage]) -> None:
         """Show how the volume looks under each preset, by name."""

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QIcon, QImage, QPixmap
+from PySide6.QtGui import QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from app.controls import add_action
@@ -88,7 +88,6 @@ class TransferFunctionMenu(QObject):
         self._area = area
         self._layer = layer
         self._moves = moves
-        self._with_colors: list[QAction] = []
         self.button = IconButton("more", "More", tip=HINT)
         self.menu = QMenu(self.button)
         show_tips(self.menu)
@@ -110,10 +109,6 @@ class TransferFunctionMenu(QObject):
         self.menu.aboutToShow.connect(self._refresh)
         state.tf_input.changed.connect(lambda _tf: self._show_colors())
         self.set_narrow(False)
-
-    def offer_with_colors(self, action: QAction) -> None:
-        """Have an action in the menu of the colours, too."""
-        self._with_colors.append(action)
 
     def set_narrow(self, is_narrow: bool) -> None:
         """Make the colours' button narrower, or as wide as usual."""
@@ -204,7 +199,6 @@ class TransferFunctionMenu(QObject):
             action.setIcon(_swatch(map_colors(name, SWATCH.width()), SWATCH))
         self.colors_menu.addSeparator()
         add_action(self.colors_menu, "Reverse the colours", self.reverse_colors)
-        self.colors_menu.addActions(self._with_colors)
 
     def _use_preset(self, preset: Preset) -> None:
         self._commit(preset.tf, f"preset {preset.name}")

@@ -39,7 +39,6 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Right drag, or Ctrl and drag; Page up, down", "roll"),
         Gesture("Middle drag, or Shift and drag; Ctrl and arrow keys", "pan"),
         Gesture("Double click, or Home", "return to the first view"),
-        Gesture("Alt and arrow keys", "the view before, the view after"),
         Gesture("Click a face of the cube", "look from there; drag it to turn"),
         Gesture("Drag a round handle of the crop box (K)", "move that plane"),
         Gesture("C, D", "both images or one; where the generator's is off"),
@@ -86,7 +85,6 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Arrow keys, faster with Shift", "nudge the selection"),
         Gesture("Delete", "remove the selection", ("Delete", "remove")),
         Gesture("F2", "type the numbers of the selection; Tab goes on", ("F2", "numbers")),
-        Gesture("T", "the TF decoded from the model's code"),
     ),
     "Values and edits": (
         Gesture("▲, ▼ or Isolate in a row", "raise, lower or isolate its values", ("▲ ▼", "edit")),
@@ -102,7 +100,6 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Drag in the rectangle, at its edges", "move it, resize it"),
         Gesture("Middle drag, or Ctrl and drag", "move the map"),
         Gesture("Wheel over a picture of the grid", "divide that cell; return"),
-        Gesture("Shift+D", "a model's pictures of decoded TFs, or of the codes"),
         Gesture("Home", "the whole map"),
         Gesture("Escape", "stop what is running; close the map", ("Esc", "close")),
     ),

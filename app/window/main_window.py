@@ -40,7 +40,6 @@ from app.state.session_work import SessionWork
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
-from app.tf_editor.decoded_layer import DecodedLayer
 from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
@@ -155,14 +154,11 @@ class MainWindow(QMainWindow):
         self._floating = Floating(self._images)
         self._splitter = DockSplitter(self._images_and_floating(), self.editor)
         self._lay_out()
-        self.overlays = Overlays(
-            (self.generator, self.reference), self.state, self.workspace.decoded, self.preferences
-        )
+        self.overlays = Overlays((self.generator, self.reference), self.state, self.preferences)
         self.fidelity = FidelityLine(
             self.reference, self.state, self.workspace.reference.whole_raster
         )
         self.exactness.follow(self.fidelity)
-        DecodedLayer(self.editor.area, self.workspace.decoded)
         self._memory = WindowMemory(
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
         )
@@ -469,8 +465,7 @@ class MainWindow(QMainWindow):
             title = PATH_TITLE
         self.generator.set_title(title, self.workspace.model.worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
-        drawer = self.workspace.latent.drawer
-        self.browser.bar.set_model(drawer.learned_size is not None, drawer.draws_codes)
+        self.browser.bar.set_model(self.workspace.latent.drawer.learned_size is not None)
 
     def _tell(self, source: QObject, text: str) -> None:
         """Show an error; one about what was tried last replaces the one before."""

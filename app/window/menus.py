@@ -13,7 +13,7 @@ from app.glosses import open_glossary
 from app.menu_tips import show_tips
 from app.state.remembered import ThemeChoice
 from app.theme import apply_theme
-from app.window.caption_menus import CaptionMenus
+from app.window.caption_menus import fill_captions
 from app.window.help_pages import show_gestures, show_page
 from app.window.recent_menu import RecentMenus
 from app.window.sample_menus import SampleMenus
@@ -57,19 +57,7 @@ class Menus(QObject):
         self._build_view(self._menu("&View"))
         self._build_region(self._menu("&Region"))
         self._build_help(self._menu("&Help"))
-        captions = CaptionMenus(
-            parts.bar.volume,
-            parts.generator.caption,
-            parts.reference.caption,
-            parts.opening,
-            parts.files,
-            parts.workspace,
-            parts.preferences,
-            self,
-        )
-        captions.fill_volume(self._recent_menu, self._samples_menu, self._up_axes)
-        captions.fill_generator(parts.panes)
-        captions.fill_reference(parts.controls, parts.panes)
+        fill_captions(parts.generator.caption, parts.reference.caption, parts.panes)
         self._single_keys.keep()
 
     def _menu(self, title: str) -> QMenu:
@@ -83,8 +71,8 @@ class Menus(QObject):
         keys = QKeySequence.StandardKey
         add_action(menu, "&Open…", files.open_volume, keys.Open)
         add_action(menu, "Open &DICOM folder…", files.open_dicom)
-        self._samples_menu = samples.add_volumes(menu)
-        self._recent_menu = recent.add_recent(menu, "volumes")
+        samples.add_volumes(menu)
+        recent.add_recent(menu, "volumes")
         self._add_volume(menu)
         menu.addSeparator()
         add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
@@ -137,8 +125,6 @@ class Menus(QObject):
         stack.canUndoChanged.connect(self._undo.setEnabled)
         stack.canRedoChanged.connect(self._redo.setEnabled)
         menu.aboutToShow.connect(self._name_edits)
-        menu.addSeparator()
-        add_action(menu, "Reset &transfer function", state.reset_transfer_function)
 
     def _name_edits(self) -> None:
         """Update the menu with the names of the edits to undo and redo."""
@@ -153,7 +139,6 @@ class Menus(QObject):
         menu.addSeparator()
         self._build_camera(menu)
         menu.addSeparator()
-        controls.fill_light(menu.addMenu("&Light"))
         controls.fill_size(menu.addMenu("&Size of the ground truth"))
         controls.fill_drawing(menu.addMenu("Reference ren&derer"))
         menu.addSeparator()
@@ -182,17 +167,6 @@ class Menus(QObject):
         browse.setCheckable(True)
         latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
         show_action(self._parts.bar.browse, browse)
-        decoded = add_action(menu, "Draw &decoded TFs on the map", self._toggle_decoded, "Shift+D")
-        decoded.setCheckable(True)
-
-        def show_decoded() -> None:
-            drawer = self._parts.workspace.latent.drawer
-            decoded.setEnabled(drawer.has_own_codes and latent.choices.shown)
-            decoded.setChecked(latent.choices.drawn == "tf")
-
-        latent.choicesChanged.connect(lambda _choices: show_decoded())
-        self._parts.workspace.modelChanged.connect(show_decoded)
-        show_decoded()
 
     def _add_contents(self, menu: QMenu) -> None:
         """Add what of the volume is shown: a part of it, and missing voxels."""
@@ -223,25 +197,15 @@ class Menus(QObject):
         legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
         scale_bar = add_action(menu, "&Scale bar", overlays.toggle_scale_bar, "Ctrl+Shift+L")
         opacity = add_action(menu, "Opac&ity images", overlays.toggle_opacity, "O")
-        through_code = add_action(
-            menu, "TF &decoded from its code", overlays.toggle_decoded_tf, "T"
-        )
-        through_code.setToolTip(
-            "What the model's codec makes of the TF, as the paper's networks do"
-        )
 
         def show_overlays() -> None:
             cube.setChecked(overlays.has_cube)
             legend.setChecked(overlays.has_legend)
             scale_bar.setChecked(overlays.has_scale_bar)
             opacity.setChecked(overlays.has_opacity)
-            through_code.setChecked(overlays.has_decoded_tf)
-            through_code.setEnabled(self._parts.workspace.decoded.fits)
 
-        for action in (cube, legend, scale_bar, opacity, through_code):
+        for action in (cube, legend, scale_bar, opacity):
             action.setCheckable(True)
-        self._parts.editor.menu.offer_with_colors(legend)
-        self._parts.workspace.modelChanged.connect(show_overlays)
         overlays.changed.connect(show_overlays)
         show_overlays()
 
@@ -283,28 +247,14 @@ class Menus(QObject):
             action.setChecked(theme == preferences.value("theme"))
             group.addAction(action)
 
-    def _toggle_decoded(self) -> None:
-        latent = self._parts.latent
-        latent.choose(drawn="code" if latent.choices.drawn == "tf" else "tf")
-
     def _build_camera(self, menu: QMenu) -> None:
         state = self._state
-        back = add_action(menu, "&Previous view", state.undo_view, "Alt+Left")
-        forth = add_action(menu, "&Next view", state.redo_view, "Alt+Right")
-
-        def show_history() -> None:
-            back.setEnabled(state.views.can_undo)
-            forth.setEnabled(state.views.can_redo)
-
-        state.viewHistoryChanged.connect(show_history)
-        show_history()
         add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
         add_action(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
         sides = menu.addMenu("&From")
         for number, name in enumerate(STANDARD_VIEWS, start=1):
             add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
-        self._up_axes = menu.addMenu("&Up")
-        self._build_up_axes(self._up_axes)
+        self._build_up_axes(menu.addMenu("&Up"))
         free = add_action(
             menu, "&Free rotation", lambda: state.set_trackball(not state.trackball), "Ctrl+Shift+T"
         )

@@ -1,4 +1,4 @@
-"""What may be shown over images and TF: cube, legend, scale bar, opacity image, decoded TF."""
+"""What may be shown over images: cube, legend, scale bar, opacity image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.opacity_inset import OpacityInset
 from app.image_view.orientation_cube import OrientationCube
-from app.state.decoded_tf import DecodedTF
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.window.figure import Subject
@@ -23,7 +22,7 @@ from model.scene.transfer_function import OpacityTF, TransferFunction
 
 
 class Overlays(QObject):
-    """Shows what the user wants over each pane's image, and over the TF.
+    """Shows what the user wants over each pane's image.
 
     Nothing is shown while there is no volume.
 
@@ -40,13 +39,11 @@ class Overlays(QObject):
         self,
         panes: Sequence[EnginePane],
         state: ViewerState,
-        decoded: DecodedTF,
         preferences: Preferences,
     ) -> None:
         super().__init__(panes[0])
         self._canvases = canvases = [pane.canvas for pane in panes]
         self._state = state
-        self._decoded = decoded
         self._preferences = preferences
         self.subject = Subject()
         self._has_volume = False
@@ -58,7 +55,6 @@ class Overlays(QObject):
             canvas.add_decoration(partial(self._paint, canvas))
         self._show_cubes()
         self._show_opacity()
-        decoded.set_shown(self.has_decoded_tf)
 
     @property
     def has_cube(self) -> bool:
@@ -91,11 +87,6 @@ class Overlays(QObject):
         """Whether opacity images are shown."""
         return bool(self._preferences.value("opacity_images"))
 
-    @property
-    def has_decoded_tf(self) -> bool:
-        """Whether the decoded TF is shown, where there is one."""
-        return bool(self._preferences.value("decoded_tf"))
-
     def start_volume(self, subject: Subject) -> None:
         """Show what is wanted of another volume."""
         self.subject = subject
@@ -113,7 +104,6 @@ class Overlays(QObject):
         """Show what is remembered by now."""
         self._show_cubes()
         self._show_opacity()
-        self._decoded.set_shown(self.has_decoded_tf)
         for canvas in self._canvases:
             canvas.update()
         self.changed.emit()
@@ -122,12 +112,6 @@ class Overlays(QObject):
         """Show opacity images, or hide them."""
         self._preferences.set(opacity_images=not self.has_opacity)
         self._show_opacity()
-        self.changed.emit()
-
-    def toggle_decoded_tf(self) -> None:
-        """Show the decoded TF, or hide it."""
-        self._preferences.set(decoded_tf=not self.has_decoded_tf)
-        self._decoded.set_shown(self.has_decoded_tf)
         self.changed.emit()
 
     def toggle_cube(self) -> None:

@@ -35,12 +35,11 @@ class RecentMenus(QObject):
         self._workspace = workspace
         self._preferences = preferences
 
-    def add_recent(self, menu: QMenu, kind: RecentKind) -> QMenu:
-        """Add a menu of recent files to another one, and return it."""
+    def add_recent(self, menu: QMenu, kind: RecentKind) -> None:
+        """Add a menu of recent files to another one."""
         recent = menu.addMenu(TITLES[kind])
         show_tips(recent)
         recent.aboutToShow.connect(partial(self._fill_recent, recent, kind))
-        return recent
 
     def add_models(self, menu: QMenu) -> None:
         """Add a menu of the models that are known to be of the open volume."""

@@ -28,14 +28,13 @@ class SampleMenus(QObject):
         self._opening = opening
         self._workspace = workspace
 
-    def add_volumes(self, menu: QMenu) -> QMenu:
-        """Add a menu of the shipped volumes, and return it."""
+    def add_volumes(self, menu: QMenu) -> None:
+        """Add a menu of the shipped volumes."""
         samples = menu.addMenu("Sa&mple volumes")
         show_tips(samples)
         for path in shipped_volumes():
             action = add_action(samples, title_of(path), partial(self._opening.open_volume, path))
             action.setToolTip("Ships with tfscope, with a model that was trained on it")
-        return samples
 
     def add_models(self, menu: QMenu) -> None:
         """Add a menu of the shipped models, which are opened with their volumes."""

@@ -20,8 +20,6 @@ HEIGHT = 24
 NEWS_MS = 5_000
 """Time for which a sentence stays, unless another one comes."""
 
-RESET = "The first view again; Alt+Left returns to yours."
-
 PENDING = "…"
 """End of sentences about what is still under way: they stay until the next one."""
 
@@ -66,7 +64,6 @@ class StatusLine(QStatusBar):
         state.navigationChanged.connect(self._show_view)
         # It may be about what is undone.
         state.edits.undone.connect(self._forget)
-        state.viewReset.connect(lambda: self.tell(RESET))
         self._show_view()
 
     @property

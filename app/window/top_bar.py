@@ -28,7 +28,7 @@ class TopBar(QWidget):
     menus : IconButton
         Has all menus while they are folded.
     volume : CaptionButton
-        Names the volume; its menu has others.
+        Names the volume.
     """
 
     def __init__(self, ball: LightBall, light: CaptionButton, exactness: ExactnessSlider) -> None:
@@ -42,7 +42,6 @@ class TopBar(QWidget):
         self.menus.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.volume = CaptionButton()
         self.volume.set_title("No volume")
-        self.volume.add_menu()
         self.ball, self.light, self.exactness = ball, light, exactness
         self.compare = IconButton("compare", "Compare", "C", "Generator and ground truth together")
         self.difference = IconButton(

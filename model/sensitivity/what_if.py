@@ -24,8 +24,6 @@ class WhatIf:
         From the image without it.
     rmse : float
         Of the difference, over the region that was asked for.
-    brightness : float
-        Change of the RMS value of that region's colours: below 0 where they become darker.
     predicted : float or None
         `rmse` to first order; None if unknown.
     """
@@ -33,7 +31,6 @@ class WhatIf:
     image: NDArray[np.float32]
     difference: NDArray[np.float32]
     rmse: float
-    brightness: float
     predicted: float | None = None
 
 
@@ -61,9 +58,5 @@ def compare(
     """Compare two images (S, S, 3 or 4) over a region's pixels (S, S)."""
     one, other = before[..., :3], after[..., :3]
     difference = other - one
-    brightness = _rms(other[mask]) - _rms(one[mask])
-    return WhatIf(other, difference, _rms(difference[mask]), brightness, predicted)
-
-
-def _rms(values: NDArray[np.float32]) -> float:
-    return float(np.sqrt(np.square(values, dtype=np.float64).mean()))
+    rmse = float(np.sqrt(np.square(difference[mask], dtype=np.float64).mean()))
+    return WhatIf(other, difference, rmse, predicted)

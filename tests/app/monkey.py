@@ -34,7 +34,6 @@ from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.requests import UNWATCHED, BatchRequest, ImageRequest, VisibilityRequest, Watch
-from app.engines.spare_memory import give_back_memory
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow
 from model.errors import RenderError
@@ -209,7 +208,6 @@ class Monkey:
                 self.found.errors.append(f"{number}: the {name} shows another state")
         QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
         gc.collect()
-        give_back_memory()
         self.found.memory.append(resident_mb())
         UnreliableEngine.calm = False
 

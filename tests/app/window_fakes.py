@@ -18,7 +18,6 @@ from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
     BlockFieldsRequest,
-    DecodedTFRequest,
     Engine,
     FieldRangeRequest,
     ImageRequest,
@@ -190,13 +189,6 @@ class FakeEngine:
         shape = request.quality.pixels.shape
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
-    def decoded_tf(self, request: DecodedTFRequest) -> NDArray[np.float32]:
-        """The opacity TF, a tenth of the opacities less."""
-        if not self.draws_codes:
-            return self._not_offered(request)
-        self.others.append(request)
-        return (0.9 * request.inputs.opacity_tf.sample()).astype(np.float32)
-
     def _wait_or_fail(self) -> None:
         if self.gate is not None:
             assert self.gate.acquire(timeout=PATIENCE_S)
@@ -225,7 +217,6 @@ class FakeBuilders:
     map_folder: Path = Path(tempfile.gettempdir(), "tfscope-test-maps")
     spaces: list[Path | None] = field(default_factory=list)
     space_error: Exception | None = None
-    prepared: set[str] | None = None
     failing: str = ""
 
     def __post_init__(self) -> None:
@@ -238,7 +229,6 @@ class FakeBuilders:
             self.generator,
             self.analyst,
             self.latent_space,
-            is_prepared=lambda _voxels, light: self.prepared is None or light in self.prepared,
         )
 
     def latent_space(

@@ -15,7 +15,6 @@ from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
     BlockFieldsRequest,
-    DecodedTFRequest,
     FieldRangeRequest,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
@@ -71,16 +70,6 @@ def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) ->
     np.testing.assert_allclose(from_codes, from_tfs, atol=1e-5)
 
 
-def test_the_decoded_tf_is_the_codecs(engine: GeneratorEngine) -> None:
-    found = DecodedTFRequest(INPUTS, SMALL).answer(engine, UNWATCHED)
-    codec, tf = engine._generator.network.codec, INPUTS.opacity_tf.sample()
-    with torch.no_grad():
-        code = codec.encode(2 * torch.from_numpy(tf)[None] - 1)
-        expected = codec.decode(code)[0].numpy() / 2 + 0.5
-    np.testing.assert_allclose(found, expected, atol=1e-6)
-    assert found.shape == (256,)
-
-
 @pytest.mark.parametrize("blocks", [8, 16, 0])
 def test_fields_in_blocks_are_the_sensitivities_of_blocks(
     engine: GeneratorEngine, blocks: int
@@ -117,10 +106,7 @@ def test_the_range_holds_the_fields_of_the_window(
 
 def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) -> None:
     assert not ray_caster.draws_codes
-    for request in (
-        DecodedTFRequest(INPUTS, SMALL),
-        BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)),
-    ):
+    for request in (BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)),):
         with pytest.raises(NotOfferedError):
             request.answer(ray_caster, UNWATCHED)
     answers = iter([True, True, False])

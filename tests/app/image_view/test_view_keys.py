@@ -82,8 +82,6 @@ def test_a_key_that_is_held_is_a_drag(qtbot: QtBot, state: ViewerState, image: Q
         assert state.live
         QTest.keyRelease(image, Qt.Key.Key_Right)
     assert state.view.azimuth == pytest.approx(15.0)
-    state.undo_view()
-    assert state.view == HOME_VIEW
 
 
 def test_a_key_ends_when_the_focus_goes(state: ViewerState, image: QWidget) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 from toy_codec import toy_space
@@ -73,30 +72,11 @@ def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(
     assert "from the code" in window.browser.preview.caption
 
 
-def test_the_decoded_tfs_pictures_come_by_a_key(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    pictures, bar = window.workspace.latent.pictures, window.browser.bar
-    assert bar.decoded.isVisible() and not bar.decoded.isChecked()
-    (decoded,) = (a for a in window.findChildren(QAction) if a.shortcut().toString() == "Shift+D")
-    decoded.trigger()
-    assert bar.decoded.isChecked() and decoded.isChecked()
-    qtbot.waitUntil(lambda: pictures.grid is not None and not pictures.grid.of_codes)
-    # By the ray caster, which a click's picture is drawn by, too.
-    assert pictures.grid is not None and pictures.grid.source == "exact"
-    window.latent_state.choose(engine="learned")
-    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
-    assert newest(builders, "grid").codes == ()
-    decoded.trigger()
-    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.of_codes)
-
-
 def test_the_shipped_codecs_codes_are_not_the_models(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     pictures = window.workspace.latent.pictures
     window.latent_state.choose(codec="shipped")
-    assert not window.browser.bar.decoded.isVisible()
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "exact")
     assert pictures.grid is not None and not pictures.grid.of_codes
     # Without the model, its codec has nothing to draw with.

@@ -42,7 +42,7 @@ from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
 from model.sensitivity.intervals import Interval
-from model.sensitivity.what_if import WhatIf, edited
+from model.sensitivity.what_if import edited
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -806,33 +806,15 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     analyst.gate = None
 
 
-def changing(brightness: float, size: float | None = None) -> WhatIf:
-    """An edit that changes a region's brightness, and its pixels by a size."""
-    nothing = np.zeros((1, 1, 3), np.float32)
-    return WhatIf(nothing, nothing, abs(brightness) if size is None else size, brightness)
-
-
-def test_edits_are_measured_at_rest(qtbot: QtBot, window: MainWindow) -> None:
+def test_edits_have_the_change_that_the_curve_predicts(window: MainWindow) -> None:
     findings, layer = window.sensitivity.findings, window.sensitivity.responses
-    # The fake's second image is .1 brighter than the first; the derivative predicts something else.
-    row = findings.edit_rows[0]
-    qtbot.waitUntil(lambda: row.text.endswith("   +.1   brighter"))
-    assert layer.flags[0].text() == "1  +.1"
-    assert layer.flags[0].accessibleName() == "Edit 1 at 139.2, brighter by .1; Enter adds it"
-    assert "predicted: brighter" in row.toolTip()
-    measured = layer.intervals[0]
-    number, word = findings._effect(measured.predicted(0.4))
-    assert (number, word) != ("+.1", "brighter")
+    interval = Interval(139.2, 130.0, 150.0, -0.02)
+    layer.flag((interval,))
     window.sensitivity_state.choose(height=0.4)
-    assert row.text.endswith("   …") and layer.flags[0].text() == "1"
-    assert f"predicted: {word} {number}" in row.toolTip()
-    qtbot.waitUntil(lambda: row.text.endswith("   +.1   brighter"))
-    # What was measured for another edit is not taken for this one's.
-    late = window.workspace.sensitivity.trials.trial_of(layer.intervals)
-    window.sensitivity_state.choose(width=3.0)
-    assert "…" in row.text
-    window.workspace.sensitivity.trials.intervalsMeasured.emit(late, [changing(0.5)])
-    assert "…" in row.text
+    layer.flag((interval,))
+    assert findings.edit_rows[0].text.endswith("   −.8   darker")
+    assert layer.flags[0].text() == "1  −.8"
+    assert layer.flags[0].accessibleName() == "Edit 1 at 139.2, darker by .8; Enter adds it"
 
 
 def test_flags_number_the_highest_peaks_of_the_curve(
@@ -861,35 +843,6 @@ def test_flags_number_the_highest_peaks_of_the_curve(
     places = [(interval.value - 100.0) * 2.55 for interval in layer.intervals]
     assert places == pytest.approx([30, 130, 240], abs=1)
     assert window.sensitivity.findings.edits_note.isHidden()
-
-
-def test_what_is_measured_is_said_and_changes_no_order(window: MainWindow) -> None:
-    layer, findings = window.sensitivity.responses, window.sensitivity.findings
-    intervals = tuple(
-        Interval(value, value - 5, value + 5, response)
-        for value, response in ((130.0, 0.4), (160.0, 0.3), (190.0, 0.2))
-    )
-    layer.flag(intervals)
-    trial = window.workspace.sensitivity.trials.trial_of(intervals)
-    found = [changing(0.01), changing(-0.5), changing(0.2, 0.9)]
-    window.workspace.sensitivity.trials.intervalsMeasured.emit(trial, found)
-    assert layer.intervals == intervals
-    assert findings.edit_rows[1].text.endswith("−.5   darker")
-    # Where brighter and darker pixels cancel, that is not all.
-    assert findings.edit_rows[2].text.endswith("+.2   mixed")
-    assert "by .9 (±)" in findings.edit_rows[2].toolTip()
-    assert without_links(findings.edits_heading.text()).endswith("· mixed")
-
-
-def test_changes_are_measured_in_the_brightness_that_is_shown(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    findings = window.sensitivity.findings
-    window.brightness.set(1.0)
-    qtbot.waitUntil(lambda: findings.edit_rows[0].text.endswith("   +.1   brighter"))
-    # .1 of grey over black, at brightness b: .1 b / (1 + .1 (b - 1)).
-    window.brightness.set(3.0)
-    qtbot.waitUntil(lambda: findings.edit_rows[0].text.endswith("   +.25   brighter"))
 
 
 def test_what_if_follows_the_mouse_while_it_is_on(qtbot: QtBot, window: MainWindow) -> None:
@@ -926,18 +879,6 @@ def test_agreement_in_shape_alone_is_not_called_good(
     label = window.sensitivity.source
     label._take_hint(hint)
     assert without_links(label._agreement_text(Agreement(1.0, learned))).endswith(said)
-
-
-def test_what_a_drag_no_longer_wants_is_not_measured(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    trials, analyst = window.workspace.sensitivity.trials, builders.analysts[-1]
-    qtbot.waitUntil(lambda: any(r.channel == "measured edits" for r in analyst.others))
-    channel = trials._measured["exact"]
-    trials.measure(window.sensitivity.responses.intervals)
-    assert channel.is_pending
-    window.state.move_view(View(80.0))
-    assert not channel.is_pending
 
 
 def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(

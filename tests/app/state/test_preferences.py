@@ -39,7 +39,6 @@ OTHER_VALUES: dict[str, Any] = {
     "scale_bar": True,
     "cube": False,
     "opacity_images": True,
-    "decoded_tf": True,
     "last_folder": "/data",
     "window_geometry": "AdnQywAD",
     "splitters": {"main": (500, 290)},

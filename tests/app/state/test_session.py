@@ -55,7 +55,6 @@ WINDOW: dict[str, Any] = {
     "scale_bar": True,
     "cube": False,
     "opacity_images": True,
-    "decoded_tf": True,
     "hidden_panes": ("generator",),
     "swapped": True,
 }

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from pytestqt.qtbot import QtBot
 
 from app.image_view.view_steps import pan, turn
-from app.state.view_history import MOST_VIEWS, ViewHistory
-from app.state.viewer_state import HOME_VIEW, ViewerState
+from app.state.viewer_state import ViewerState
 from model.errors import ViewError
 from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
@@ -21,98 +20,17 @@ from model.scene.view import View
 BOX = (0.8, 0.48, 0.36)
 
 
-class Clock:
-    """A clock that is set by hand."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
 def at(azimuth: float) -> View:
     return View(azimuth)
 
 
-def test_views_are_undone_and_redone_one_by_one() -> None:
-    history = ViewHistory(at(0))
-    for azimuth in (1, 2, 3):
-        history.record(at(azimuth))
-    assert [history.undo().azimuth for _ in range(4)] == [2, 1, 0, 0]
-    assert not history.can_undo
-    assert history.redo() == at(1)
-    history.record(at(9))
-    assert not history.can_redo
-    assert [history.undo().azimuth for _ in range(2)] == [1, 0]
-
-
-def test_steps_of_one_kind_in_quick_succession_are_one() -> None:
-    clock = Clock()
-    history = ViewHistory(at(0), clock)
-    for azimuth, kind, pause in (
-        (1, "zoom", 0.0),
-        (2, "zoom", 0.9),
-        (3, "zoom", 0.9),
-        (4, "zoom", 1.1),
-        (5, "turn", 0.1),
-        (6, "", 0.1),
-        (7, "", 0.1),
-    ):
-        clock.now += pause
-        history.record(at(azimuth), kind)
-    assert [history.undo().azimuth for _ in range(5)] == [6, 5, 4, 3, 0]
-
-
-def test_a_step_after_an_undo_is_not_merged() -> None:
-    history = ViewHistory(at(0), Clock())
-    history.record(at(1), "zoom")
-    history.undo()
-    history.record(at(2), "zoom")
-    assert (history.undo(), history.can_undo) == (at(0), False)
-
-
-def test_the_oldest_views_are_forgotten() -> None:
-    history = ViewHistory(at(0))
-    for azimuth in range(1, 150):
-        history.record(at(azimuth))
-    while history.can_undo:
-        last = history.undo()
-    assert last == at(150 - MOST_VIEWS)
-
-
-def test_gestures_are_undone_apart_from_the_tf(qtbot: QtBot, state: ViewerState) -> None:
-    for azimuth in (1.0, 2.0):
-        state.move_view(View(azimuth - 0.5))
-        state.set_view(View(azimuth))
-    assert state.views.can_undo
-    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished, state.viewHistoryChanged]):
-        state.undo_view()
-    assert state.view == View(1.0)
-    state.undo_view()
-    assert (state.view, state.views.can_undo, state.views.can_redo) == (HOME_VIEW, False, True)
-    state.redo_view()
-    assert state.view == View(1.0)
-    assert not state.edits.stack.canUndo()
-
-
-def test_undo_in_the_middle_of_a_drag_takes_the_drag_back(state: ViewerState) -> None:
-    state.move_view(View(77.0))
-    state.undo_view()
-    assert (state.view, state.live) == (HOME_VIEW, False)
-    state.redo_view()
-    assert state.view == View(77.0)
-
-
-def test_a_volume_starts_at_its_home_view_without_a_history(
-    qtbot: QtBot, state: ViewerState
-) -> None:
+def test_a_volume_starts_at_its_home_view(qtbot: QtBot, state: ViewerState) -> None:
     state.set_view(View(10.0))
-    signals = [state.navigationChanged, state.viewChanged, state.viewHistoryChanged]
-    with qtbot.waitSignals([*signals, state.viewChangeFinished]):
+    signals = [state.navigationChanged, state.viewChanged, state.viewChangeFinished]
+    with qtbot.waitSignals(signals):
         state.start_view(BOX, "-y")
     assert state.view == state.home == home_view(BOX, "-y")
-    assert (state.up_axis, state.views.can_undo) == ("-y", False)
+    assert state.up_axis == "-y"
     given = View(5.0, distance=0.5)
     state.start_view(BOX, view=given)
     assert (state.view, state.up_axis) == (given, "+z")
@@ -141,7 +59,6 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerSt
     wide = home_view(BOX, reach=(1.5, 0.5))
     assert state.view == state.home == wide
     assert state.home.distance < square.distance
-    assert not state.views.can_undo
     # Once it has been seen, the image shows what it showed.
     state.set_reach((0.6, 0.5))
     assert state.view == wide != state.home
@@ -175,8 +92,6 @@ def test_another_up_axis_stands_the_volume_upright(qtbot: QtBot, state: ViewerSt
     state.set_up_axis("-z")
     assert state.angles == pytest.approx(angles)
     assert (state.view.distance, state.view.pan_x, state.view.pan_y) == (0.5, 0.1, 0.2)
-    state.undo_view()
-    assert state.view == View(100.0, 20.0, 3.0, 0.5, 0.1, 0.2)
 
 
 def test_standard_views_are_upright_and_keep_the_distance(state: ViewerState) -> None:
@@ -242,17 +157,6 @@ def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> No
     assert low + high == pytest.approx([0.0, 0.0], abs=1e-9)
     # It is small enough for the nearest view.
     assert high.max() < 1.0
-
-
-def test_only_finished_gestures_change_the_history(qtbot: QtBot, state: ViewerState) -> None:
-    with qtbot.assertNotEmitted(state.viewHistoryChanged):
-        state.move_view(View(1.0))
-        assert not state.views.can_undo
-    with qtbot.waitSignal(state.viewHistoryChanged):
-        state.finish_view()
-    with qtbot.assertNotEmitted(state.viewHistoryChanged):
-        state.finish_view()
-        state.set_view(View(1.0))
 
 
 def test_the_trackball_is_announced(qtbot: QtBot, state: ViewerState) -> None:

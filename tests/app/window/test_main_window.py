@@ -421,8 +421,6 @@ def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
     assert not undo.isEnabled()
     redo.trigger()
     assert window.state.transfer_function == make_tf()
-    action(window, "Reset transfer function").trigger()
-    assert window.state.transfer_function == before
 
 
 def test_the_sample_volumes_are_in_the_menu(

@@ -1,4 +1,4 @@
-"""Opacity images and the decoded TF in the window, on fake engines."""
+"""Opacity images in the window, on fake engines."""
 
 from __future__ import annotations
 
@@ -7,17 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from fake_models import make_model
 from PySide6.QtGui import QAction, QImage
 from pytestqt.qtbot import QtBot
-from ramp import make_tf
 from window_fakes import FakeBuilders
 
-from app.engines.requests import DecodedTFRequest
 from app.window.main_window import MainWindow
 from model.rendering.scale_bar import Scale
-from model.scene.view import View
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -84,44 +80,6 @@ def test_a_field_covers_the_opacity_image(make_window: WindowMaker) -> None:
     canvas.show_cover(black)
     square = canvas.picture_rect
     assert canvas.grab().toImage().pixelColor(square.left() + 40, square.bottom() - 60).value() < 50
-
-
-def test_the_decoded_tf_follows_the_tf(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    builders.draws_codes = True
-    window = make_window()
-    decoded, shown = window.workspace.decoded, action(window, "T")
-    assert shown.isEnabled() and decoded.opacities is None
-    asked = builders.generators[-1].others
-    assert not any(isinstance(r, DecodedTFRequest) for r in asked)
-    shown.trigger()
-    qtbot.waitUntil(lambda: decoded.opacities is not None)
-    opacity = window.state.transfer_function.opacity
-    assert decoded.opacities == pytest.approx(0.9 * opacity.sample())
-    assert decoded.scalar_range == opacity.scalar_range
-    rms = np.sqrt(np.mean((0.1 * opacity.sample().astype(float)) ** 2))
-    assert decoded.difference == pytest.approx(rms, rel=1e-4)
-    other = replace(window.state.transfer_function, opacity=make_tf(140.0).opacity)
-    with qtbot.waitSignal(decoded.changed):
-        window.state.tf_input.set(other, "test")
-    assert decoded.opacities == pytest.approx(0.9 * other.opacity.sample())
-    # Neither view nor colours change it.
-    count = sum(isinstance(r, DecodedTFRequest) for r in asked)
-    with qtbot.waitSignal(window.workspace.settled):
-        window.state.set_view(View(50, 10, 0, 1))
-    assert sum(isinstance(r, DecodedTFRequest) for r in asked) == count
-    shown.trigger()
-    assert decoded.opacities is None
-
-
-def test_without_a_model_that_draws_codes_there_is_no_decoded_tf(
-    make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
-    action(window, "T").trigger()
-    assert not action(window, "T").isEnabled()
-    assert not any(isinstance(r, DecodedTFRequest) for r in builders.generators[-1].others)
 
 
 def test_the_title_names_the_papers_networks_and_their_errors(

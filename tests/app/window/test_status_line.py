@@ -68,16 +68,6 @@ def test_news_go_when_what_they_are_about_is_undone(line: StatusLine, state: Vie
     assert line.news == "Reading a.nrrd …"
 
 
-def test_who_resets_the_view_is_told_how_to_return(line: StatusLine, state: ViewerState) -> None:
-    state.reset_view()
-    assert line.news == ""
-    state.set_view(View(80.0))
-    state.reset_view()
-    assert "Alt+Left" in line.news
-    state.undo_view()
-    assert state.view == View(80.0)
-
-
 def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: ViewerState) -> None:
     state.set_view(View(40.0, -10.0, 0.0, 0.75))
     assert line.view_text == "azimuth 40°   elevation −10°   distance .75"
