@@ -24,7 +24,7 @@ from app.state.value_checks import (
 from model.scene.scene import RENDERER_NAMES
 
 FORMAT_VERSION = 2
-"""Version of the data: in the first one, the lights "soft" and "shadows" were "global"."""
+"""Version of the data."""
 
 MOST_VOLUMES = 300
 """Number of volumes that are remembered; the one opened longest ago gives way."""
@@ -148,18 +148,7 @@ class Remembered:
         if not isinstance(data, dict) or "tfscope_preferences" not in data:
             raise ValueError("it does not hold tfscope's settings")
         rest = {name: value for name, value in data.items() if name != "tfscope_preferences"}
-        if data["tfscope_preferences"] == 1:
-            _name_shadows(rest)
         return cls(**valid_values(checks_of(cls), rest))
-
-
-def _name_shadows(data: dict[str, Any]) -> None:
-    """Call "global" light what it was drawn as, in place: the ray caster's was another one."""
-    name = "soft" if data.get("drawing") == "raycast" else "shadows"
-    volumes = data.get("volumes")
-    for volume in volumes.values() if isinstance(volumes, dict) else ():
-        if isinstance(volume, dict) and volume.get("lighting") == "global":
-            volume["lighting"] = name
 
 
 def _with_others(data: dict[str, Any]) -> dict[str, Any]:

@@ -170,7 +170,7 @@ class ViewNavigation(QObject):
             at_home = self._view == self._home and not self._view_moving
             self._home = self._upright_home()
             if follow and at_home:
-                self.set_view(self._home)
+                self._look(self._home)
             self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:
@@ -241,7 +241,7 @@ class ViewNavigation(QObject):
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
         self._up_axis, self._home, self._reach = up, home, reach
         self.navigationChanged.emit()
-        self.set_view(view or self._home)
+        self._look(view or self._home)
 
     def _upright_home(self) -> View:
         return home_view(
@@ -251,3 +251,10 @@ class ViewNavigation(QObject):
             points=self._shown,
             reach=self._reach,
         )
+
+    def _look(self, view: View) -> None:
+        """Show a view that nobody has chosen: at no time is it one of a drag."""
+        if view != self._view:
+            self._view = view
+            self.viewChanged.emit(view)
+            self.viewChangeFinished.emit(view)

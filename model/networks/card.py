@@ -10,9 +10,8 @@ from typing import Any
 from model.errors import CheckpointError, TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
-from model.networks.size import NetworkSize, migrate_size
-from model.scene.migration import FORMAT_VERSION, migrate_scene
-from model.scene.scene import Scene
+from model.networks.size import NetworkSize
+from model.scene.scene import FORMAT_VERSION, Scene
 
 MODEL_FILE = "model.json"
 
@@ -70,12 +69,12 @@ def weights_digest(folder: Path) -> str:
 
 
 def read_header(folder: Path) -> dict[str, Any]:
-    """Read a model folder's description as plain data of the present format.
+    """Read a model folder's description as plain data.
 
     Raises
     ------
     CheckpointError
-        When there is none, or it is not of a format or of networks that this version reads.
+        When there is none, or it is not of the format that this version reads.
     """
     path = folder / MODEL_FILE
     if not path.is_file():
@@ -96,13 +95,12 @@ def read_header(folder: Path) -> dict[str, Any]:
             f"{path}: the file does not describe a tfscope model; choose another folder."
         )
     version = header["tfscope_model"]
-    if type(version) is not int or version not in range(1, FORMAT_VERSION + 1):
+    if type(version) is not int or version != FORMAT_VERSION:
         raise CheckpointError(
-            f"{path}: the model has format {version!r}; this tfscope reads 1 to "
-            f"{FORMAT_VERSION}, so train the model anew or update tfscope."
+            f"{path}: the model has format {version!r}; this tfscope reads {FORMAT_VERSION}, "
+            "so train the model anew or update tfscope."
         )
-    scene = migrate_scene(header.get("scene"), version)
-    return {**header, "scene": scene, "size": migrate_size(header.get("size"), str(path))}
+    return header
 
 
 def write_header(folder: Path, header: dict[str, Any]) -> None:
@@ -143,7 +141,6 @@ def add_metrics(folder: Path, **metrics: Any) -> None:
     """
     header = read_header(folder)
     header["metrics"] = {**card_of(folder, header).metrics, **metrics}
-    header["tfscope_model"] = FORMAT_VERSION
     try:
         write_header(folder, header)
     except OSError as error:

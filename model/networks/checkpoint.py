@@ -21,7 +21,7 @@ from model.networks.build import build_generator
 from model.networks.card import ModelCard, card_of, read_header, write_header
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.weights_file import read_weights
-from model.scene.migration import FORMAT_VERSION
+from model.scene.scene import FORMAT_VERSION
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:

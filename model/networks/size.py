@@ -3,18 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
-from model.errors import CheckpointError, TfscopeError
-
-GONE = {
-    "grid": "a feature grid",
-    "grid-translation": "a feature grid",
-    "refined": "a coarse volume",
-}
-"""What models of former architectures are."""
-
-FORMER_FIELDS = ("architecture", "nodes", "features", "rays")
+from model.errors import TfscopeError
 
 
 @dataclass(frozen=True)
@@ -79,22 +69,3 @@ class NetworkSize:
     def channels(self, full: int) -> int:
         """Scale a number of channels of the paper's network by the width, in multiples of 8."""
         return max(8, 8 * round(full * self.width / 8))
-
-
-def migrate_size(size: Any, where: str) -> Any:
-    """Convert a size's data from an older format to the present one; keep other data.
-
-    Raises
-    ------
-    CheckpointError
-        For networks that are no longer drawn.
-    """
-    if not isinstance(size, dict):
-        return size
-    kind = GONE.get(str(size.get("architecture")))
-    if kind is not None:
-        raise CheckpointError(
-            f"{where}: the model is {kind}, which this tfscope no longer draws; train one anew by "
-            "the command train."
-        )
-    return {name: value for name, value in size.items() if name not in FORMER_FIELDS}

@@ -35,8 +35,7 @@ from zarr.codecs import Crc32cCodec, ZstdCodec
 from model.errors import DatasetError, first_line, reason
 from model.samples.sampling import Split
 from model.scene.inputs import Arrays, varying
-from model.scene.migration import FORMAT_VERSION, migrate_scene
-from model.scene.scene import Scene
+from model.scene.scene import FORMAT_VERSION, Scene
 
 BLOCK = 32
 """Number of samples per block, the unit of rendering and writing."""
@@ -130,13 +129,13 @@ class SampleStore:
             self._root = zarr.open_group(path, mode="r+")
             header: dict[str, Any] = dict(self._root.attrs)
             version = header["tfscope_dataset"]
-            if version not in range(1, FORMAT_VERSION + 1):
+            if version != FORMAT_VERSION:
                 raise DatasetError(
-                    f"{path}: the data set has format {version!r}; this tfscope reads 1 to "
+                    f"{path}: the data set has format {version!r}; this tfscope reads "
                     f"{FORMAT_VERSION}, so make it anew or update tfscope."
                 )
             self.seed = int(header["seed"])
-            self.scene = Scene.from_json(migrate_scene(header["scene"], version))
+            self.scene = Scene.from_json(header["scene"])
         except DatasetError:
             raise
         except Exception as error:

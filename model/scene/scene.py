@@ -19,6 +19,9 @@ from model.scene.value_scale import ValueScale, place_of
 from model.scene.view import ViewRange
 from model.scene.volume import Triple, Volume
 
+FORMAT_VERSION = 5
+"""Version of the scene's format in stores and models."""
+
 Lighting = Literal["none", "direct", "soft", "shadows", "path"]
 """Emission-absorption only; gradient shading; shadows and ambient light from a grid, which the ray
 caster alone draws; gradient shading and a shadow of each sample, as VTK casts it; or light

@@ -1,8 +1,7 @@
 """A training job: plain data that says all about a run.
 
-The command line builds one from its options, the window from its panel; a
-process that is given a job's JSON file does the same run. Importing it is
-quick: what trains is in :mod:`model.training.running`.
+The command line builds one from its options; a process that is given a job's JSON file does the
+same run. Importing it is quick: what trains is in :mod:`model.training.running`.
 """
 
 from __future__ import annotations
@@ -209,18 +208,9 @@ class TrainingJob:
         TrainingError
             When the data does not describe a valid job.
         """
-        if not isinstance(data, dict) or data.get("tfscope_job") not in (1, 2, JOB_VERSION):
-            raise TrainingError(f"It is not a training job of format 1 to {JOB_VERSION}.")
-        values = {**data}
-        version = values.pop("tfscope_job")
-        if version == 1:
-            # Jobs of format 1 know the paper's TFs only.
-            values.setdefault("tf_family", "paper")
-        if version < JOB_VERSION and values.pop("architecture", None) == "refined":
-            raise TrainingError(
-                "It trains a coarse volume, which this tfscope no longer does; leave its "
-                "architecture out to train the paper's networks."
-            )
+        if not isinstance(data, dict) or data.get("tfscope_job") != JOB_VERSION:
+            raise TrainingError(f"It is not a training job of format {JOB_VERSION}.")
+        values = {name: value for name, value in data.items() if name != "tfscope_job"}
         try:
             return build(cls, values, exact=True)
         except MalformedError as error:

@@ -19,21 +19,9 @@ from torch import Tensor
 from model.errors import TrainingError
 from model.files import write_atomically
 from model.json_files import read_json
-from model.networks.size import migrate_size
-from model.scene.migration import migrate_scene
 from model.training.stage import Stage
 
 FORMAT_VERSION = 5
-"""Format 2 had other names of optimizers and settings; :data:`SCENE_FORMATS` has the scenes'."""
-
-SCENE_FORMATS = {2: 1, 3: 3, 4: 4}
-"""Format of the scene in recipes of older formats."""
-
-RENAMED = {"more_tfs": "unrendered_tfs", "keep_variance": "kaiming_init"}
-"""Present names of settings in recipes of format 2."""
-
-FORMER_OPTIONS = ("codec", "refiner", "codec_time_share")
-"""Settings in recipes of networks that are gone."""
 
 STATE_FILE = "training.json"
 
@@ -137,8 +125,7 @@ def load_stage(folder: Path, stage: Stage) -> None:
     try:
         with safetensors.safe_open(path, "pt") as file:
             tensors = {
-                # Format 2 wrote "optimiser".
-                key.removeprefix(prefix).replace("optimiser", "optimizer"): file.get_tensor(key)
+                key.removeprefix(prefix): file.get_tensor(key)
                 for key in file.keys()  # noqa: SIM118  (not a dict)
                 if key.startswith(prefix)
             }
@@ -164,25 +151,11 @@ def _header(folder: Path) -> dict[str, Any]:
         )
     try:
         header: dict[str, Any] = read_json(path)
-        if header["tfscope_training"] in SCENE_FORMATS:
-            _migrate(header["recipe"], header["tfscope_training"])
-        elif header["tfscope_training"] != FORMAT_VERSION:
+        if header["tfscope_training"] != FORMAT_VERSION:
             raise ValueError(f"format {header['tfscope_training']}, not {FORMAT_VERSION}")
-        recipe = header["recipe"]
-        recipe["size"] = migrate_size(recipe["size"], str(path))
-        for name in FORMER_OPTIONS:
-            recipe["options"].pop(name, None)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise TrainingError(f"{path}: the run cannot be resumed ({error}).") from error
     return header
-
-
-def _migrate(recipe: dict[str, Any], version: int) -> None:
-    """Convert a recipe of an older format to the present one, in place."""
-    # The steps leave what is there already as it is.
-    recipe["scene"] = migrate_scene(recipe["scene"], SCENE_FORMATS[version])
-    options = recipe["options"]
-    recipe["options"] = {RENAMED.get(name, name): value for name, value in options.items()}
 
 
 def _networks(stage: Stage) -> dict[str, torch.nn.Module]:

@@ -11,8 +11,7 @@ from ramp import make_volume
 
 from model.networks.card import MODEL_FILE, ModelCard
 from model.networks.size import NetworkSize
-from model.scene.migration import FORMAT_VERSION
-from model.scene.scene import Scene
+from model.scene.scene import FORMAT_VERSION, Scene
 
 WEIGHTS = bytes(range(256)) * 8
 

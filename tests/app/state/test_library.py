@@ -15,8 +15,7 @@ from app.state.library import Library
 from app.state.preferences import Preferences
 from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, load_card
-from model.scene.migration import FORMAT_VERSION
-from model.scene.scene import Scene
+from model.scene.scene import FORMAT_VERSION, Scene
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 

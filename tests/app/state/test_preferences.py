@@ -100,18 +100,6 @@ def test_of_volumes_only_what_is_malformed_is_lost() -> None:
     assert found.volumes == {"a": KnownVolume("/a", raw_layout="8x8x8_uint8")}
 
 
-@pytest.mark.parametrize(
-    ("drawing", "lighting"), [("auto", "shadows"), ("raycast", "soft"), ("vtk", "shadows")]
-)
-def test_global_light_of_the_first_version_stays_what_it_was(drawing: str, lighting: str) -> None:
-    volumes = {"a": {"path": "/a", "lighting": "global"}, "b": {"lighting": "direct"}, "c": 3}
-    data = {"tfscope_preferences": 1, "drawing": drawing, "volumes": volumes}
-    found = Remembered.from_json(data)
-    assert [known.lighting for known in found.volumes.values()] == [lighting, "direct"]
-    assert Remembered.from_json(found.to_json()) == found
-    assert Remembered.from_json({"tfscope_preferences": 1, "volumes": 3}) == Remembered()
-
-
 def test_what_a_newer_version_has_written_is_kept(store: PreferencesStore) -> None:
     volumes = {"f1": {"path": "/a", "notes": "mine"}}
     path = written(store, {"tfscope_preferences": 3, "theme": "light", "volumes": volumes})

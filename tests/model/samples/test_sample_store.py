@@ -17,7 +17,7 @@ from model.errors import DatasetError
 from model.samples.sample_rendering import make_renderer, render_store
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import Split, draw_sample
-from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
 
@@ -46,19 +46,6 @@ def test_samples_are_what_the_sampler_and_the_renderer_say(
     image = renderer.render(sample, scene.image_size)
     renderer.close()
     np.testing.assert_allclose(stored.rgba[0] / 255, image, atol=1e-6)
-
-
-@pytest.mark.parametrize(("renderer", "lighting"), [("raycast", "soft"), ("vtk", "shadows")])
-def test_global_light_of_an_older_store_is_its_renderers(
-    volume: Volume, tmp_path: Path, renderer: RendererName, lighting: Lighting
-) -> None:
-    scene = Scene.of(volume, 16, lighting, renderer=renderer)
-    path = tmp_path / "old.zarr"
-    SampleStore.create(path, scene, 7, {"train": 4, "holdout": 4})
-    attributes = zarr.open_group(path, mode="r+").attrs
-    attributes["scene"] = {**scene.to_json(), "lighting": "global"}
-    attributes["tfscope_dataset"] = 4
-    assert SampleStore(path).scene == scene
 
 
 def test_two_processes_write_the_same_store(

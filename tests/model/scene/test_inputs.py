@@ -20,7 +20,6 @@ from model.scene.inputs import (
     varying,
 )
 from model.scene.light import LightDirection
-from model.scene.migration import FORMAT_VERSION, migrate_scene
 from model.scene.orientation import home_view
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF
@@ -125,14 +124,10 @@ def test_only_lit_scenes_have_a_movable_light() -> None:
         Scene.of(make_volume(), 16, movable_light=True)
 
 
-def test_scenes_come_back_from_json_also_those_of_format_1() -> None:
+def test_scenes_come_back_from_json() -> None:
     for scene in (FIXED, MOVABLE):
         data = json.loads(json.dumps(scene.to_json()))
-        assert Scene.from_json(migrate_scene(data, FORMAT_VERSION)) == scene
-    old = json.loads(json.dumps(FIXED.to_json()))
-    del old["light_range"]
-    assert Scene.from_json(migrate_scene(old, 1)) == FIXED
-    assert migrate_scene([], 1) == []
+        assert Scene.from_json(data) == scene
 
 
 @pytest.mark.parametrize("text", ["", "1", "1,2,3", "a,b", "nan,1"])
@@ -140,15 +135,6 @@ def test_a_light_that_cannot_be_read_is_refused(text: str) -> None:
     with pytest.raises(TfscopeError, match="degrees"):
         LightDirection.parse(text)
     assert LightDirection.parse("30, -10") == LightDirection(30.0, -10.0)
-
-
-def test_scenes_of_format_2_have_the_papers_tfs() -> None:
-    old = {k: v for k, v in SCENE.to_json().items() if k not in ("dimensions", "tf_family")}
-    scene = Scene.from_json(migrate_scene(json.loads(json.dumps(old)), 2))
-    assert (scene.tf_family, scene.dimensions) == ("paper", None)
-    again = Scene.from_json(json.loads(json.dumps(SCENE.to_json())))
-    assert again == SCENE
-    assert again.dimensions == (SCENE.dimensions)
 
 
 @pytest.mark.parametrize("up", AXES)
@@ -177,11 +163,3 @@ def test_a_scene_takes_the_up_axis_from_its_volume() -> None:
     assert Scene.of(lying, 16).view_range.up == "-y"
     assert Scene.of(lying, 16, up="+x").view_range.up == "+x"
     assert Scene.of(make_volume(), 16).view_range.up == "+z"
-
-
-def test_scenes_of_format_3_have_views_about_z() -> None:
-    old = json.loads(json.dumps(SCENE.to_json()))
-    del old["view_range"]["up"]
-    assert Scene.from_json(migrate_scene(old, 3)) == SCENE
-    assert Scene.from_json(migrate_scene(old, 1)) == SCENE
-    assert migrate_scene({"view_range": 3}, 3) == {"view_range": 3}

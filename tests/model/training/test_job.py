@@ -55,8 +55,8 @@ def test_a_job_comes_back_from_its_file(job: TrainingJob, tmp_path: Path) -> Non
     [
         ("{", "cannot be read"),
         ("[]", "not a training job"),
-        ('{"tfscope_job": 9}', "not a training job"),
-        ('{"tfscope_job": 2}', "malformed"),
+        ('{"tfscope_job": 2}', "not a training job"),
+        ('{"tfscope_job": 3}', "malformed"),
         (json.dumps({**FULL.to_json(), "unknown": 1}), "malformed"),
         (json.dumps({**FULL.to_json(), "window": 3}), "malformed"),
         (json.dumps({**FULL.to_json(), "settings": "abc"}), "malformed"),
@@ -69,16 +69,6 @@ def test_a_file_that_is_no_job_is_refused(content: str, message: str, tmp_path: 
     with pytest.raises(TrainingError, match=message) as caught:
         TrainingJob.load(path)
     assert str(caught.value).startswith(str(path))
-
-
-def test_a_job_of_format_2_trains_the_papers_networks_alone(tmp_path: Path) -> None:
-    old = {**FULL.to_json(), "tfscope_job": 2, "architecture": "paper"}
-    path = tmp_path / "job.json"
-    path.write_text(json.dumps(old))
-    assert TrainingJob.load(path) == FULL
-    path.write_text(json.dumps({**old, "architecture": "refined"}))
-    with pytest.raises(TrainingError, match=r"coarse volume, .* leave its architecture out"):
-        TrainingJob.load(path)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ import pytest
 import torch
 from training_runs import RECIPE, SIZE, Stop, assert_same_state, plan
 
-from model.errors import CheckpointError, TrainingError
+from model.errors import TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
 from model.samples.sample_rendering import render_store
@@ -173,38 +173,6 @@ def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_
     other = replace(plan(store, finished), options=replace(RECIPE, seed=5))
     with pytest.raises(TrainingError, match=r"options\.seed 3, not 5"):
         train(other, resume=True)
-
-
-@pytest.mark.slow
-def test_a_run_of_format_3_goes_on(store: SampleStore, tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        train(plan(store, tmp_path), on_report=Stop(2))
-    path = tmp_path / "training.json"
-    header = json.loads(path.read_text())
-    header["tfscope_training"] = 3
-    del header["recipe"]["scene"]["view_range"]["up"]
-    path.write_text(json.dumps(header))
-    train(plan(store, tmp_path), resume=True)
-    assert load_progress(tmp_path)[0].stage == "done"
-
-
-@pytest.mark.slow
-def test_a_run_goes_on_that_was_begun_beside_networks_that_are_gone(
-    store: SampleStore, tmp_path: Path
-) -> None:
-    with pytest.raises(KeyboardInterrupt):
-        train(plan(store, tmp_path), on_report=Stop(2))
-    path = tmp_path / "training.json"
-    header = json.loads(path.read_text())
-    header["recipe"]["size"] |= {"nodes": 1_610_000, "architecture": "refined"}
-    header["recipe"]["options"] |= {"codec": {}, "refiner": {}, "codec_time_share": 0.15}
-    path.write_text(json.dumps(header))
-    with pytest.raises(CheckpointError, match=r"training\.json: .*coarse volume.* train one anew"):
-        train(plan(store, tmp_path), resume=True)
-    header["recipe"]["size"]["architecture"] = "paper"
-    path.write_text(json.dumps(header))
-    train(plan(store, tmp_path), resume=True)
-    assert load_progress(tmp_path)[0].stage == "done"
 
 
 @pytest.mark.parametrize("damage", ["json", "tensors"])
