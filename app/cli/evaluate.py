@@ -8,41 +8,40 @@ from typing import Any
 
 from rich.progress import Progress, TaskID
 
-from app.cli.console import about, console, counting, print_table, warn
-from app.cli.outputs import write_json, write_text
-from model.evaluation.job import EvaluationJob, EvaluationResult, run_evaluation
-from model.evaluation.report import AGREEMENTS, MEASURES, html_report
+from app.cli.console import console, counting, print_table
+from app.cli.outputs import write_json
+from model.evaluation.job import EvaluationJob, run_evaluation
 from model.networks.card import MODEL_FILE, add_metrics, load_card
 
+MEASURES = {
+    "rmse": "image RMSE",
+    "masked_rmse": "RMSE where opacity > .01",
+    "emd": "colour EMD",
+    "ssim": "SSIM",
+    "flip": "FLIP",
+    "st_lpips": "shift-tolerant LPIPS",
+    "opacity_rmse": "opacity image RMSE",
+}
+AGREEMENTS = {
+    "image_cosine": "whole image, cosine",
+    "image_rank": "whole image, rank correlation",
+    "block_cosine": "8 x 8 blocks, cosine",
+    "block_rank": "8 x 8 blocks, rank correlation",
+    "single_cosine": "whole image, single bins, cosine",
+}
 
-def evaluate_model(
-    job: EvaluationJob, json_path: Path | None, report_path: Path | None, record: bool = False
-) -> None:
-    """Measure the model, print a table, and write JSON, an HTML report and the card when asked."""
 
-    def write(result: EvaluationResult) -> None:
-        if json_path is not None:
-            write_json(json_path, {"model": str(job.model), **result.figures})
-        if report_path is not None and result.sheet is not None:
-            title = f"{result.volume_name}: {job.model}"
-            page = html_report(title, result.figures, result.profile, result.sheet)
-            write_text(report_path, page)
-
-    def images_measured(result: EvaluationResult) -> None:
-        bars.end()
-        _print(result.figures)
-        if record:
-            _record(job.model, result.figures)
-        write(result)
-
+def evaluate_model(job: EvaluationJob, json_path: Path | None, record: bool = False) -> None:
+    """Measure the model, print a table, and write JSON and the card when asked."""
     with _Bars() as bars:
-        result = run_evaluation(job, bars.show, images_measured, console.print, _tell_duration)
-    if "sensitivity_agreement" in result.figures:
-        agreement = result.figures["sensitivity_agreement"]
-        _print_agreement(agreement)
-        if record:
-            add_metrics(job.model, sensitivity_agreement=agreement)
-        write(result)
+        figures = run_evaluation(job, bars.show, console.print)
+    _print(figures)
+    if "sensitivity_agreement" in figures:
+        _print_agreement(figures["sensitivity_agreement"])
+    if record:
+        _record(job.model, figures)
+    if json_path is not None:
+        write_json(json_path, {"model": str(job.model), **figures})
 
 
 def _record(folder: Path, figures: dict[str, Any]) -> None:
@@ -54,13 +53,9 @@ def _record(folder: Path, figures: dict[str, Any]) -> None:
         holdout={**before, **means},
         holdout_count=figures["count"],
         kinds=figures["kinds"],
-        **{name: figures[name] for name in ("alternatives",) if name in figures},
+        **{name: figures[name] for name in ("sensitivity_agreement",) if name in figures},
     )
     console.print(f"The errors are in {folder / MODEL_FILE}.")
-
-
-def _tell_duration(seconds: float) -> None:
-    warn(f"Measuring takes {about(seconds)} on this machine.")
 
 
 class _Bars:
@@ -105,21 +100,6 @@ def _print_agreement(agreement: dict[str, Any]) -> None:
     print_table(title, ("", "quartile 1", "median", "quartile 3"), cells)
 
 
-def _print_alternatives(alternatives: dict[str, Any]) -> None:
-    title = f"what could be used instead, {alternatives['count']} samples"
-    cells = [
-        (
-            row["name"],
-            *(f"{row[key]:.4f}" for key in ("rmse", "ssim", "emd")),
-            f"{row['ms']:.1f}",
-            f"{row['bytes'] / 1e6:.1f}",
-        )
-        for row in alternatives["rows"]
-    ]
-    print_table(title, ("", "image RMSE", "SSIM", "colour EMD", "ms an image", "MB"), cells)
-    console.print(alternatives["verdict"])
-
-
 def _print(result: dict[str, Any]) -> None:
     neighbor = result["nearest_neighbor"]
     statistics = ("mean", "median", "p95")
@@ -136,8 +116,3 @@ def _print(result: dict[str, Any]) -> None:
     console.print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
     kinds = [f"{kind} {k['rmse']:.4f} ({k['count']})" for kind, k in result["kinds"].items()]
     console.print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")
-    if "alternatives" in result:
-        _print_alternatives(result["alternatives"])
-    whole = sum(scale["error"] for scale in result["scales"]) or 1.0
-    shares = [f"{scale['error'] / whole:.0%} of {scale['pixels']}" for scale in result["scales"]]
-    console.print(f"the squared error, by the size of details in pixels: {', '.join(shares)}")

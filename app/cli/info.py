@@ -7,7 +7,7 @@ from typing import Any
 
 from app.cli.captions import range_text
 from app.cli.console import print_facts
-from model.networks.card import MODEL_FILE, ModelCard, verdict_of
+from model.networks.card import MODEL_FILE, ModelCard
 from model.networks.recorded_errors import errors_by_kind
 from model.scene.robust_range import robust_range
 from model.scene.scene import RENDERER_NAMES
@@ -25,7 +25,7 @@ def print_info(source: VolumeSource, as_json: bool = False) -> None:
         from model.networks.checkpoint import load_model
 
         card, network = load_model(path)
-        rows = [*_card_rows(card, verdict_of(path))]
+        rows = [*_card_rows(card)]
         rows.append(("parameters", f"{parameter_count(network):,}"))
         if as_json:
             print(json.dumps(dict(rows), indent=1))
@@ -51,7 +51,7 @@ def print_info(source: VolumeSource, as_json: bool = False) -> None:
     print_facts(str(path), rows)
 
 
-def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
+def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
     scene, size, training = card.scene, card.size, card.training
     rows = [
         ("volume", scene.volume_name),
@@ -77,8 +77,6 @@ def _card_rows(card: ModelCard, verdict: str) -> list[tuple[str, str]]:
     while isinstance(course.get("seconds"), int | float):
         rows.append((name, _course(course)))
         name, course = "before that", course.get("start", {})
-    if verdict:
-        rows.append(("worth", verdict))
     for name, value in card.metrics.get("holdout", {}).items():
         rows.append((f"hold-out {name}", f"{value:.4f}"))
     for name, error in errors_by_kind(card.metrics).items():

@@ -305,33 +305,7 @@ def evaluate(
     count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 2000,
     source: VolumeSource,
     store: options.StoreFolder = None,
-    neighbors: Annotated[
-        int | None,
-        typer.Option(
-            "--neighbors",
-            min=1,
-            help="Training images to look up, if rendered. (default: --count, at most 2000)",
-        ),
-    ] = None,
-    sensitivities: Annotated[
-        int | None,
-        typer.Option(
-            "--sensitivities",
-            min=0,
-            help="Samples whose sensitivities are held against the renderer's own, in unlit "
-            "scenes. (default: a tenth of --count, at most 200)",
-        ),
-    ] = None,
     json: options.JsonFile = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(
-            "--report",
-            metavar="OUT.html",
-            help="Also write a page with errors by view and scalar value, and pictures.",
-            callback=values.output(".html", ".htm"),
-        ),
-    ] = None,
     record: Annotated[
         bool,
         typer.Option("--record", help="Also write the errors into the model's card."),
@@ -343,18 +317,8 @@ def evaluate(
     from app.cli.evaluate import evaluate_model
     from model.evaluation.job import EvaluationJob
 
-    job = EvaluationJob(
-        model=model,
-        count=count,
-        volume=source,
-        store=store,
-        neighbors=neighbors,
-        sensitivities=sensitivities,
-        workers=workers,
-        device=device,
-        illustrated=report is not None,
-    )
-    evaluate_model(job, json, report, record)
+    job = EvaluationJob(model, count, source, store, workers, device)
+    evaluate_model(job, json, record)
 
 
 @takes_volume()
@@ -387,14 +351,6 @@ def study(
         int, typer.Option("--images", min=16, help="Training samples that are rendered first.")
     ] = 20_000,
     count: Annotated[int, typer.Option("--count", min=1, help="Hold-out samples.")] = 500,
-    sensitivities: Annotated[
-        int,
-        typer.Option(
-            "--sensitivities",
-            min=0,
-            help="Samples whose sensitivities are held against the renderer's own.",
-        ),
-    ] = 20,
     settings: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="NAME=VALUE", help="Change the recipe of all models."),
@@ -402,7 +358,6 @@ def study(
     seed: options.Seed = 0,
     workers: options.Workers = None,
     device: options.DeviceName = "auto",
-    precision: options.TrainingPrecisionName = "auto",
 ) -> None:
     """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
     from model.training.job import TrainingJob
@@ -419,11 +374,10 @@ def study(
         seed=seed,
         workers=workers,
         device=device,
-        precision=precision,
     )
     from app.cli.study import StudyOrder, study_models
 
-    for path in study_models(StudyOrder(study, job, images, count, sensitivities)):
+    for path in study_models(StudyOrder(study, job, images, count)):
         typer.echo(f"{study}: {path}")
 
 

@@ -20,7 +20,6 @@ SETTINGS = (f"joint.learning_rate={TrainingOptions().small.learning_rate}",)
 
 IMAGES = 8000
 COUNT = 500
-SENSITIVITIES = 20
 QUICK_SAMPLES = 64
 QUICK_IMAGES = 64
 
@@ -53,6 +52,4 @@ def make_study(order: PaperOrder, item: PaperItem) -> list[Path]:
             f"{about(seconds)}, beside rendering and measuring. It can be stopped and go on."
         )
     images = QUICK_IMAGES if order.quick else IMAGES
-    sensitivities = 0 if order.quick else SENSITIVITIES
-    count = order.samples(COUNT)
-    return study_models(StudyOrder(str(item), job, images, count, sensitivities))
+    return study_models(StudyOrder(str(item), job, images, order.samples(COUNT)))

@@ -24,6 +24,9 @@ from model.training.plan import TrainingPlan
 from model.training.running import shared_execution
 from model.training.sources import StoredSource
 
+SENSITIVITIES = 20
+"""Hold-out samples, at most, whose sensitivities are compared with the renderer's."""
+
 
 @dataclass(frozen=True)
 class StudyOrder:
@@ -35,16 +38,14 @@ class StudyOrder:
         Name of the study.
     job : TrainingJob
         Settings common to all variants; its folder is the study's.
-    images, count, sensitivities : int
-        Numbers of training samples, of hold-out samples, and of hold-out samples
-        whose sensitivities are compared.
+    images, count : int
+        Numbers of training samples and of hold-out samples.
     """
 
     study: str
     job: TrainingJob
     images: int
     count: int
-    sensitivities: int
 
 
 def study_models(order: StudyOrder) -> list[Path]:
@@ -69,7 +70,7 @@ def study_models(order: StudyOrder) -> list[Path]:
         device=device,
         execution=shared_execution(job, store.scene, device),
     )
-    plan = StudyPlan(store, volume, base, order.count, order.sensitivities)
+    plan = StudyPlan(store, volume, base, order.count, min(SENSITIVITIES, order.count))
     with TrainingDisplay() as display:
         result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
     _print(study, result)

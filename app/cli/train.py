@@ -22,8 +22,8 @@ from rich.progress import (
 from rich.text import Text
 
 from app.cli.console import console
-from model.errors import DatasetError, TfscopeError, VolumeError
-from model.evaluation.alternatives import record_verdict
+from model.errors import TfscopeError, VolumeError
+from model.networks.recorded_errors import worth_of
 from model.training import parallel
 from model.training.execution import Execution
 from model.training.job import TrainingJob
@@ -56,8 +56,7 @@ def train_model(job: TrainingJob, lines: bool) -> None:
         raise
     if lines or parallel.rank_to_be():
         return
-    unknown = "Without its volume, the model is not compared with the ray caster."
-    console.print(_worth(job) or unknown)
+    console.print(worth_of(job.out))
     volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
     console.print(f"The model is in {job.out}; open it with: {window}")
@@ -90,20 +89,6 @@ def measure_pace(job: TrainingJob, lines: bool) -> None:
 def _write(kind: str, **data: object) -> None:
     """Print a JSON object in a line."""
     print(json.dumps({"kind": kind, **data}, allow_nan=False), flush=True)
-
-
-def _worth(job: TrainingJob) -> str:
-    """Write into the model's card how it compares with what could be used instead.
-
-    Returns
-    -------
-    str
-        The verdict; empty where the volume is not there to compare with.
-    """
-    try:
-        return record_verdict(job.out, job.volume.read())
-    except (VolumeError, DatasetError):
-        return ""
 
 
 def _run_with_bar(job: TrainingJob) -> None:
@@ -151,7 +136,7 @@ def _say_how_long(job: TrainingJob, execution: Execution | None) -> None:
 
 
 def _run_with_lines(job: TrainingJob) -> None:
-    """Print a JSON object per line: "execution", then "progress", "measuring", at last "end"."""
+    """Print a JSON object per line: "execution", then "progress", at last "end"."""
     last = 0.0
 
     def report(found: TrainingReport) -> None:
@@ -174,8 +159,7 @@ def _run_with_lines(job: TrainingJob) -> None:
         with suppress(BrokenPipeError):
             _write("end", how="failed", error=str(error))
         raise
-    _write("measuring", model=str(job.out))
-    _write("end", how="finished", model=str(job.out), verdict=_worth(job))
+    _write("end", how="finished", model=str(job.out), verdict=worth_of(job.out))
 
 
 def _say_how_to_go_on(job: TrainingJob) -> None:

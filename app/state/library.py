@@ -12,7 +12,7 @@ from app.state.preferences import Preferences
 from model.errors import CheckpointError, TfscopeError
 from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
-from model.networks.recorded_errors import worth
+from model.networks.recorded_errors import error_text
 from model.networks.weights_file import read_weights
 from model.scene.scene import Scene
 from model.volume_files import SUFFIXES
@@ -97,7 +97,7 @@ class Library:
             KnownModel(
                 folder,
                 folder.name.replace("_", " ") if folder in shipped else folder.name,
-                worth(card),
+                error_text(card.metrics),
                 folder in shipped,
             )
             for folder, card in ours
@@ -115,7 +115,9 @@ class Library:
             if card is None or volume is None:
                 continue
             name = f"{title_of(volume)}, {LIGHTS[card.scene.lighting]}"
-            found.append((KnownModel(folder, name, worth(card), is_shipped=True), volume))
+            found.append(
+                (KnownModel(folder, name, error_text(card.metrics), is_shipped=True), volume)
+            )
         return found
 
     def volume_of(self, folder: Path) -> Path | None:
@@ -157,7 +159,7 @@ class Library:
             if not isinstance(error, TfscopeError):
                 problem = f"{folder}: the model cannot be read ({problem}); choose another."
             return ModelCheck(folder, problem, None if card is None else card.scene)
-        return ModelCheck(folder, "", card.scene, worth(card))
+        return ModelCheck(folder, "", card.scene, error_text(card.metrics))
 
 
 def _check_folder(folder: Path) -> None:

@@ -7,7 +7,7 @@ The baseline distinguishes generalization from memorization (paper, section
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from sklearn.metrics import pairwise_distances_argmin_min
 
 from model import metrics
-from model.evaluation.error_scales import ErrorScale, ErrorScales
 from model.generator.generator import Generator
 from model.networks.encoding import decode_unit
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
@@ -43,14 +42,11 @@ class Evaluation:
         The same without ``opacity_rmse``.
     neighbors : int
         Number of training images that were searched.
-    scales : list of ErrorScale
-        Errors of the generator's colour images by scale.
     """
 
     generator: dict[str, NDArray[np.float64]]
     nearest_neighbor: dict[str, NDArray[np.float64]]
     neighbors: int
-    scales: list[ErrorScale]
 
     @property
     def count(self) -> int:
@@ -62,7 +58,6 @@ class Evaluation:
         return {
             "count": self.count,
             **_summaries(self.generator),
-            "scales": [asdict(scale) for scale in self.scales],
             "nearest_neighbor": {
                 "count": self.neighbors,
                 **_summaries(self.nearest_neighbor),
@@ -90,13 +85,12 @@ def evaluate(
     """
     samples = store.read("holdout", range(min(count, store.count("holdout"))))
     rows = []
-    scales = ErrorScales()
-    ours = _generator_rows(generator, samples, scales.add)
+    ours = _generator_rows(generator, samples)
     for row in zip(ours, _neighbor_rows(samples, store), strict=True):
         rows.append(row)
         on_progress(len(rows))
     errors, neighbor = (_columns(part) for part in zip(*rows, strict=True))
-    return Evaluation(errors, neighbor, store.count("train"), scales.scales())
+    return Evaluation(errors, neighbor, store.count("train"))
 
 
 def generator_errors(generator: Generator, samples: SampleBatch) -> dict[str, NDArray[np.float64]]:
@@ -113,14 +107,9 @@ def _summaries(errors: dict[str, NDArray[np.float64]]) -> dict[str, Any]:
     return {name: metrics.summary(v, name in LARGER_IS_BETTER) for name, v in errors.items()}
 
 
-def _generator_rows(
-    generator: Generator,
-    samples: SampleBatch,
-    on_image: Callable[[NDArray[Any], NDArray[Any]], None] = lambda image, truth: None,
-) -> Iterator[dict[str, float]]:
+def _generator_rows(generator: Generator, samples: SampleBatch) -> Iterator[dict[str, float]]:
     for i, (image, opacity, true_opacity) in enumerate(_render(generator, samples)):
         truth = samples.rgba[i] / 255
-        on_image(image, truth[..., :3])
         errors = image_errors(image, truth)
         yield errors | {"opacity_rmse": metrics.rmse(opacity, true_opacity)}
 

@@ -114,14 +114,6 @@ def _clause(error: Exception) -> str:
     return str(error).rstrip(".")
 
 
-def verdict_of(folder: Path) -> str:
-    """Return what a model is worth, as its card says; empty where that is not known."""
-    try:
-        return str(read_header(folder)["metrics"]["alternatives"]["verdict"])
-    except (CheckpointError, KeyError, TypeError):
-        return ""
-
-
 def recorded_agreement(folder: Path) -> float | None:
     """Return the median cosine of a model's sensitivities with exact ones; None if unknown."""
     try:

@@ -1,4 +1,4 @@
-"""What a model's card says about its worth: errors in all and by kind of opacity TF, a verdict."""
+"""What a model's card says about its worth: errors in all and by kind of opacity TF."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import CheckpointError
-from model.networks.card import ModelCard, load_card
+from model.networks.card import load_card
 
 KIND_NAMES = {
     "modes": "mixtures of modes",
@@ -62,20 +62,10 @@ def error_text(metrics: dict[str, Any]) -> str:
     return f"{'; '.join(parts)}." if parts else ""
 
 
-def worth(card: ModelCard) -> str:
-    """What a model is worth, as its card says: its errors by kind of TF; else how it compares.
-
-    Empty where neither is known.
-    """
-    compared = card.metrics.get("alternatives")
-    verdict = str(compared.get("verdict", "")) if isinstance(compared, dict) else ""
-    return error_text(card.metrics) or verdict
-
-
 def worth_of(folder: Path) -> str:
-    """Return the same of a model's folder; empty where it cannot be read."""
+    """Describe the recorded errors of a model's folder; empty where it cannot be read."""
     try:
-        return worth(load_card(folder))
+        return error_text(load_card(folder).metrics)
     except CheckpointError:
         return ""
 

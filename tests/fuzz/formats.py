@@ -251,18 +251,19 @@ def _make_model(folder: Path) -> list[Path]:
     from model.networks.size import NetworkSize
 
     size, scene = NetworkSize(0.05, 16, 16), _scene()
-    metrics = {"alternatives": {"verdict": "as fast"}, "sensitivity_agreement": {}}
+    metrics = {"holdout": {"rmse": 0.05}, "sensitivity_agreement": {}}
     card = ModelCard(scene, "draft", size, {"samples_seen": 1}, metrics, {"torch": "2"})
     save_model(folder / "model", card, build_generator(size, scene))
     return [folder / "model"]
 
 
 def _read_model(path: Path) -> str:
-    from model.networks.card import recorded_agreement, verdict_of
+    from model.networks.card import recorded_agreement
     from model.networks.checkpoint import load_model
+    from model.networks.recorded_errors import worth_of
 
     recorded_agreement(path)
-    verdict_of(path)
+    worth_of(path)
     _, network = load_model(path)
     digest = hashlib.sha256()
     for value in network.state_dict().values():

@@ -72,7 +72,6 @@ CASES = {
     "dataset --out s.zarr --count 5 --movable-light": 2,
     "dataset --out notes.txt --count 5": 2,
     f"evaluate --model {MODEL} --json result.txt": 2,
-    f"evaluate --model {MODEL} --report result.pdf": 2,
     f"evaluate --model {MODEL} --dataset none": 2,
     "evaluate --model none": 2,
     "study baselines --out notes.txt": 2,

@@ -36,7 +36,7 @@ def fingerprint(name: str = "ramp", top: float = 200.0) -> str:
 
 def test_a_whole_model_is_fine(library: Library, tmp_path: Path) -> None:
     check = library.check_model(make_model(tmp_path / "model"))
-    assert check.is_fine and check.worth == "It pays."
+    assert check.is_fine and check.worth == "RMSE 0.050."
     scene = check.scene
     assert scene is not None
     assert (scene.volume_name, scene.volume_fingerprint) == ("ramp", fingerprint())
@@ -141,7 +141,7 @@ def test_models_of_a_volume_are_the_newest_first(
     make_model(tmp_path / "other", top=300.0)
     models = library.models_of(ours)
     assert [model.folder for model in models] == [tmp_path / "new", tmp_path / "old"]
-    assert (models[0].name, models[0].worth, models[0].is_shipped) == ("new", "It pays.", False)
+    assert (models[0].name, models[0].worth, models[0].is_shipped) == ("new", "RMSE 0.050.", False)
     assert library.models_of(fingerprint(top=300.0)) == []
 
 

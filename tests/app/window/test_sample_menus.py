@@ -51,7 +51,7 @@ def test_a_sample_model_opens_with_its_volume(
     menu = menu_of(window, "File", "Sample models")
     menu.aboutToShow.emit()
     assert entries(menu) == ["Paper's networks: Ramp, no light"]
-    assert menu.actions()[0].toolTip() == "It pays."
+    assert menu.actions()[0].toolTip() == "RMSE 0.050."
     menu.actions()[0].trigger()
     qtbot.waitUntil(lambda: window.workspace.model.folder == shipped["model"])
     qtbot.waitUntil(lambda: bool(builders.generators))

@@ -4,19 +4,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ramp import make_volume
 
-from model.networks.card import ModelCard
 from model.networks.recorded_errors import (
     KIND_NAMES,
     error_text,
     errors_by_kind,
-    worth,
     worth_of,
 )
-from model.networks.size import NetworkSize
 from model.scene.random_tfs import SHARES
-from model.scene.scene import Scene
 
 METRICS: dict[str, Any] = {
     "holdout": {"rmse": 0.0823, "emd": 0.0131},
@@ -61,18 +56,6 @@ def test_a_card_without_figures_says_nothing(metrics: dict[str, Any]) -> None:
 def test_kinds_alone_are_told() -> None:
     metrics = {"kinds": {"ramp": {"count": 5, "rmse": 0.05}}}
     assert error_text(metrics) == "RMSE by kind of TF: ramps 0.050."
-
-
-def make_card(**metrics: Any) -> ModelCard:
-    size = NetworkSize(0.25, 16, 64)
-    return ModelCard(Scene.of(make_volume(), 64), "draft", size, metrics=metrics)
-
-
-def test_errors_are_told_and_without_any_how_a_model_compares() -> None:
-    compared = {"alternatives": {"verdict": "It pays."}}
-    assert worth(make_card(**METRICS, **compared)) == error_text(METRICS)
-    assert worth(make_card(**compared)) == "It pays."
-    assert worth(make_card(alternatives="none")) == ""
 
 
 def test_a_folder_without_a_model_is_worth_nothing(tmp_path: Path) -> None:
