@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import zarr
 from scipy.io import netcdf_file
-from volume_writers import voxels
+from volume_writers import check, voxels
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
@@ -74,7 +74,7 @@ def test_one_array(tmp_path, name, dtype):
         dtype = "int8"
     array = voxels(dtype)
     volume = read_volume(WRITERS[name](tmp_path / "a", array))
-    np.testing.assert_array_equal(volume.voxels, array)
+    check(volume, array)
     assert volume.spacing == (1, 1, 1)
     assert "no voxel spacing" in said(volume)
 
@@ -83,15 +83,14 @@ def test_one_array(tmp_path, name, dtype):
 @pytest.mark.parametrize("name", WRITERS)
 def test_one_of_several_times(tmp_path, name, time):
     volume = read_volume(WRITERS[name](tmp_path / "a", TIMES), choice=Choice(time=str(time)))
-    np.testing.assert_array_equal(volume.voxels, TIMES[time])
+    check(volume, TIMES[time])
     assert [content.kind for content in volume.file.contents] == ["time"] * 4
 
 
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_last_axes_of_few_values_are_components(tmp_path, order):
     array = np.asarray(voxels("uint8", (6, 5, 7, 3)), order=order)
-    volume = read_volume(npy(tmp_path / "a", array), component=2)
-    np.testing.assert_array_equal(volume.voxels, array[..., 2])
+    check(read_volume(npy(tmp_path / "a", array), component=2), array[..., 2])
 
 
 def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
@@ -102,10 +101,10 @@ def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
         file["mask"] = np.ones((8, 9, 10), np.uint8)
         file["curve"] = np.arange(10000)
     volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, ARRAY)
+    check(volume, ARRAY)
     names = [content.name for content in volume.file.contents]
     assert names == ["values", "small", "mask"]
-    np.testing.assert_array_equal(read_volume(path, choice=Choice(array="small")).voxels, ARRAY[:3])
+    check(read_volume(path, choice=Choice(array="small")), ARRAY[:3])
     with pytest.raises(VolumeError, match="no array 'nothing'; there are values, small, mask"):
         read_volume(path, choice=Choice(array="nothing"))
 
@@ -206,7 +205,7 @@ def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
     ]
     group.attrs["multiscales"] = [{"axes": axes, "datasets": levels, "version": "0.4"}]
     volume = read_volume(place, choice=Choice(time="1", channel="2"))
-    np.testing.assert_array_equal(volume.voxels, array[1, 2])
+    check(volume, array[1, 2])
     assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 2, 3), "um")
     coarse = read_volume(place, choice=Choice(array="1"))
     np.testing.assert_array_equal(coarse.voxels, array[0, 0, ::2, ::2, ::2])
@@ -229,25 +228,25 @@ def test_mrc(tmp_path, dtype):
     array = voxels("float32").astype(dtype) if dtype == "float16" else voxels(dtype)
     path = mrc(tmp_path / "a.mrc", array)
     volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, array)
+    check(volume, array)
     assert volume.spacing == pytest.approx((0.5, 2, 3))
     assert volume.file.spacing_unit == "angstrom"
     (tmp_path / "b.map.gz").write_bytes(gzip.compress(path.read_bytes()))
-    np.testing.assert_array_equal(read_volume(tmp_path / "b.map.gz").voxels, array)
+    check(read_volume(tmp_path / "b.map.gz"), array)
 
 
 def test_mrc_axes_in_another_order(tmp_path):
     path = mrc(tmp_path / "a.map", ARRAY, mapc=3, mapr=1, maps=2)
     volume = read_volume(path)
     # The fastest axis of the file is z, then x, then y.
-    np.testing.assert_array_equal(volume.voxels, ARRAY.transpose(2, 0, 1))
+    check(volume, ARRAY.transpose(2, 0, 1))
 
 
 def test_mrc_stacks_of_volumes(tmp_path):
     path = mrc(tmp_path / "a.mrc", ARRAY, ispg=401, mz=3)
     for number in range(2):
         volume = read_volume(path, choice=Choice(series=str(number)))
-        np.testing.assert_array_equal(volume.voxels, ARRAY[3 * number : 3 * number + 3])
+        check(volume, ARRAY[3 * number : 3 * number + 3])
     path = mrc(tmp_path / "b.mrc", ARRAY, ispg=0)
     assert "stack of images" in said(read_volume(path))
 
@@ -280,7 +279,7 @@ def test_a_file_that_is_cut_is_refused(tmp_path, name):
         for share in (0.1, 0.5, 0.9, 0.99):
             file.write_bytes(whole[: int(share * len(whole))])
             with pytest.raises(VolumeError):
-                np.testing.assert_array_equal(read_volume(path).voxels, ARRAY)
+                check(read_volume(path), ARRAY)
         file.write_bytes(whole)
     assert isinstance(path, Path)
 
@@ -292,8 +291,7 @@ def test_channels_have_the_names_of_ome_zarr(tmp_path):
     axes = [{"name": "c", "type": "channel"}] + [{"name": n, "type": "space"} for n in "zyx"]
     group.attrs["multiscales"] = [{"axes": axes, "datasets": [{"path": "0"}]}]
     group.attrs["omero"] = {"channels": [{"label": "DAPI"}, {"label": "GFP"}]}
-    volume = read_volume(tmp_path / "a.zarr", choice=Choice(channel="GFP"))
-    np.testing.assert_array_equal(volume.voxels, array[1])
+    check(read_volume(tmp_path / "a.zarr", choice=Choice(channel="GFP")), array[1])
 
 
 @pytest.mark.parametrize(
@@ -323,4 +321,4 @@ def test_numbers_wider_than_64_bits_become_64(tmp_path):
     np.save(tmp_path / "a.npy", voxels("float32").astype(np.longdouble))
     volume = read_volume(tmp_path / "a.npy")
     assert volume.voxels.dtype == np.float64
-    np.testing.assert_array_equal(volume.voxels, voxels("float32"))
+    check(volume, voxels("float32"))

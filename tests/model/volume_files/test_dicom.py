@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from functools import partial
 from pathlib import Path
 
 import imagecodecs
@@ -12,7 +13,7 @@ import SimpleITK as sitk  # noqa: N813
 from dicom_writer import ENHANCED_MR, dataset, item, save, series
 from pydicom.pixels.encoders import RLELosslessEncoder
 from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian
-from volume_writers import voxels
+from volume_writers import ORIGIN, SPACING, check, voxels, write_dicom
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
@@ -32,42 +33,80 @@ def itk(folder):
     return reader.Execute()
 
 
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "uint32"])
+def test_a_folder_in_any_order(tmp_path, dtype):
+    names = ["f", "c", "b", "a", "d", "e"]
+    folder = write_dicom(tmp_path / "ct", voxels(dtype), names=names, t0028_1054="HU")
+    image = itk(folder)
+    place = {"spacing": image.GetSpacing(), "origin": image.GetOrigin()}
+    volume = read_volume(folder)
+    check(volume, voxels(dtype), None, **place, name="ct", units="HU")
+    assert (volume.spacing, volume.origin) == (SPACING, ORIGIN)
+    assert volume.voxels.dtype == dtype and volume.axis_labels == tuple("LRPASI")
+
+
+@pytest.mark.parametrize(
+    ("dtype", "slope", "intercept"),
+    [("uint16", 1, -1024), ("uint16", 2, -1000), ("int16", 0.25, 3.5)],
+)
+def test_rescaling_is_simpleitks(tmp_path, dtype, slope, intercept):
+    stored = (voxels(dtype) // 8).astype(dtype)
+    tags = {"RescaleSlope": slope, "RescaleIntercept": intercept}
+    folder = series(tmp_path / "ct", stored, **tags)
+    expected = sitk.GetArrayFromImage(itk(folder)).astype(float)
+    np.testing.assert_allclose(read_volume(folder).voxels, expected, rtol=1e-6)
+    assert expected.max() == pytest.approx(float(stored.max()) * slope + intercept)
+
+
+def test_one_slice_stands_for_its_series(tmp_path):
+    write_dicom(tmp_path, voxels(), series="1.2.3")
+    other = voxels("int16", (3, 5, 7))
+    write_dicom(tmp_path, other, series="9.9", names=["x.dcm", "y.dcm", "z.dcm"])
+    check(read_volume(tmp_path / "y.dcm"), other)
+    note = "Of 2 series 'series' is read (7 x 5 x 6); also there: series (2)."
+    check(read_volume(tmp_path), voxels(), notes=(note,))
+
+
+def test_sagittal_slices_have_the_patients_axes(tmp_path):
+    # Rows towards the back, columns towards the feet, later slices farther to the left.
+    places = [(10 * z, 0, 0) for z in range(6)]
+    axes = [0, 1, 0, 0, 0, -1]
+    folder = series(tmp_path, voxels("int16"), positions=places, ImageOrientationPatient=axes)
+    labels = tuple("PAISRL")
+    check(read_volume(folder), voxels("int16")[::-1], axis_labels=labels, up="-y")
+
+
 def test_nuclear_medicine_has_the_place_of_its_detector(tmp_path):
     detector = item(ImagePositionPatient=[0, 0, 10], ImageOrientationPatient=[1, 0, 0, 0, 1, 0])
     tags = {"Modality": "NM", "SpacingBetweenSlices": -2.5, "ImageOrientationPatient": None}
     ds = dataset(voxels(), frames=len(voxels()), DetectorInformationSequence=detector, **tags)
-    volume = read_volume(save(tmp_path / "a.dcm", ds))
     # As ITK places it: downwards, here read from below.
-    np.testing.assert_array_equal(volume.voxels, voxels()[::-1])
-    assert volume.spacing[2] == 2.5
-    assert volume.origin == (0, 0, 10 - 2.5 * (len(voxels()) - 1))
-    assert volume.up == "+z"
+    place = {"spacing": (0.5, 2, 2.5), "origin": (0, 0, 10 - 2.5 * (len(voxels()) - 1))}
+    check(read_volume(save(tmp_path / "a.dcm", ds)), voxels()[::-1], **place, up="+z")
 
 
 def test_an_index_into_colours_and_a_name_of_another_kind(tmp_path):
     ds = dataset(voxels(), frames=len(voxels()), PhotometricInterpretation="PALETTE COLOR")
-    volume = read_volume(save(tmp_path / "a.tif", ds))
-    np.testing.assert_array_equal(volume.voxels, voxels())
-    assert "look-up table" in said(volume) and "a DICOM file" in said(volume)
+    check(read_volume(save(tmp_path / "a.tif", ds)), voxels(), "look-up table|a DICOM file")
 
 
-@pytest.mark.parametrize("case", ["no_preamble_implicit", "un_undefined_all", "enhanced_single"])
-def test_files_that_itk_reads_in_the_same_way(case):
-    volume = read_volume(CASES / case)
-    files = sorted((CASES / case).iterdir())
-    planes, heights = [], []
-    for path in files:
+@pytest.mark.parametrize(
+    ("case", "values", "spacing"),
+    [
+        ("no_preamble_implicit", (6, 3000), (1, 1, 2)),
+        ("un_undefined_all", (6, 3000), (1, 1, 2)),
+        ("enhanced_single", (-988, 14000), (0.5, 0.5, 3)),
+    ],
+)
+def test_files_that_itk_reads_in_the_same_way(case, values, spacing):
+    planes = {}
+    for path in (CASES / case).iterdir():
         image = sitk.ReadImage(str(path))
-        planes.append(sitk.GetArrayFromImage(image)[0])
         direction = np.array(image.GetDirection()).reshape(3, 3)[:, 2]
-        heights.append(float(np.dot(image.GetOrigin(), direction)))
-    expected = np.stack([planes[k] for k in np.argsort(heights)])
-    np.testing.assert_array_equal(volume.voxels, expected)
-    ranges = {"enhanced_single": (-988, 14000)}
-    assert volume.data_range == ranges.get(case, (6, 3000))
-    spacings = {"enhanced_single": (0.5, 0.5, 3.0)}
-    assert volume.spacing == spacings.get(case, (1.0, 1.0, 2.0))
-    assert (volume.file.spacing_unit, volume.file.space, volume.units) == ("mm", "LPS", "")
+        planes[np.dot(image.GetOrigin(), direction)] = sitk.GetArrayFromImage(image)[0]
+    expected = np.stack([planes[height] for height in sorted(planes)])
+    facts = {"data_range": values, "spacing_unit": "mm", "space": "LPS", "units": ""}
+    check(read_volume(CASES / case), expected, spacing=spacing, **facts)
 
 
 def test_acquisitions_in_one_series_are_apart():
@@ -132,51 +171,59 @@ def test_the_gantry_of_a_ct_by_its_tilt():
     assert volume.spacing[2] == pytest.approx(2 * np.cos(np.radians(20)))
 
 
-def encoders():
-    return {
-        "rle": ("1.2.840.10008.1.2.5", None),
-        "jpeg lossless": ("1.2.840.10008.1.2.4.70", imagecodecs.ljpeg_encode),
-        "jpeg-ls": ("1.2.840.10008.1.2.4.80", imagecodecs.jpegls_encode),
-        "jpeg 2000": (
-            "1.2.840.10008.1.2.4.90",
-            lambda a: imagecodecs.jpeg2k_encode(a, codecformat="j2k", reversible=True, level=0),
-        ),
-    }
+def rle(plane):
+    """One image as pydicom's encoder has it."""
+    bits = 8 * plane.itemsize
+    return RLELosslessEncoder.encode(
+        plane.astype(plane.dtype.newbyteorder("<")).tobytes(),
+        rows=plane.shape[0],
+        columns=plane.shape[1],
+        samples_per_pixel=1,
+        number_of_frames=1,
+        bits_allocated=bits,
+        bits_stored=bits,
+        pixel_representation=int(plane.dtype.kind == "i"),
+        transfer_syntax_uid="1.2.840.10008.1.2.5",
+        photometric_interpretation="MONOCHROME2",
+    )
+
+
+def jpeg_2000(plane):
+    return imagecodecs.jpeg2k_encode(plane, codecformat="j2k", reversible=True, level=0)
+
+
+SYNTAX = "1.2.840.10008.1.2"
+ENCODERS = {
+    "5": rle,
+    "4.70": imagecodecs.ljpeg_encode,
+    "4.80": imagecodecs.jpegls_encode,
+    "4.90": jpeg_2000,
+}
+
+
+def compressed(folder, array, syntax, encode, **tags):
+    """Write a series of compressed images."""
+    encoded = [[encode(np.ascontiguousarray(plane))] for plane in array]
+    each = lambda z: {"encoded": encoded[z]}  # noqa: E731
+    return series(folder, array, syntax=f"{SYNTAX}.{syntax}", each=each, **tags)
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "int16"])
-@pytest.mark.parametrize("name", encoders())
-def test_lossless_compressions(tmp_path, name, dtype):
-    syntax, encode = encoders()[name]
+@pytest.mark.parametrize("syntax", ENCODERS)
+def test_lossless_compressions(tmp_path, syntax, dtype):
     array = (voxels("uint16", (4, 12, 16)) % (200 if dtype == "uint8" else 4000)).astype(dtype)
     array = array - 100 if dtype == "int16" else array
-    for z, plane in enumerate(array):
-        bits = plane if dtype != "int16" else plane.view(np.uint16)
-        if encode is None:
-            runner = RLELosslessEncoder
-            options = {"rows": 12, "columns": 16, "samples_per_pixel": 1, "number_of_frames": 1}
-            options |= {"bits_allocated": 8 * plane.itemsize, "bits_stored": 8 * plane.itemsize}
-            options |= {
-                "pixel_representation": int(dtype == "int16"),
-                "transfer_syntax_uid": syntax,
-            }
-            options |= {"photometric_interpretation": "MONOCHROME2"}
-            data = runner.encode(plane.astype(plane.dtype.newbyteorder("<")).tobytes(), **options)
-        else:
-            data = encode(np.ascontiguousarray(bits))
-        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
-        save(tmp_path / f"{z}.dcm", dataset(plane, syntax=syntax, encoded=[data], **tags))
-    np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
+    encode = ENCODERS[syntax]
+    if dtype == "int16" and encode is not rle:
+        encode = lambda plane: ENCODERS[syntax](plane.view(np.uint16))  # noqa: E731
+    check(read_volume(compressed(tmp_path, array, syntax, encode)), array)
 
 
 def test_a_lossy_compression_of_twelve_bits(tmp_path):
     x = np.add.outer(np.arange(32), np.arange(48))
     array = np.stack([(20 * x + 100 * z).astype(np.uint16) for z in range(4)])
-    tags = {"BitsStored": 12, "HighBit": 11, "syntax": "1.2.840.10008.1.2.4.51"}
-    for z, plane in enumerate(array):
-        encoded = [imagecodecs.jpeg8_encode(plane, level=98, bitspersample=12)]
-        own = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
-        save(tmp_path / f"{z}.dcm", dataset(plane, encoded=encoded, **own, **tags))
+    encode = partial(imagecodecs.jpeg8_encode, level=98, bitspersample=12)
+    compressed(tmp_path, array, "4.51", encode, BitsStored=12, HighBit=11)
     np.testing.assert_allclose(read_volume(tmp_path).voxels, array, atol=20)
 
 
@@ -188,18 +235,14 @@ def test_pixels_that_are_floats(tmp_path):
         del ds.PixelData, ds.PixelRepresentation
         ds.BitsAllocated, ds.FloatPixelData = 32, plane.tobytes()
         save(tmp_path / f"{z}.dcm", ds)
-    np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
+    check(read_volume(tmp_path), array)
 
 
 @pytest.mark.parametrize("syntax", [DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian])
 def test_deflated_and_big_endian(tmp_path, syntax):
     array = voxels("int16")
-    stored = array.astype(">i2") if syntax == ExplicitVRBigEndian else array
-    for z, plane in enumerate(stored):
-        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
-        ds = dataset(plane.view(np.int16), syntax=syntax, **tags)
-        save(tmp_path / f"{z}.dcm", ds)
-    np.testing.assert_array_equal(read_volume(tmp_path).voxels, array)
+    stored = array.byteswap() if syntax == ExplicitVRBigEndian else array
+    check(read_volume(series(tmp_path, stored, syntax=syntax)), array)
 
 
 def enhanced(count, times=1, **tags):
@@ -230,7 +273,7 @@ def test_many_frames_in_one_file(tmp_path, time):
     path = save(tmp_path / "a.dcm", ds)
     volume = read_volume(path, choice=Choice(time=time and str(int(time) + 1)))
     slopes = np.arange(1, 5)[:, None, None]
-    np.testing.assert_array_equal(volume.voxels, array[int(time or 0)].astype(int) * slopes - 5)
+    check(volume, array[int(time or 0)].astype(int) * slopes - 5)
     assert volume.spacing == (0.5, 2.0, 3.0)
     assert volume.origin == (1.0, 2.0, 0.0)
     assert [(c.kind, c.name) for c in volume.file.contents] == [
@@ -244,9 +287,7 @@ def test_frames_without_functional_groups(tmp_path):
     array = voxels("uint16", (6, 5, 7))
     tags = {"ImagePositionPatient": [1, 2, 3], "SpacingBetweenSlices": 4.0}
     path = save(tmp_path / "a.dcm", dataset(array, frames=6, **tags))
-    volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, array)
-    assert volume.spacing == (0.5, 2.0, 4.0)
+    check(read_volume(path), array, spacing=(0.5, 2, 4))
 
 
 def test_a_rescaling_of_each_slice(tmp_path):
@@ -289,17 +330,17 @@ def test_a_modality_s_table(tmp_path):
         table[0][element].VR = "US"
     folder = series(tmp_path / "dx", array, ModalityLUTSequence=table)
     expected = entries[np.clip(array.astype(int) - 10, 0, 255)]
-    np.testing.assert_array_equal(read_volume(folder).voxels, expected)
+    check(read_volume(folder), expected)
 
 
 def test_what_lies_in_unused_bits_is_left_out(tmp_path):
     array = (voxels("uint16") % 4096).astype(np.uint16)
     tags = {"BitsStored": 12, "HighBit": 11}
     folder = series(tmp_path / "mr", array | np.uint16(0xF000), **tags)
-    np.testing.assert_array_equal(read_volume(folder).voxels, array)
+    check(read_volume(folder), array)
     signed = (array.astype(int) - 2048).astype(np.int16)
     folder = series(tmp_path / "ct", signed & np.int16(0x0FFF), **tags)
-    np.testing.assert_array_equal(read_volume(folder).voxels, signed)
+    check(read_volume(folder), signed)
 
 
 def test_echoes_are_channels_and_repetitions_are_times(tmp_path):
@@ -314,7 +355,7 @@ def test_echoes_are_channels_and_repetitions_are_times(tmp_path):
                 TemporalPositionIdentifier=time + 1,
             )
     volume = read_volume(tmp_path / "mr", choice=Choice(time="3", channel="echo 2"))
-    np.testing.assert_array_equal(volume.voxels, array[1, 2])
+    check(volume, array[1, 2])
     names = [(content.kind, content.name) for content in volume.file.contents]
     assert names == [
         ("time", "1"),
@@ -343,10 +384,7 @@ def test_localizers_previews_and_copies_are_left_out(tmp_path):
     series(folder, array[:2, :2, :2], start=60)
     shutil.copy(folder / "000.dcm", folder / "copy of 000.dcm")
     (folder / "._000.dcm").write_bytes(b"\0\5\x16\7" + b"Mac OS X" * 40)
-    volume = read_volume(folder)
-    np.testing.assert_array_equal(volume.voxels, array)
-    assert "same image as another were left out: 1" in said(volume)
-    assert "'4 thorax' is read" in said(volume)
+    check(read_volume(folder), array, "as another were left out: 1|'4 thorax' is read")
 
 
 def test_images_beside_one_another_are_two_volumes(tmp_path):
@@ -356,35 +394,28 @@ def test_images_beside_one_another_are_two_volumes(tmp_path):
         series(tmp_path / "mr", array[side], positions=places, start=10 * side)
     for side in range(2):
         volume = read_volume(tmp_path / "mr", choice=Choice(series=str(side)))
-        np.testing.assert_array_equal(volume.voxels, array[side])
+        check(volume, array[side])
 
 
-def test_gaps_are_said_with_their_places(tmp_path):
-    places = [[0, 0, 3 * z] for z in (0, 1, 2, 5, 6, 7)]
-    volume = read_volume(series(tmp_path / "mr", voxels("int16"), positions=places))
-    assert "2 slices between slices 2 and 3 (at 6 and 15 mm)" in said(volume)
-    assert volume.spacing[2] == 3
-
-
-def test_slices_without_places(tmp_path):
-    folder = series(tmp_path / "mr", voxels("int16"), positions=[None] * 6, SliceThickness=4)
-    volume = read_volume(folder)
-    np.testing.assert_array_equal(volume.voxels, voxels("int16"))
-    assert volume.spacing == (0.5, 2, 4)
-    assert "no position" in said(volume)
-
-
-def test_a_distance_that_changes_is_no_gap(tmp_path):
-    places = [[0, 0, z] for z in (0, 1, 2, 3, 8, 13)]
-    volume = read_volume(series(tmp_path / "mr", voxels("int16"), positions=places))
-    assert "The slices are 1 to 5 mm apart" in said(volume)
+@pytest.mark.parametrize(
+    ("places", "tags", "spacing", "said"),
+    [
+        ((0, 3, 6, 15, 18, 21), {}, 3, "2 slices between slices 2 and 3 (at 6 and 15 mm)"),
+        ((0, 1, 2, 3, 8, 13), {}, 1, "The slices are 1 to 5 mm apart"),
+        (None, {"SliceThickness": 4}, 4, "no position"),
+    ],
+)
+def test_places_that_are_odd_are_said(tmp_path, places, tags, spacing, said):
+    at = [None] * 6 if places is None else [[0, 0, z] for z in places]
+    volume = read_volume(series(tmp_path / "mr", voxels("int16"), positions=at, **tags))
+    check(volume, voxels("int16"), said, spacing=(0.5, 2, spacing))
 
 
 def test_slices_are_ordered_by_their_location(tmp_path):
     array = voxels("int16")
     tags = {"positions": [None] * 6, "each": lambda z: {"SliceLocation": 2.5 * (6 - z)}}
     volume = read_volume(series(tmp_path / "mr", array, **tags))
-    np.testing.assert_array_equal(volume.voxels, array[::-1])
+    check(volume, array[::-1])
     assert volume.spacing == (0.5, 2, 2.5)
 
 
@@ -401,7 +432,7 @@ def test_a_segmentation_of_one_bit(tmp_path):
     ds = dataset(np.zeros((6, 5, 7), np.uint8), frames=6, ImagePositionPatient=[0, 0, 0])
     ds.BitsAllocated, ds.BitsStored, ds.HighBit = 1, 1, 0
     ds.PixelData = packed.tobytes()
-    np.testing.assert_array_equal(read_volume(save(tmp_path / "a.dcm", ds)).voxels, array)
+    check(read_volume(save(tmp_path / "a.dcm", ds)), array)
 
 
 def test_a_dose_has_its_units(tmp_path):
@@ -416,44 +447,32 @@ def test_a_dose_has_its_units(tmp_path):
     assert (volume.units, volume.spacing[2]) == ("Gy", 2.5)
 
 
-def test_colours_and_moving_pictures_say_what_to_do(tmp_path):
-    for z in range(3):
-        ds = dataset(voxels("uint8", (5, 7)), ImagePositionPatient=[0, 0, z], SamplesPerPixel=3)
-        ds.SOPInstanceUID = f"1.2.{z}"
-        save(tmp_path / "rgb" / f"{z}.dcm", ds)
+@pytest.mark.parametrize(
+    ("array", "syntax", "encode", "said"),
+    [
+        (voxels("uint8"), "4.102", lambda plane: b"?", "compressed as MPEG-4"),
+        (
+            voxels("uint16", (3, 50, 70)),
+            "4.80",
+            lambda plane: imagecodecs.jpegls_encode(plane)[:3000],
+            "compressed pixels stop before the end",
+        ),
+        (
+            voxels("uint16"),
+            "4.80",
+            lambda plane: imagecodecs.jpegls_encode(np.zeros((2000, 2000), np.uint16)),
+            "another size than its tags",
+        ),
+    ],
+)
+def test_compressed_pixels_that_are_refused(tmp_path, array, syntax, encode, said):
+    with pytest.raises(VolumeError, match=said):
+        read_volume(compressed(tmp_path, array, syntax, encode))
+
+
+def test_colours_are_refused(tmp_path):
     with pytest.raises(VolumeError, match="in colour"):
-        read_volume(tmp_path / "rgb")
-    for z in range(3):
-        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
-        ds = dataset(
-            voxels("uint8", (5, 7)), syntax="1.2.840.10008.1.2.4.102", encoded=[b"?"], **tags
-        )
-        save(tmp_path / "mpeg" / f"{z}.dcm", ds)
-    with pytest.raises(VolumeError, match="compressed as MPEG-4"):
-        read_volume(tmp_path / "mpeg")
-
-
-def test_compressed_pixels_that_are_cut_off(tmp_path):
-    for z in range(3):
-        whole = imagecodecs.jpegls_encode(voxels("uint16", (50, 70)))
-        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
-        syntax = "1.2.840.10008.1.2.4.80"
-        cut = whole[: len(whole) // 2]
-        ds = dataset(voxels("uint16", (50, 70)), syntax=syntax, encoded=[cut], **tags)
-        save(tmp_path / f"{z}.dcm", ds)
-    with pytest.raises(VolumeError, match="compressed pixels stop before the end"):
-        read_volume(tmp_path)
-
-
-def test_pixels_larger_than_their_tags_are_refused(tmp_path):
-    large = imagecodecs.jpegls_encode(np.zeros((2000, 2000), np.uint16))
-    for z in range(3):
-        tags = {"ImagePositionPatient": [0, 0, z], "SOPInstanceUID": f"1.2.{z}"}
-        syntax = "1.2.840.10008.1.2.4.80"
-        ds = dataset(voxels("uint16", (5, 7)), syntax=syntax, encoded=[large], **tags)
-        save(tmp_path / f"{z}.dcm", ds)
-    with pytest.raises(VolumeError, match="another size than its tags"):
-        read_volume(tmp_path)
+        read_volume(series(tmp_path, voxels("uint8"), SamplesPerPixel=3))
 
 
 def test_a_file_that_was_cut_before_its_image_is_truncated(tmp_path):

@@ -1,4 +1,4 @@
-"""NIfTI, Analyze and MGH files, against nibabel."""
+"""NIfTI, Analyze and MGH files, against nibabel and SimpleITK."""
 
 from __future__ import annotations
 
@@ -8,22 +8,32 @@ from pathlib import Path
 import nibabel as nib
 import numpy as np
 import pytest
-from volume_writers import voxels
+import SimpleITK as sitk  # noqa: N813
+from volume_writers import SPACING, check, voxels, write_itk
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
 
 CASES = Path(__file__).parent / "cases" / "nifti"
 AFFINE = np.array([[0.5, 0, 0, 10], [0, 2, 0, -20], [0, 0, 3, 30], [0, 0, 0, 1]], float)
+ORIGIN = (10, -20, 30)
+ARRAY = voxels("int16")
 
 
-def said(volume):
-    return " ".join(volume.notes)
+def save(path, array=ARRAY, affine=AFFINE, kind=nib.Nifti1Image):
+    """Write an array, with x first as nibabel has it."""
+    nib.save(kind(np.ascontiguousarray(array.T), affine), path)
+    return path
 
 
-def fast_first(array):
-    """The same voxels with x first, as nibabel has them."""
-    return np.ascontiguousarray(array.T)
+def patched(path, changes):
+    """Change numbers of the head, given as {byte: (dtype, value)}."""
+    data = bytearray(path.read_bytes())
+    for offset, (dtype, value) in changes.items():
+        packed = np.array(value, dtype).tobytes()
+        data[offset : offset + len(packed)] = packed
+    path.write_bytes(data)
+    return path
 
 
 @pytest.mark.parametrize(
@@ -34,38 +44,62 @@ def fast_first(array):
     ],
 )
 def test_the_sform_holds(file, spacing, note):
-    volume = read_volume(CASES / file)
     image = nib.load(CASES / file)
-    np.testing.assert_array_equal(volume.voxels, np.asarray(image.dataobj).T)
-    assert volume.spacing == pytest.approx(spacing)
-    assert volume.origin == pytest.approx(tuple(image.affine[:3, 3]))
-    assert volume.axis_labels == ("R", "L", "A", "P", "S", "I")
-    assert note in said(volume)
+    place = {"spacing": spacing, "origin": tuple(image.affine[:3, 3])}
+    labels = ("R", "L", "A", "P", "S", "I")
+    expected = np.asarray(image.dataobj).T
+    check(read_volume(CASES / file), expected, note, **place, axis_labels=labels)
+
+
+@pytest.mark.parametrize(("dtype", "scaled"), [("uint16", "float32"), ("int32", "float64")])
+def test_scaling_is_applied(tmp_path, dtype, scaled):
+    path = write_itk(tmp_path / "a.nii", voxels(dtype))
+    volume = read_volume(patched(path, {112: ("<f4", [2.5, -7.0])}))
+    assert volume.scalars.dtype == scaled
+    itk = sitk.GetArrayFromImage(sitk.ReadImage(str(path), sitk.sitkFloat64))
+    np.testing.assert_allclose(volume.scalars, itk, rtol=1e-6)
 
 
 def test_spm_factor_of_analyze_is_applied(tmp_path):
-    nib.save(nib.AnalyzeImage(fast_first(voxels("int16")), AFFINE), tmp_path / "a.img")
-    header = bytearray((tmp_path / "a.hdr").read_bytes())
-    header[112:116] = np.float32(2.5).tobytes()
-    (tmp_path / "a.hdr").write_bytes(header)
-    volume = read_volume(tmp_path / "a.img")
-    expected = nib.load(tmp_path / "a.img").get_fdata()
-    np.testing.assert_allclose(volume.voxels, expected.T)
-    assert "factor 2.5" in said(volume)
+    path = save(tmp_path / "a.img", kind=nib.AnalyzeImage)
+    patched(tmp_path / "a.hdr", {112: ("<f4", 2.5)})
+    volume = read_volume(path)
+    np.testing.assert_allclose(volume.voxels, nib.load(path).get_fdata().T)
+    assert "factor 2.5" in " ".join(volume.notes)
+
+
+def test_big_endian(tmp_path):
+    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
+    swapped = nib.Nifti1Image(image.dataobj, AFFINE, image.header.as_byteswapped(">"))
+    nib.save(swapped, tmp_path / "a.nii")
+    assert (tmp_path / "a.nii").read_bytes()[:4] == b"\0\0\x01\x5c"
+    check(read_volume(tmp_path / "a.nii"), ARRAY, spacing=SPACING, origin=ORIGIN)
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_reversed", "facts"),
+    [
+        # A left-handed file of superior slices first is read in reverse, and labelled so.
+        ({76: ("<f4", -1.0), 254: ("<i2", 0)}, True, {"axis_labels": tuple("LRPASI")}),
+        ({80: ("<f4", [-0.5, 0.0, np.nan]), 252: ("<i2", [0, 0])}, False, {"spacing": (0.5, 1, 1)}),
+    ],
+)
+def test_a_qform_that_mirrors_and_none_at_all(tmp_path, changes, is_reversed, facts):
+    volume = read_volume(patched(write_itk(tmp_path / "a.nii", ARRAY), changes))
+    said = "reverse" if is_reversed else ""
+    check(volume, ARRAY[::-1] if is_reversed else ARRAY, said, **facts)
 
 
 def test_a_name_of_another_kind_and_a_lost_mark(tmp_path):
-    nib.save(nib.Nifti1Image(fast_first(voxels("int16")), AFFINE), tmp_path / "a.nii")
-    content = (tmp_path / "a.nii").read_bytes()
+    path = save(tmp_path / "a.nii")
+    content = path.read_bytes()
     (tmp_path / "a.nrrd").write_bytes(content)
-    volume = read_volume(tmp_path / "a.nrrd")
-    np.testing.assert_array_equal(volume.voxels, voxels("int16"))
-    assert "kind '.nii'" in said(volume)
-    (tmp_path / "a.nii").write_bytes(content[:344] + b"xxx" + content[347:])
-    assert "lacks the mark" in said(read_volume(tmp_path / "a.nii"))
-    (tmp_path / "a.nii").write_bytes(content[:70] + b"\x09\0" + content[72:])
+    check(read_volume(tmp_path / "a.nrrd"), ARRAY, "kind '.nii'")
+    path.write_bytes(content[:344] + b"xxx" + content[347:])
+    check(read_volume(path), ARRAY, "lacks the mark")
+    path.write_bytes(content[:70] + b"\x09\0" + content[72:])
     with pytest.raises(VolumeError, match="its data type 9 is none of NIfTI-1's"):
-        read_volume(tmp_path / "a.nii")
+        read_volume(path)
 
 
 WRITERS = {
@@ -83,28 +117,22 @@ WRITERS = {
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "float32", "int32"])
 @pytest.mark.parametrize("name", WRITERS)
 def test_formats_of_nibabel(tmp_path, name, dtype):
-    array = voxels(dtype)
-    image = WRITERS[name](fast_first(array), AFFINE)
-    nib.save(image, tmp_path / name)
-    volume = read_volume(tmp_path / name)
-    np.testing.assert_array_equal(volume.voxels, array)
-    assert volume.spacing == pytest.approx((0.5, 2, 3))
-    if name != "h.img":
-        assert volume.origin == pytest.approx((10, -20, 30))
-        assert volume.file.directions == ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    path, array = tmp_path / name, voxels(dtype)
+    facts = {"origin": ORIGIN, "directions": ((1, 0, 0), (0, 1, 0), (0, 0, 1))}
+    facts = {} if name == "h.img" else facts
+    volume = read_volume(save(path, array, kind=WRITERS[name]))
+    check(volume, array, spacing=SPACING, **facts)
     if name.endswith(".img"):
-        header = (tmp_path / name).with_suffix(".hdr")
-        np.testing.assert_array_equal(read_volume(header).voxels, array)
+        check(read_volume(path.with_suffix(".hdr")), array)
 
 
 @pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
 @pytest.mark.parametrize("time", [0, 1, 3])
 def test_one_of_several_times(tmp_path, time, suffix):
     array = voxels("int16", (4, 6, 5, 7))
-    path = tmp_path / f"a{suffix}"
-    nib.save(nib.Nifti1Image(fast_first(array), AFFINE), path)
+    path = save(tmp_path / f"a{suffix}", array)
     volume = read_volume(path, choice=Choice(time=str(time)))
-    np.testing.assert_array_equal(volume.voxels, array[time])
+    check(volume, array[time])
     assert [content.is_read for content in volume.file.contents] == [k == time for k in range(4)]
     with pytest.raises(VolumeError, match="no time step '4'"):
         read_volume(path, choice=Choice(time="4"))
@@ -113,79 +141,62 @@ def test_one_of_several_times(tmp_path, time, suffix):
 def test_colours_are_components(tmp_path):
     array = voxels("uint8", (6, 5, 7, 3))
     kind = np.dtype([("R", "u1"), ("G", "u1"), ("B", "u1")])
-    colors = np.ascontiguousarray(array).view(kind)[..., 0]
-    nib.save(nib.Nifti1Image(fast_first(colors), AFFINE), tmp_path / "a.nii")
+    path = save(tmp_path / "a.nii", np.ascontiguousarray(array).view(kind)[..., 0])
     for component in range(3):
-        volume = read_volume(tmp_path / "a.nii", component=component)
-        np.testing.assert_array_equal(volume.voxels, array[..., component])
+        check(read_volume(path, component=component), array[..., component])
 
 
 def test_units_of_length(tmp_path):
-    image = nib.Nifti1Image(fast_first(voxels("int16")), AFFINE)
+    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
     image.header.set_xyzt_units("micron")
     nib.save(image, tmp_path / "a.nii")
     assert read_volume(tmp_path / "a.nii").file.spacing_unit == "um"
 
 
-@pytest.mark.parametrize("turn", ["mirrored", "turned", "placed"])
-def test_a_qform_that_disagrees(tmp_path, turn):
+@pytest.mark.parametrize("words", ["mirror images", "turn the grid", "place the grid"])
+def test_a_qform_that_disagrees(tmp_path, words):
     other = AFFINE.copy()
-    if turn == "mirrored":
+    if words == "mirror images":
         other[0, 0] = -0.5
-    elif turn == "turned":
+    elif words == "turn the grid":
         other[:3, :3] = AFFINE[:3, :3][[1, 2, 0]]
     else:
         other[2, 3] = 90
-    image = nib.Nifti1Image(fast_first(voxels("int16")), AFFINE)
+    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
     image.set_sform(AFFINE, 2)
     image.set_qform(other, 1)
     nib.save(image, tmp_path / "a.nii")
-    volume = read_volume(tmp_path / "a.nii")
-    words = {"mirrored": "mirror images", "turned": "turn the grid", "placed": "place the grid"}
-    assert words[turn] in said(volume)
-    assert volume.origin == pytest.approx((10, -20, 30))
+    check(read_volume(tmp_path / "a.nii"), ARRAY, words, origin=ORIGIN)
 
 
 def test_a_left_handed_sform_is_not_shown_mirrored(tmp_path):
-    array = voxels("int16")
-    image = nib.Nifti1Image(fast_first(array), AFFINE * [[-1], [1], [1], [1]])
-    nib.save(image, tmp_path / "a.nii")
-    volume = read_volume(tmp_path / "a.nii")
-    np.testing.assert_array_equal(volume.voxels, array[::-1])
+    volume = read_volume(save(tmp_path / "a.nii", affine=AFFINE * [[-1], [1], [1], [1]]))
+    check(volume, ARRAY[::-1], "reverse order")
     assert np.linalg.det(np.array(volume.file.directions)) > 0
-    assert "reverse order" in said(volume)
 
 
 def test_slices_that_are_called_times(tmp_path):
     array = voxels("int16", (6, 1, 5, 7))
-    nib.save(nib.Nifti1Image(fast_first(array), AFFINE), tmp_path / "a.nii")
-    volume = read_volume(tmp_path / "a.nii")
-    np.testing.assert_array_equal(volume.voxels, array[:, 0])
-    assert "calls its images time steps" in said(volume)
+    path = save(tmp_path / "a.nii", array)
+    check(read_volume(path), array[:, 0], "calls its images time steps")
 
 
 def test_an_offset_that_is_left_out(tmp_path):
-    path, array = tmp_path / "a.nii", voxels("int16")
-    nib.save(nib.Nifti1Image(fast_first(array), AFFINE), path)
-    content = bytearray(path.read_bytes())
-    content[108:112] = np.float32(0).tobytes()
-    path.write_bytes(content)
-    np.testing.assert_array_equal(read_volume(path).voxels, array)
+    check(read_volume(patched(save(tmp_path / "a.nii"), {108: ("<f4", 0)})), ARRAY)
 
 
 def test_a_pair_without_its_half(tmp_path):
-    nib.save(nib.Nifti1Pair(fast_first(voxels("int16")), AFFINE), tmp_path / "a.img")
+    path = save(tmp_path / "a.img", kind=nib.Nifti1Pair)
     (tmp_path / "a.hdr").unlink()
     with pytest.raises(VolumeError, match=r"needs the file a\.hdr beside it"):
-        read_volume(tmp_path / "a.img")
+        read_volume(path)
 
 
 def test_a_stream_that_is_cut_or_longer(tmp_path):
-    path = tmp_path / "a.nii.gz"
-    nib.save(nib.Nifti1Image(fast_first(voxels("int16")), AFFINE), path)
+    path = save(tmp_path / "a.nii.gz")
     whole = gzip.decompress(path.read_bytes())
     path.write_bytes(gzip.compress(whole + b"more of it"))
-    np.testing.assert_array_equal(read_volume(path).voxels, voxels("int16"))
+    check(read_volume(path), ARRAY)
     path.write_bytes(gzip.compress(whole)[:-9])
     with pytest.raises(VolumeError, match="truncated"):
         read_volume(path)

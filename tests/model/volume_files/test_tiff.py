@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tifffile
-from volume_writers import voxels
+from volume_writers import SPACING, check, voxels, write_tiff
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
@@ -37,13 +37,19 @@ def imagej(path, array, axes, **metadata):
     return path
 
 
+def test_calibrated_by_imagej(tmp_path):
+    description = b"ImageJ=1.54\nimages=6\nslices=6\nspacing=3.0\nunit=um\n\0"
+    path = write_tiff(tmp_path / "a.tif", voxels(), description=description, resolution=(2, 0.5))
+    check(read_volume(path), voxels(), spacing=SPACING, origin=(0, 0, 0))
+
+
 def test_channels_have_the_names_of_ome(tmp_path):
     array = np.stack([voxels(), voxels() + 1])
     names = ["DAPI", "GFP"]
     path = tmp_path / "a.ome.tif"
     tifffile.imwrite(path, array, ome=True, metadata={"axes": "CZYX", "Channel": {"Name": names}})
     volume = read_volume(path, choice=Choice(channel="gfp"))
-    np.testing.assert_array_equal(volume.voxels, array[1])
+    check(volume, array[1])
     assert [content.name for content in volume.file.contents] == names
     with pytest.raises(VolumeError, match="there are DAPI, GFP"):
         read_volume(path, choice=Choice(channel="RFP"))
@@ -56,9 +62,7 @@ def test_descriptions_that_cannot_be_used_are_said(tmp_path):
     assert "OME header is damaged" in described(read_volume(path))
     text = "ImageJ=1.53t\nimages=90\nslices=90\n"
     tifffile.imwrite(path, voxels(), description=text, metadata=None)
-    volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, voxels())
-    assert "does not fit" in described(volume)
+    check(read_volume(path), voxels(), "does not fit")
 
 
 @pytest.mark.parametrize("part", [0.4, 0.6, 0.9])
@@ -104,7 +108,7 @@ def test_files_of_other_programs(file, dimensions, spacing, unit, value_range):
 def test_a_channel_of_two(file, channel):
     path = CASES / "tiff" / file
     volume = read_volume(path, choice=Choice(channel=channel))
-    np.testing.assert_array_equal(volume.voxels, whole(path)[:, int(channel or 0)])
+    check(volume, whole(path)[:, int(channel or 0)])
     assert [(c.kind, c.dimensions, c.is_read) for c in volume.file.contents] == [
         ("channel", (28, 20, 12), channel != "1"),
         ("channel", (28, 20, 12), channel == "1"),
@@ -116,42 +120,43 @@ def test_arrays_of_four_axes_are_several_volumes():
     path = CASES / "tiff" / "numpy_4d.tif"
     for number in range(2):
         volume = read_volume(path, choice=Choice(series=str(number)))
-        np.testing.assert_array_equal(volume.voxels, whole(path)[number])
+        check(volume, whole(path)[number])
     with pytest.raises(VolumeError, match=r"no series '2'; there are 0, 1\."):
         read_volume(path, choice=Choice(series="2"))
 
 
-def test_signs_and_white_are_said():
-    signed = CASES / "tiff" / "signed16.tif"
-    expected = whole(signed).astype(int) - 32768
-    np.testing.assert_array_equal(read_volume(signed).voxels, expected)
-    assert "0 is white" in described(read_volume(CASES / "tiff" / "miniswhite.tif"))
-    lut = CASES / "tiff" / "lut_green.tif"
-    np.testing.assert_array_equal(read_volume(lut).voxels, whole(lut))
-    assert "look-up table" in described(read_volume(lut))
-
-
-@pytest.mark.parametrize("kind", ["contiguous", "zlib", "tiled", "bigtiff", "big endian"])
 @pytest.mark.parametrize(
-    "dtype", ["uint8", "int16", "float16", "float32", "float64", "int64", "uint64", "bool"]
+    ("file", "less", "said"),
+    [("signed16", 32768, ""), ("miniswhite", 0, "0 is white"), ("lut_green", 0, "look-up table")],
 )
+def test_signs_and_white_are_said(file, less, said):
+    path = CASES / "tiff" / f"{file}.tif"
+    check(read_volume(path), whole(path).astype(int) - less, said)
+
+
+STORAGE = {
+    "contiguous": {},
+    "zlib": {"compression": "zlib"},
+    "tiled": {"tile": (16, 16)},
+    "bigtiff": {"bigtiff": True},
+    "big endian": {"byteorder": ">"},
+}
+STORED = ["uint8", "int16", "float16", "float32", "float64", "int64", "uint64", "bool"]
+
+
+@pytest.mark.parametrize("kind", STORAGE)
+@pytest.mark.parametrize("dtype", STORED)
 def test_types_and_storage(tmp_path, dtype, kind):
-    shape = (6, 32, 48)
-    small = np.abs(np.random.default_rng(3).normal(0, 9, shape))
-    array = voxels(dtype, shape) if dtype not in ("bool", "float16") else small.astype(dtype)
-    if dtype == "bool":
-        array = small > 9
-    options = {
-        "contiguous": {},
-        "zlib": {"compression": "zlib", "predictor": dtype in ("uint8", "int16")},
-        "tiled": {"tile": (16, 16)},
-        "bigtiff": {"bigtiff": True},
-        "big endian": {"byteorder": ">"},
-    }[kind]
+    small = np.abs(np.random.default_rng(3).normal(0, 9, (6, 32, 48)))
+    few = {"bool": small > 9, "float16": small.astype("f2")}
+    array = few[dtype] if dtype in few else voxels(dtype, small.shape)
+    options = dict(STORAGE[kind])
+    if kind == "zlib":
+        options["predictor"] = dtype in ("uint8", "int16")
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, array, photometric="minisblack", **options)
     volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, array)
+    check(volume, array)
     assert volume.voxels.dtype.isnative
 
 
@@ -161,7 +166,7 @@ def test_times_and_channels_by_imagej(tmp_path, time, channel):
     array = voxels("uint16", (3, 4, 2, 5, 7))
     path = imagej(tmp_path / "a.tif", array, "TZCYX", spacing=3, unit="mm")
     volume = read_volume(path, choice=Choice(time=str(time), channel=str(channel)))
-    np.testing.assert_array_equal(volume.voxels, array[time, :, channel])
+    check(volume, array[time, :, channel])
     assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 0.5, 3.0), "mm")
     kinds = [content.kind for content in volume.file.contents]
     assert kinds == ["time"] * 3 + ["channel"] * 2
@@ -169,9 +174,9 @@ def test_times_and_channels_by_imagej(tmp_path, time, channel):
 
 def test_slices_that_are_called_time_steps(tmp_path):
     array = voxels("uint8", (6, 5, 7))
-    volume = read_volume(imagej(tmp_path / "a.tif", array, "TYX"))
-    np.testing.assert_array_equal(volume.voxels, array)
-    assert "calls its images time steps" in described(volume)
+    check(
+        read_volume(imagej(tmp_path / "a.tif", array, "TYX")), array, "calls its images time steps"
+    )
 
 
 def test_units_that_differ_are_converted(tmp_path):
@@ -191,13 +196,10 @@ def test_a_calibration_line_and_a_curve(tmp_path, function):
     info = f"ImageJ=1.54\nimages=6\nslices=6\ncf={function}\nc0=-10.0\nc1=0.5\nvunit=K\n"
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, array, photometric="minisblack", description=info, metadata=None)
-    volume = read_volume(path)
     if function == 0:
-        np.testing.assert_allclose(volume.voxels, array * 0.5 - 10)
-        assert volume.units == "K"
+        check(read_volume(path), array * 0.5 - 10, units="K")
     else:
-        np.testing.assert_array_equal(volume.voxels, array)
-        assert "calibration curve" in described(volume)
+        check(read_volume(path), array, "calibration curve")
 
 
 def test_ome_images_are_series_and_thumbnails_are_left_out(tmp_path):
@@ -208,7 +210,7 @@ def test_ome_images_are_series_and_thumbnails_are_left_out(tmp_path):
         writer.write(large, metadata={"axes": "ZYX", "Name": "detail", "PhysicalSizeX": 3.0})
         writer.write(large[0], metadata={"axes": "YX", "Name": "label"})
     volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, large)
+    check(volume, large)
     assert volume.spacing[0] == 3.0
     assert "Flat images were left out: 1" in described(volume)
     other = read_volume(path, choice=Choice(series="overview"))
@@ -222,9 +224,7 @@ def test_pages_written_one_by_one_are_a_stack_beside_a_thumbnail(tmp_path):
         for page in array:
             writer.write(page, photometric="minisblack", contiguous=False)
         writer.write(array[0, :3, :4], photometric="minisblack")
-    volume = read_volume(path)
-    np.testing.assert_array_equal(volume.voxels, array)
-    assert "Flat images were left out: 1" in described(volume)
+    check(read_volume(path), array, "Flat images were left out: 1")
 
 
 def test_colours_are_components(tmp_path):
@@ -233,7 +233,7 @@ def test_colours_are_components(tmp_path):
         stored = array if config == "contig" else np.moveaxis(array, -1, 1)
         path = tmp_path / f"{config}.tif"
         tifffile.imwrite(path, stored, photometric="rgb", planarconfig=config)
-        np.testing.assert_array_equal(read_volume(path, component=1).voxels, array[..., 1])
+        check(read_volume(path, component=1), array[..., 1])
 
 
 def test_a_declared_value_of_no_data_is_missing(tmp_path):
@@ -247,22 +247,16 @@ def test_a_declared_value_of_no_data_is_missing(tmp_path):
     assert volume.data_range[0] > -9999
 
 
-@pytest.mark.parametrize("file", ["gap", "two_channels"])
-def test_folders_of_slices(file):
-    folder = CASES / "folder" / file
-    volume = read_volume(folder)
-    if file == "gap":
-        assert "Slices are missing: 7 and 8" in described(volume)
-        assert volume.dimensions == (28, 20, 10)
-        return
+def test_folders_of_slices():
+    volume = read_volume(CASES / "folder" / "gap")
+    assert "Slices are missing: 7 and 8" in described(volume)
+    assert volume.dimensions == (28, 20, 10)
+    folder, names = CASES / "folder" / "two_channels", []
     for number in range(2):
-        files = sorted(folder.glob(f"fused_ch0{number}_*"))
+        names.append(f"fused_ch0{number}_z*.tif")
         volume = read_volume(folder, choice=Choice(series=str(number)))
-        np.testing.assert_array_equal(volume.voxels, np.stack([whole(path) for path in files]))
-    assert [content.name for content in volume.file.contents] == [
-        "fused_ch00_z*.tif",
-        "fused_ch01_z*.tif",
-    ]
+        check(volume, np.stack([whole(path) for path in sorted(folder.glob(names[-1]))]))
+    assert [content.name for content in volume.file.contents] == names
 
 
 @pytest.mark.parametrize(
@@ -288,7 +282,7 @@ def test_a_folder_of_stacks_is_several_volumes(tmp_path):
     for name, array in stacks.items():
         tifffile.imwrite(tmp_path / name, array, photometric="minisblack")
     volume = read_volume(tmp_path, choice=Choice(series="t2.tif"))
-    np.testing.assert_array_equal(volume.voxels, stacks["t2.tif"])
+    check(volume, stacks["t2.tif"])
     assert len(volume.file.contents) == 3
 
 
@@ -298,21 +292,19 @@ def test_one_slice_offers_its_folder():
 
 
 def test_pages_outside_the_folder_are_not_read(tmp_path):
-    (tmp_path / "sub").mkdir()
-    outside = tmp_path / "secret.ome.tif"
-    tifffile.imwrite(outside, voxels("uint8"), metadata={"axes": "ZYX"})
+    inside, outside = tmp_path / "sub" / "a.ome.tif", tmp_path / "secret.ome.tif"
+    inside.parent.mkdir()
+    for path in (inside, outside):
+        tifffile.imwrite(path, voxels("uint8"), metadata={"axes": "ZYX"})
     uuid = ome_text(outside).split('UUID="')[1].split('"')[0]
-    inside = tmp_path / "sub" / "a.ome.tif"
-    tifffile.imwrite(inside, voxels("uint8"), metadata={"axes": "ZYX"})
     text = ome_text(inside)
-    own = text.split('UUID="')[1].split('"')[0]
+    assert uuid not in text
     planes = f'<TiffData IFD="0" PlaneCount="6"><UUID FileName="../secret.ome.tif">{uuid}</UUID>'
-    changed = text.replace("</Pixels>", f"{planes}</TiffData></Pixels>")
-    start, _, rest = changed.partition("<TiffData")
-    tail = "<TiffData" + rest[rest.index("<TiffData") + 9 :]
-    tifffile.imwrite(
-        inside, voxels("uint8"), description=(start + tail).encode(), metadata=None, ome=False
+    start, _, rest = text.replace("</Pixels>", f"{planes}</TiffData></Pixels>").partition(
+        "<TiffData"
     )
-    assert own != uuid
+    tail = rest[rest.index("<TiffData") :]
+    description = (start + tail).encode()
+    tifffile.imwrite(inside, voxels("uint8"), description=description, metadata=None, ome=False)
     with pytest.raises(VolumeError, match="lie outside its folder"):
         read_volume(inside)

@@ -6,6 +6,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import pytest
 import SimpleITK as sitk  # noqa: N813
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -151,3 +152,26 @@ def write_dicom(folder: Path, array, *, series="1.2.3", names=None, heights=None
         writer.Execute(image)
         file.rename(folder / (f"{z:03d}.dcm" if names is None else names[z]))
     return folder
+
+
+def check(volume, array, said="", *, spacing=None, origin=None, **facts):
+    """Compare a volume with what was written.
+
+    Parameters
+    ----------
+    said : str or None
+        Words that its notes hold, apart by "|"; None for no notes.
+    facts
+        Attributes of the volume or of its file.
+    """
+    np.testing.assert_array_equal(volume.voxels, array)
+    if spacing is not None:
+        assert volume.spacing == pytest.approx(spacing)
+    if origin is not None:
+        assert volume.origin == pytest.approx(origin)
+    notes = " ".join(volume.notes)
+    assert all(words in notes for words in (said or "").split("|")), notes
+    assert said is not None or not volume.notes
+    owners = (volume, volume.file)
+    found = {name: getattr(owners[not hasattr(volume, name)], name) for name in facts}
+    assert found == facts

@@ -1,0 +1,241 @@
+"""NRRD and MetaImage, by hand: what their heads may say, against SimpleITK and the definitions."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import SimpleITK as sitk  # noqa: N813
+from volume_writers import SPACING, check, voxels, write_metaimage, write_nrrd
+
+from model.volume_files import Choice, describe, read_volume
+
+ARRAY = voxels()
+LAST = len(ARRAY) - 1
+
+
+def nrrd(path, *fields, array=ARRAY, **kwargs):
+    return read_volume(write_nrrd(path / "a.nrrd", array, "encoding: raw", *fields, **kwargs))
+
+
+# --- NRRD ---------------------------------------------------------------------------------
+
+ENCODINGS = {
+    "raw": bytes,
+    "gzip": gzip.compress,
+    "gz": lambda data: gzip.compress(data[:99]) + gzip.compress(data[99:]),
+    "bzip2": bz2.compress,
+    "bz2": lambda data: bz2.compress(data[:99]) + bz2.compress(data[99:]),
+}
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize("endian", ["big", "little"])
+def test_nrrd_byte_orders_and_encodings(tmp_path, endian, encoding):
+    data = ENCODINGS[encoding](ARRAY.astype(f"{'>' if endian == 'big' else '<'}u2").tobytes())
+    fields = [f"endian: {endian}", f"encoding: {encoding}", "spacings: 0.5 2 3"]
+    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, *fields, data=data)
+    check(read_volume(path), ARRAY, spacing=SPACING, origin=(0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("skip", "before"),
+    [
+        ("byte skip: 5", b"12345"),
+        ("byteskip: -1", b"?" * 77),
+        ("line skip: 2", b"a\nbc\n"),
+        ("crlf", b""),
+    ],
+)
+def test_nrrd_skips_and_line_endings(tmp_path, skip, before):
+    data = before + ARRAY.tobytes()
+    fields = ["encoding: raw", skip if before else "# none"]
+    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, *fields, data=data)
+    if not before:
+        header, _, payload = path.read_bytes().partition(b"\n\n")
+        path.write_bytes(header.replace(b"\n", b"\r\n") + b"\r\n\r\n" + payload)
+    check(read_volume(path), ARRAY)
+
+
+RIGHT = "space directions: (1,0,0) (0,1,0) (0,0,1)"
+nz, ny, nx = ARRAY.shape
+ENDS = f"axis maxs: {0.5 * (nx - 1)} {2 * (ny - 1)} {3 * nz}"
+
+LEFT = "space directions: (1,0,0) (0,1,0) (0,0,2)"
+FAR = {"spacing": (1, 1, 2), "origin": (0, 0, 2 * LAST)}
+
+HEADS = {
+    # Fields, what notes say, and what is found; a left-handed grid has its slices reversed.
+    "silent": ([], "gives no voxel spacing; 1 is assumed.", {"axis_labels": (), "up": ""}),
+    "units": (["spacings: 1 1 1", 'sample units: "K"'], None, {"units": "K"}),
+    "ends": (["axis mins: 0 0 0", ENDS, "centers: node node cell"],
+             "least and greatest values", {"spacing": SPACING}),
+    "unlike units": (["spacings: 500 0.8 2", 'units: "um" "mm" "mm"'],
+                     "", {"spacing": (500, 800, 2000), "spacing_unit": "um"}),
+    "units of a space": (["space: LPS", RIGHT, 'space units: "um" "um" "um"'],
+                         "", {"spacing_unit": "um", "space": "LPS"}),
+    "sheared": (["space dimension: 3", "space directions: (1,0,0) (0.5,1,0) (0,0,1)"],
+                "not at right angles", {}),
+    "a line": (["spacings: 1e-14 1 1"], "1e-14 x 1 x 1 is unusable", {"spacing": (1, 1, 1)}),
+    "LAS": (["space: LAS", LEFT], "left-handed", FAR),
+    "left": (["space: 3D-left-handed", LEFT], "left-handed", FAR),
+    "broken": (["space: LPS", "space directions: (0,0,0) (0,1,0) (0,0,1)"], "", {"up": ""}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HEADS)
+def test_heads_of_nrrd(tmp_path, name):
+    fields, said, facts = HEADS[name]
+    check(nrrd(tmp_path, *fields), ARRAY[::-1] if facts is FAR else ARRAY, said, **facts)
+
+
+@pytest.mark.parametrize(
+    ("directions", "spacing", "said"),
+    [
+        ("(0.5,0,0) (0,2,0) (0,0,3)", SPACING, None),
+        ("(-0.5,0,0) (0,-2,0) (0,0,3)", SPACING, "turned"),
+        ("(0,2,0) (3,0,0) (0,0,0.5)", (2, 3, 0.5), "left-handed|turned"),
+        ("(-0.5,0,0) (0,2,0) (0,0,3)", SPACING, "left-handed|turned"),
+        ("(0.3,0.4,0) (-1.6,1.2,0) (0,0,3)", SPACING, "oblique"),
+        ("(0,0,0) (0,2,0) (0,0,nan)", (1, 2, 1), "x, z is unusable"),
+    ],
+)
+def test_nrrd_directions_keep_the_index_frame(tmp_path, directions, spacing, said):
+    fields = ["space: left-posterior-superior", "space origin: (10,-20,30)"]
+    volume = nrrd(tmp_path, *fields, f"space directions: {directions}")
+    mirrored = said is not None and "left-handed" in said
+    origin = (10, -20, 30 + LAST * spacing[2] * mirrored)
+    check(volume, ARRAY[::-1] if mirrored else ARRAY, said, spacing=spacing, origin=origin)
+    assert len(volume.notes) == (0 if said is None else len(said.split("|")))
+
+
+@pytest.mark.parametrize(
+    ("space", "labels"),
+    [
+        ("left-posterior-superior", "LRPASI"),
+        ("RAS", "RLAPSI"),
+        # Left-handed: read from the head down, so that it is not mirrored.
+        ("left-anterior-superior", "LRAPIS"),
+        ("3D-right-handed", ""),
+        ("scanner-xyz", ""),
+    ],
+)
+def test_spaces_of_nrrd(tmp_path, space, labels):
+    volume = nrrd(tmp_path, f"space: {space}", RIGHT)
+    assert volume.axis_labels == tuple(labels)
+    assert volume.up == ({"S": "+z", "I": "-z"}[labels[4]] if labels else "")
+
+
+def test_nrrd_with_few_columns_is_no_vector(tmp_path):
+    array = voxels(shape=(6, 5, 3))
+    check(nrrd(tmp_path, array=array), array, spacing=(1, 1, 1), origin=(0, 0, 0))
+
+
+def test_nrrd_without_an_order_of_bytes_says_what_is_assumed(tmp_path):
+    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, "encoding: raw", "spacings: 1 1 1")
+    path.write_bytes(path.read_bytes().replace(b"endian: little\n", b""))
+    check(read_volume(path), ARRAY, "little-endian is assumed")
+
+
+def test_negative_spacings_minima_and_units_of_a_nrrd(tmp_path):
+    fields = ["spacings: -0.5 2 3", "axis mins: 10 -20 30", 'units: "mm" "mm" "mm"']
+    volume = nrrd(tmp_path, *fields)
+    facts = {"origin": (7, -20, 30), "spacing_unit": "mm"}
+    check(volume, ARRAY[:, :, ::-1], spacing=SPACING, **facts)
+
+
+TIMES = voxels("uint16", (4, 6, 5, 11))
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("time", [0, 2, 3])
+@pytest.mark.parametrize("kind", ["kinds: domain domain domain time", "# none", "mha"])
+def test_time_steps_are_no_components(tmp_path, kind, time, compressed):
+    array = TIMES if kind.startswith("kinds") else np.concatenate([TIMES, TIMES + 1, TIMES + 2])
+    data = zlib.compress(array.tobytes()) if compressed else array.tobytes()
+    if kind == "mha":
+        fields = [f"CompressedData = {compressed}"]
+        path = write_metaimage(tmp_path / "a.mha", array, *fields, data=data)
+    else:
+        encoding = f"encoding: {'gzip' if compressed else 'raw'}"
+        path = write_nrrd(tmp_path / "a.nrrd", array, encoding, kind, data=data)
+    volume = read_volume(path, choice=Choice(time=str(time)))
+    check(volume, array[time])
+    assert [content.kind for content in volume.file.contents] == ["time"] * len(array)
+
+
+def test_time_as_the_first_axis_of_a_nrrd(tmp_path):
+    array = np.moveaxis(TIMES, 0, -1)
+    fields = ["kinds: time domain domain domain", "encoding: raw"]
+    path = write_nrrd(tmp_path / "a.nrrd", array, *fields, data=array.tobytes())
+    check(read_volume(path, choice=Choice(time="2")), TIMES[2])
+
+
+# --- MetaImage ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("key", ["BinaryDataByteOrderMSB", "ElementByteOrderMSB"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_big_endian_metaimage(tmp_path, key, compressed):
+    data = ARRAY.astype(">u2").tobytes()
+    fields = ["BinaryData = True", f"{key} = True", f"CompressedData = {compressed}"]
+    fields += ["ElementSize = 0.5 2 3", "Offset = 10 -20 30"]
+    data = zlib.compress(data) if compressed else data
+    path = write_metaimage(tmp_path / "a.mha", ARRAY, *fields, data=data)
+    check(read_volume(path), ARRAY, spacing=SPACING, origin=(10, -20, 30))
+
+
+@pytest.mark.parametrize("skip", [-1, 40])
+def test_metaimage_header_size(tmp_path, skip):
+    (tmp_path / "a.bin").write_bytes(b"?" * 40 + ARRAY.tobytes())
+    path = tmp_path / "a.mhd"
+    write_metaimage(path, ARRAY, f"HeaderSize = {skip}", data=b"", file="a.bin")
+    check(read_volume(path), ARRAY)
+
+
+def test_empty_lines_of_a_metaimage():
+    path = Path(__file__).parent / "cases" / "metaimage" / "empty_lines.mha"
+    image = sitk.ReadImage(str(path))
+    place = {"spacing": image.GetSpacing(), "origin": image.GetOrigin()}
+    check(read_volume(path), sitk.GetArrayFromImage(image), **place)
+
+
+def test_negative_spacing_of_a_metaimage_is_as_in_itk(tmp_path):
+    fields = ["ElementSpacing = 0.5 2 -3", "Offset = 10 -20 30", "DistanceUnits = um"]
+    path = write_metaimage(tmp_path / "a.mha", ARRAY, *fields)
+    image = sitk.ReadImage(str(path))
+    last = image.TransformIndexToPhysicalPoint((0, 0, LAST))
+    expected = sitk.GetArrayFromImage(image)[::-1]
+    check(read_volume(path), expected, "mirrors", origin=last, spacing_unit="um")
+
+
+def test_a_mirrored_metaimage_and_a_sheared_one(tmp_path):
+    image = sitk.GetImageFromArray(ARRAY)
+    image.SetDirection((1, 0, 0, 0, 1, 0, 0, 0, -1))
+    sitk.WriteImage(image, str(tmp_path / "flip.mha"))
+    # Where ITK has the last slice.
+    last = image.TransformIndexToPhysicalPoint((0, 0, LAST))
+    check(read_volume(tmp_path / "flip.mha"), ARRAY[::-1], "left-handed", origin=last, up="+z")
+    fields = ["ElementSpacing = 1 1 2", "TransformMatrix = 1 0 0 0 1 0 0 .6 .8"]
+    volume = read_volume(write_metaimage(tmp_path / "shear.mha", ARRAY, *fields))
+    assert "sheared back" in " ".join(volume.notes) and volume.missing is not None
+    assert volume.spacing == pytest.approx((1, 1, 1.6))
+
+
+@pytest.mark.parametrize(
+    ("fields", "labels"),
+    [
+        (["AnatomicalOrientation = RAI"], "LRPASI"),
+        (["AnatomicalOrientation = ASL"], "PAISRL"),
+        (["AnatomicalOrientation = ???", "TransformMatrix = 1 0 0 0 1 0 0 0 1"], ""),
+        ([], ""),
+    ],
+)
+def test_letters_of_metaimage(tmp_path, fields, labels):
+    volume = read_volume(write_metaimage(tmp_path / "a.mha", ARRAY, *fields))
+    assert volume.axis_labels == tuple(labels)
+    assert (("axes point to", "L, P, S of the patient") in describe(volume)) == (labels == "LRPASI")
