@@ -22,9 +22,7 @@ from app.engines.requests import (
     UNWATCHED,
     Array,
     BatchRequest,
-    BlockFieldsRequest,
     Engine,
-    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
@@ -39,7 +37,7 @@ from model.rendering.setting import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
-from model.scene.tf_perturbation import edit_over, edits_within
+from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.value_scale import ValueScale
 from model.scene.view import View
@@ -198,17 +196,6 @@ class GeneratorEngine:
         """Differentiate the generated image forwards."""
         edit = edit_over(request.values, self.scene.scalar_range, request.width)
         return self._sensitivity(request.inputs, request.width).change(edit)
-
-    def block_fields(self, request: BlockFieldsRequest, watch: Watch = UNWATCHED) -> Array:
-        """Differentiate all blocks of the generated image."""
-        size = self.scene.image_size
-        found = self._sensitivity(request.inputs, request.width)
-        return found.field(max(size // (request.blocks or size), 1))
-
-    def field_range(self, request: FieldRangeRequest, watch: Watch = UNWATCHED) -> Array:
-        """Differentiate the generated image by edits around many values."""
-        edits = edits_within(request.window, self.scene.scalar_range, request.width)
-        return self._sensitivity(request.inputs, request.width).largest_scales(edits)
 
     def _sensitivity(self, inputs: SceneInputs, width: float) -> Sensitivity:
         """Derivatives of an image; those of the last one are kept.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +15,6 @@ from app.engines.requests import (
     UNWATCHED,
     Array,
     BatchRequest,
-    BlockFieldsRequest,
-    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
@@ -28,7 +25,7 @@ from app.engines.requests import (
 )
 from model.errors import NotOfferedError
 from model.scene.scene import RENDERER_NAMES, RendererName
-from model.scene.tf_perturbation import edit_over, edits_within
+from model.scene.tf_perturbation import edit_over
 
 if TYPE_CHECKING:
     from model.rendering.raster import Raster
@@ -162,29 +159,6 @@ class RendererEngine:
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         return renderer.change(request.inputs, request.quality.pixels, edit)
-
-    def block_fields(self, request: BlockFieldsRequest, watch: Watch = UNWATCHED) -> Array:
-        """Differentiate all blocks exactly; not offered by VTK."""
-        from model.sensitivity.rendered import block_fields
-
-        size = request.quality.size
-        return block_fields(
-            self._ray_caster(),
-            request.inputs,
-            size,
-            max(size // (request.blocks or size), 1),
-            request.width,
-            partial(_go_on_if, watch),
-        )
-
-    def field_range(self, request: FieldRangeRequest, watch: Watch = UNWATCHED) -> Array:
-        """Differentiate the image by edits around many values; not offered by VTK."""
-        from model.sensitivity.rendered import largest_scales
-
-        renderer, size = self._ray_caster(), request.quality.size
-        edits = edits_within(request.window, renderer.scalar_range, request.width)
-        go_on = partial(_go_on_if, watch)
-        return largest_scales(renderer, request.inputs, size, edits, go_on)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""

@@ -187,49 +187,6 @@ class ValueSensitivityRequest(Request):
 
 
 @dataclass(frozen=True)
-class BlockFieldsRequest(Request):
-    """Request for the sensitivity of blocks to edits at all scalar values: float32 (n, n, 256).
-
-    Attributes
-    ----------
-    blocks : int
-        Number of blocks along either side of the square image; 0 for one a pixel.
-    width : float
-        Standard deviation of the edits, in bins of the TF.
-    """
-
-    blocks: int
-    width: float
-
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Differentiate the image."""
-        return engine.block_fields(self, watch)
-
-
-@dataclass(frozen=True)
-class FieldRangeRequest(Request):
-    """Request for the ends of the scale over the fields of many scalar values: float32 (2,).
-
-    They are those by the measures "change" and "signed", see
-    :func:`model.sensitivity.block_fields.largest_scales`.
-
-    Attributes
-    ----------
-    window : tuple of float
-        Lowest and highest of these values, in the data's units.
-    width : float
-        Standard deviation of the edits, in bins of the TF.
-    """
-
-    window: tuple[float, float]
-    width: float
-
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Differentiate the image."""
-        return engine.field_range(self, watch)
-
-
-@dataclass(frozen=True)
 class ValueVisibilityRequest(Request):
     """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1.
 
@@ -310,12 +267,6 @@ class Engine(Protocol):
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Compute the sensitivity of each pixel to edits at one scalar value."""
-
-    def block_fields(self, request: BlockFieldsRequest, watch: Watch = UNWATCHED) -> Array:
-        """Compute the sensitivity of blocks to edits at all scalar values."""
-
-    def field_range(self, request: FieldRangeRequest, watch: Watch = UNWATCHED) -> Array:
-        """Compute the ends of the scale over the fields of many scalar values."""
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Compute the visibility of each scalar value in a region."""

@@ -14,7 +14,6 @@ from app.controls import add_action, add_title
 from app.icons import IconButton
 from app.menu_tips import show_tips
 from app.sensitivity_view.chip import Chip
-from app.sensitivity_view.field_menu import FieldMenu
 from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
 from app.tf_editor.histogram import HistogramLayer
 from model.sensitivity.measure import Measure
@@ -131,8 +130,10 @@ class ChipBar(QWidget):
             "The curve's numbers, and what is visible of each value"
         )
         menu.addSeparator()
-        self._field_menu = FieldMenu(state, menu)
-        menu.addMenu(self._field_menu)
+        self.lock = menu.addAction("Lock scale")
+        self.lock.setCheckable(True)
+        self.lock.setToolTip("Colours and curve end where they do now: to compare")
+        self.lock.triggered.connect(lambda on: state.choose(locked=on))
         self._folded_voxels = menu.addAction("Voxels")
         self._folded_voxels.setCheckable(True)
         self._folded_voxels.setToolTip(VOXELS_TIP)
@@ -199,6 +200,7 @@ class ChipBar(QWidget):
         self.change.set_on(choices.shown and choices.curve)
         self.visible.set_on(choices.shown and choices.visible)
         self.voxels.set_on(self._histogram.is_shown)
+        self.lock.setChecked(choices.locked)
         self._folded_voxels.setChecked(self._histogram.is_shown)
         for group, entries, chosen in (
             (self._groups[0], MEASURES, choices.measure),

@@ -1,4 +1,4 @@
-"""The colour bar of a field over its image, with the menu of how fields are drawn."""
+"""The colour bar of a field over its image, which a click locks."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ from PySide6.QtWidgets import QToolButton
 
 from app import theme
 from app.image_view.image_canvas import ImageCanvas
-from app.sensitivity_view.field_menu import FieldMenu
 from app.state.sensitivity_state import SensitivityState
 from model.sensitivity.display import Shown, color_bar
-from model.sensitivity.global_scale import global_color_bar
 
 BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 
@@ -22,15 +20,16 @@ BACKING = 190
 ROOM = 60
 """Height of the lines above a painted bar, at most, in pixels."""
 
-MORE = "▾"
+LOCKED = "locked"
+TIP = "Click to have the colours, and the curve's scale, end where they do now: to compare"
 
 
 class ColorBar(QToolButton):
-    """Says what the colours over an image mean; its menu has the ways to draw them."""
+    """Says what the colours over an image mean; a click locks their scale, and frees it again."""
 
     def __init__(self, canvas: ImageCanvas, sensitivity: SensitivityState) -> None:
         super().__init__(canvas)
-        self._canvas = canvas
+        self._canvas, self._sensitivity = canvas, sensitivity
         self._bar = QImage()
         self._texts = ("", "", "")
         font = self.font()
@@ -40,9 +39,8 @@ class ColorBar(QToolButton):
         self.setCursor(Qt.CursorShape.ArrowCursor)
         # After a click, keys such as W are the window's again.
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._menu = FieldMenu(sensitivity, self)
-        self.setMenu(self._menu)
+        self.clicked.connect(self._toggle_lock)
+        sensitivity.choicesChanged.connect(lambda _choices: self._place())
         canvas.installEventFilter(self)
         self.hide()
 
@@ -58,9 +56,7 @@ class ColorBar(QToolButton):
         low, high, meaning = self._texts
         return "" if self.isHidden() else f"{low} to {high} {meaning}"
 
-    def show_scale(
-        self, measure: Shown, texts: tuple[str, str, str], tip: str, *, is_global: bool
-    ) -> None:
+    def show_scale(self, measure: Shown, texts: tuple[str, str, str], tip: str) -> None:
         """Show a scale.
 
         Parameters
@@ -71,16 +67,13 @@ class ColorBar(QToolButton):
             Its lower end, its upper end, and what they are.
         tip : str
             All that is to be said about it.
-        is_global : bool
-            Whether it is the scale of the fields of all values, from 0.
         """
-        self._bar = _shades(measure, is_global)
+        self._bar = _shades(measure)
         self._texts = texts
-        self.setToolTip(tip)
+        self.setToolTip(f"{tip}\n{TIP}")
         self.setAccessibleName(f"Colours: {texts[0]} to {texts[1]} {texts[2]}")
         self._place()
         self.show()
-        self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint lower end, bar, upper end and meaning."""
@@ -94,7 +87,7 @@ class ColorBar(QToolButton):
         low, high, meaning = self._texts
         for text, color in (
             (low, colors.dim), (None, ""), (high, colors.text), (meaning, colors.dim),
-            (MORE, colors.dim),
+            (self._lock, colors.change),
         ):  # fmt: skip
             if text is None:
                 box = QRectF(x, (HEIGHT - BAR.height()) / 2, self._bar_width, BAR.height())
@@ -116,12 +109,20 @@ class ColorBar(QToolButton):
         return QFontMetricsF(self.font()).horizontalAdvance(text)
 
     def _place(self) -> None:
-        texts = (*self._texts, MORE)
+        texts = (*self._texts, self._lock)
         width = round(sum(self._width_of(text) + MARGIN for text in texts) + self._bar_width)
         self.setFixedWidth(min(width + 2 * MARGIN, max(self._canvas.width() - 2 * MARGIN, 40)))
         # Over the scale bar's and the legend's corners it is not.
         at = self._canvas.width() // 2 - self.width() // 2
         self.move(at, self._canvas.height() - HEIGHT - MARGIN)
+        self.update()
+
+    @property
+    def _lock(self) -> str:
+        return LOCKED if self._sensitivity.choices.locked else ""
+
+    def _toggle_lock(self) -> None:
+        self._sensitivity.choose(locked=not self._sensitivity.choices.locked)
 
 
 def paint_bar(
@@ -130,7 +131,6 @@ def paint_bar(
     right: int,
     measure: Shown,
     text: str,
-    is_global: bool = False,
 ) -> None:
     """Paint a colour bar into the lower left corner of an image.
 
@@ -144,10 +144,8 @@ def paint_bar(
         Whose colours it has.
     text : str
         Says above the bar what its ends are; in two lines where one is too long.
-    is_global : bool
-        Whether it is the scale of the fields of all values, from 0.
     """
-    bar = _shades(measure, is_global)
+    bar = _shades(measure)
     x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()
     painter.drawImage(QRectF(x, y, BAR.width(), BAR.height()), bar)
     painter.setPen(QPen(QColor(theme.ON_IMAGE.dim), 1))
@@ -165,9 +163,8 @@ def paint_bar(
     painter.drawText(room, flags, text)
 
 
-def _shades(measure: Shown, is_global: bool) -> QImage:
+def _shades(measure: Shown) -> QImage:
     """Return a bar's colours as a picture of one row."""
     width = BAR.width()
-    shades = global_color_bar(width) if is_global else color_bar(measure, width)
-    colors = np.ascontiguousarray(np.rint(255 * shades).astype(np.uint8)[None])
+    colors = np.ascontiguousarray(np.rint(255 * color_bar(measure, width)).astype(np.uint8)[None])
     return QImage(colors.data, width, 1, 3 * width, QImage.Format.Format_RGB888).copy()

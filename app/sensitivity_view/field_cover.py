@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtGui import QImage
 
-from app.engines.requests import BlockFieldsRequest, Request, ValueVisibilityRequest
+from app.engines.requests import ValueVisibilityRequest
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
@@ -25,36 +24,20 @@ from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
 from model.scene.value_text import range_text
-from model.sensitivity.block_fields import field_bins, field_of_band, over_pixels, pixels_of_block
 from model.sensitivity.display import (
-    BACKDROP,
     FLOOR,
     LEAST_DIFFERENCE,
     Shown,
-    color_bar,
     overlay,
     scale_of,
     shown_field,
-    shown_responses,
 )
-from model.sensitivity.global_scale import global_scale, overlay_globally
-from model.sensitivity.measure import Measure
-from model.sensitivity.trust import BEST_TRUST, trust_levels
 
 KEPT_IMAGES = 6
 """Newest images that are kept until their field arrives."""
 
-MEASURES: tuple[Measure, ...] = ("change", "signed")
-"""Order of the ends of scales in a range of fields."""
-
 LEAST_SEEN = 0.02
 """Least part of a pixel at the end of a scale: what is fainter is not seen."""
-
-CONTOUR_SIZE = 512
-"""Least size of pictures with contours."""
-
-CONTOURS = (0.15, 0.4, 0.7)
-"""Levels of contours, as fractions of the scale."""
 
 
 class FieldCover(QObject):
@@ -92,9 +75,7 @@ class FieldCover(QObject):
         self._dispatcher = dispatcher
         self._choose = choose
         self._images: OrderedDict[SceneInputs, NDArray[np.float32]] = OrderedDict()
-        self._scale = self._own = FLOOR
-        self._is_of_all = False
-        self._largest: tuple[Answer[Any] | None, float] = (None, 0.0)
+        self._scale = FLOOR
         self._caption = ""
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
@@ -135,7 +116,7 @@ class FieldCover(QObject):
         if answer is None or band is None or not shown:
             self._uncover()
             return
-        if not self._is_wanted(answer.request):
+        if answer.request.values != band.values:
             # The band's own field is on its way; what is there belongs to another value.
             return
         image = self._images.get(answer.request.inputs)
@@ -143,13 +124,6 @@ class FieldCover(QObject):
             self._cover(answer, image)
         elif not answer.is_of(self._state.inputs):
             self._uncover()
-
-    def _is_wanted(self, request: Request) -> bool:
-        """Whether an answer is about the present band, or about all values in the chosen blocks."""
-        band, choices = self._sensitivity.band, self._sensitivity.choices
-        if isinstance(request, BlockFieldsRequest):
-            return (request.blocks, request.width) == (choices.blocks, choices.width)
-        return band is not None and request.values == band.values  # type: ignore[attr-defined]
 
     def show_what_if(self, answer: WhatIfAnswer | None, edit: str = "") -> None:
         """Show the difference that an edit makes, and say which edit; or the field again."""
@@ -162,7 +136,7 @@ class FieldCover(QObject):
             return
         what_if = answer.what_if
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
-        self._scale, self._is_of_all = scale_of(difference, LEAST_DIFFERENCE), False
+        self._scale = scale_of(difference, LEAST_DIFFERENCE)
         colored = overlay(what_if.image, difference, self._scale, "signed")
         self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "by the edit")
@@ -195,49 +169,29 @@ class FieldCover(QObject):
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
         """Cover the image by a picture, whose colours are said in the bar."""
         self._shown_as = measure
-        self._pane.canvas.show_cover(_picture(colored))
+        self._pane.canvas.show_cover(to_qimage(colored.astype(np.float32)))
         high = f"{100 * self._scale:.2g} %" if measure == "visible" else short(self._scale)
-        is_signed = measure == "signed" and not self._is_of_all
-        texts = (short(-self._scale), short(self._scale, signed=True), meaning)
-        self.bar.show_scale(
-            measure,
-            texts if is_signed else ("0", high, meaning),
-            self._caption,
-            is_global=self._is_of_all,
-        )
+        texts = ("0", high, meaning)
+        if measure == "signed":
+            texts = (short(-self._scale), short(self._scale, signed=True), meaning)
+        self.bar.show_scale(measure, texts, self._caption)
         self.changed.emit()
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         if isinstance(answer.request, ValueVisibilityRequest):
             self._cover_visible(answer, image)
             return
-        choices = self._sensitivity.choices
+        measure = self._sensitivity.choices.measure
         field = self._shown(answer)
-        # One scale for exact and learned fields, so that their colours can be compared.
-        others = [a for a in self._dispatcher.answers.both_shown_fields if a not in (None, answer)]
-        every = [answer, *(other for other in others if other is not None)]
-        if not self._keeps_scale or self._shown_as != choices.measure:
-            self._own = max(scale_of(middle_square(self._shown(each))) for each in every)
-            ends = [end for each in every if (end := self._end_of_all(each)) is not None]
-            # Lines are drawn at fractions of the field's own end.
-            in_colors = choices.scale == "all" and choices.style != "contours"
-            self._is_of_all = in_colors and bool(ends)
-            self._scale = max(ends) if self._is_of_all else self._own
+        if not self._keeps_scale or self._shown_as != measure:
+            # One scale for exact and learned fields, so that their colours can be compared.
+            others = [each for each in self._dispatcher.answers.both_fields if each is not None]
+            every = (self._shown(each) for each in (answer, *others))
+            self._scale = max(scale_of(middle_square(each)) for each in every)
         field, image = _square_together(field, image)
-        in_blocks = isinstance(answer.request, BlockFieldsRequest)
-        trust = self._trust(image) if choices.fade and not in_blocks else None
-        if in_blocks:
-            field = self._over_pixels(answer, field, len(image))
-        else:
-            field = _resized(field, image)
-        if choices.style == "contours":
-            colored = _with_contours(image, field, self._own, choices.measure)
-        elif self._is_of_all:
-            colored = overlay_globally(image, field, self._own, self._scale)
-        else:
-            colored = overlay(image, field, self._scale, choices.measure, trust)
+        colored = overlay(image, _resized(field, image), self._scale, measure)
         self._caption = self._described(answer)
-        self._show(colored, choices.measure, f"per .01, {SOURCE_NAMES[answer.source]}")
+        self._show(colored, measure, f"per .01, {SOURCE_NAMES[answer.source]}")
         band = self._sensitivity.band
         if band is not None:
             values = range_text(band.values, self._state.scalar_range, self._state.scale)
@@ -247,14 +201,9 @@ class FieldCover(QObject):
         """Show where values are visible."""
         field = np.asarray(answer.value, dtype=np.float64)
         if not self._keeps_scale or self._shown_as != "visible":
-            self._own = self._scale = scale_of(middle_square(field), LEAST_SEEN)
-            self._is_of_all = False
+            self._scale = scale_of(middle_square(field), LEAST_SEEN)
         field, image = _square_together(field, image)
-        field = _resized(field, image)
-        if self._sensitivity.choices.style == "contours":
-            colored = _with_contours(image, field, self._scale, "visible")
-        else:
-            colored = overlay(image, field, self._scale, "visible")
+        colored = overlay(image, _resized(field, image), self._scale, "visible")
         values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
         self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
         self._show(colored, "visible", "of the pixel")
@@ -277,76 +226,18 @@ class FieldCover(QObject):
         return "; Escape returns to the image" if is_pinned else ""
 
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
-        """Field of the present band in the displayed unit: of pixels, or of blocks."""
-        request, scalar_range = answer.request, self._state.scalar_range
-        measure = self._sensitivity.choices.measure
-        if not isinstance(request, BlockFieldsRequest):
-            edit = edit_over(request.values, scalar_range, request.width)
-            return shown_field(answer.value, edit, measure)
-        band = self._sensitivity.band
-        assert band is not None
-        chosen = field_of_band(answer.value, band.values, scalar_range)
-        pixels = pixels_of_block(request.quality.size, len(chosen))
-        field = shown_responses(chosen, pixels, request.width)
-        return field if measure == "signed" else np.asarray(np.abs(field))
-
-    def _end_of_all(self, answer: Answer[Any]) -> float | None:
-        """End of the scale of the fields of all values; None as long as it is not known."""
-        measure = self._sensitivity.choices.measure
-        if isinstance(answer.request, BlockFieldsRequest):
-            if self._largest[0] is not answer:
-                request = answer.request
-                inside = field_bins(self._dispatcher.window, self._state.scalar_range)
-                pixels = pixels_of_block(request.quality.size, len(answer.value))
-                end = global_scale(answer.value[..., inside], pixels, request.width)
-                self._largest = answer, end
-            return self._largest[1]
-        found = self._dispatcher.answers.ranges.get(answer.source)
-        if found is None or not found.is_of(answer.request.inputs):
-            return None
-        if found.request.width != answer.request.width:
-            # Of edits as wide as before; the others are on their way.
-            return None
-        return float(found.value[MEASURES.index(measure)])
-
-    def _over_pixels(
-        self, answer: Answer[Any], field: NDArray[np.float64], size: int
-    ) -> NDArray[np.float64]:
-        """Spread a field of blocks over the pixels of the image."""
-        spread = np.asarray(over_pixels(field, size), dtype=np.float64)
-        view = answer.request.inputs.view
-        if answer.source == "learned" and (view.pan_x, view.pan_y) != (0.0, 0.0):
-            # Imported here: the window starts without it.
-            from model.generator.panning import panned
-
-            # The generator's blocks are those of its image, which is panned afterwards.
-            return panned(spread[..., None].astype(np.float32), view)[..., 0].astype(np.float64)
-        return spread
+        """Field in the displayed unit."""
+        request = answer.request
+        edit = edit_over(request.values, self._state.scalar_range, request.width)
+        return shown_field(answer.value, edit, self._sensitivity.choices.measure)
 
     def _described(self, answer: Answer[Any]) -> str:
         """Text about a field under its colour bar."""
-        choices, request = self._sensitivity.choices, answer.request
-        is_signed = choices.measure == "signed" and not self._is_of_all
-        end = " (brighter)" if is_signed else ""
-        over = ", over all values" if self._is_of_all else ""
-        text = f"{self._scale:.2g}{end}{over}: slope per +.01 opacity, "
-        text += SOURCE_NAMES[answer.source]
-        if isinstance(request, BlockFieldsRequest):
-            blocks = f"{request.blocks} × {request.blocks} blocks" if request.blocks else "pixels"
-            text += f", {blocks}"
+        end = " (brighter)" if self._sensitivity.choices.measure == "signed" else ""
+        text = f"{self._scale:.2g}{end}: slope per +.01 opacity, {SOURCE_NAMES[answer.source]}"
         if answer.source == "learned" and self._hint:
             text += ", outside what it was trained on"
         return text + self._way_back
-
-    def _trust(self, image: NDArray[np.float32]) -> NDArray[np.int64] | None:
-        """Levels of trust over an image; beside the square, where nothing is learned, the best."""
-        exact, learned = self._dispatcher.answers.both_fields
-        if exact is None or learned is None:
-            return None
-        levels = np.full(image.shape[:2], BEST_TRUST, dtype=np.int64)
-        square = middle_square(levels)
-        square[:] = trust_levels(learned.value, middle_square(exact.value), len(square))
-        return levels
 
 
 def _is_square(image: NDArray[np.floating]) -> bool:
@@ -370,35 +261,3 @@ def _resized(field: NDArray[np.float64], image: NDArray[np.float32]) -> NDArray[
     from skimage.transform import resize
 
     return np.asarray(resize(field, image.shape[:2], order=1))
-
-
-def _picture(colors: NDArray[np.float64]) -> QImage:
-    return to_qimage(colors.astype(np.float32))
-
-
-def _with_contours(
-    image: NDArray[np.float32], field: NDArray[np.float64], scale: float, measure: Shown
-) -> NDArray[np.float64]:
-    """Draw contours of a field into its grey image, enlarged so that lines are thin."""
-    # Imported here: the window starts without it.
-    from skimage.measure import find_contours
-    from skimage.transform import resize
-
-    factor = max(1.0, CONTOUR_SIZE / min(field.shape))
-    rows, columns = (round(factor * n) for n in field.shape)
-    image = resize(image, (rows, columns, 3), order=1)
-    field = resize(field, (rows, columns), order=1)
-    gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
-    out = np.repeat(gray.astype(np.float64), 3, axis=-1)
-    table = color_bar(measure, 256)
-    levels = CONTOURS if measure != "signed" else (*(-level for level in CONTOURS), *CONTOURS)
-    for level in levels:
-        # Lighter than in a map, as a line is seen less than an area.
-        bright = np.sign(level) * (0.4 + 0.6 * abs(level))
-        place = bright if measure != "signed" else (bright + 1) / 2
-        for line in find_contours(field, level * scale):
-            down, right = np.rint(line).astype(int).T
-            for lower, further in ((0, 0), (0, 1), (1, 0), (1, 1)):
-                at = np.minimum(down + lower, rows - 1), np.minimum(right + further, columns - 1)
-                out[at] = table[round(place * 255)]
-    return out

@@ -199,7 +199,7 @@ class SensitivityView(QObject):
         if band is not None and not band.effect:
             # Of the data, whoever draws: one image shows it, and the other stays as it is.
             return self._dispatcher.answers.seen if wanted == self._left else None
-        fields, exact = self._dispatcher.answers.shown_fields, self._dispatcher.exact_source
+        fields, exact = self._dispatcher.answers.fields, self._dispatcher.exact_source
         if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
             # Not the ray caster's meanwhile: it would be taken for the model's.
             return fields.get("learned")

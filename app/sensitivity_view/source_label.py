@@ -11,7 +11,6 @@ from app.state.sensitivity_answers import Agreement, Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.workspace import Workspace
-from model.sensitivity.trust import trust_word
 
 GLOSSES: dict[Source, str] = {
     "exact": "Exact",
@@ -19,6 +18,9 @@ GLOSSES: dict[Source, str] = {
     "learned": "Learned",
 }
 """Terms of the glossary for the sources."""
+
+GOOD, FAIR = 0.9, 0.7
+"""Least cosine of good and of fair agreement."""
 
 NOTABLE = 2.0
 """Factor between learned and exact responses from which it is said."""
@@ -108,7 +110,7 @@ class SourceLabel(QLabel):
                     "agreement not measured"
                     if recorded is None
                     else f"{gloss('Cosine')} on its test images {recorded:.2f}, "
-                    f"{trust_word(recorded)}"
+                    f"{_trust_word(recorded)}"
                 )
             wanted = dispatcher.chooser.order(self._state.choices.measure, live=False)
             if "exact" in wanted and exact not in dispatcher.answers.regions:
@@ -126,7 +128,7 @@ class SourceLabel(QLabel):
             words.append(f"{found.strength:.1f} times as strong")
         elif not self._hint:
             # Where the model knows nothing, a shape that happens to agree is no good.
-            words.append(trust_word(found.cosine))
+            words.append(_trust_word(found.cosine))
         return ", ".join(words)
 
     def _missing_learned(self) -> str:
@@ -138,3 +140,8 @@ class SourceLabel(QLabel):
         if self._dispatcher.learned_fits and not self._state.outline.is_in_square:
             return f"{gloss('Learned')}: not beside the model's image"
         return ""
+
+
+def _trust_word(cosine: float) -> str:
+    """Return the word for a cosine of learned and exact sensitivities."""
+    return "good" if cosine >= GOOD else "fair" if cosine >= FAIR else "poor"

@@ -13,11 +13,9 @@ from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
 
 EngineName = Literal["exact", "learned"]
-Question = Literal[
-    "change", "signed", "field", "all values", "seen", "visibility", "pick", "images"
-]
-"""A kind of question: a region by either measure, a field of effects, the fields of all values or
-their range, where values are seen, visibility, a place, or images."""
+Question = Literal["change", "signed", "field", "seen", "visibility", "pick", "images"]
+"""A kind of question: a region by either measure, a field of effects, where values are seen,
+visibility, a place, or images."""
 
 REST_SIZE = 256
 """Largest size for regions at rest: their numbers hardly depend on it."""
@@ -28,8 +26,6 @@ REST_SECONDS = 1.5
 SLOW_REGION_SIZE = 96
 """Size for the first region in shadows."""
 
-ALL_VALUES_SIZE = 128
-"""Size for the fields of all values: 256 of each pixel, or as many images as there are edits."""
 
 SLOW_SECONDS = 0.5
 """Expected time from which the other engine answers, if there is one."""
@@ -112,10 +108,6 @@ class EngineChooser:
             elif self.begins_small:
                 largest = min(SLOW_REGION_SIZE, largest)
         return self._sized(largest)
-
-    def all_values_quality(self, name: EngineName) -> Quality:
-        """Size of the fields of all values."""
-        return Quality(ALL_VALUES_SIZE if name == "exact" else self.learned_size or REST_SIZE)
 
     def in_common(self, quality: Quality, names: Sequence[EngineName]) -> Quality:
         """Return the quality of an answer about a region, by engines that shall agree about it.

@@ -6,14 +6,11 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.requests import BlockFieldsRequest
 from app.state.engine_chooser import EngineChooser
 from app.state.live_errors import Kind, LiveErrors
 from app.state.sensitivity_answers import (
     Answer,
-    BlockFieldsAnswer,
     FieldAnswer,
-    FieldRangeAnswer,
     RegionAnswer,
     Source,
     ValueVisibilityAnswer,
@@ -47,9 +44,6 @@ class NewestAnswers(QObject):
         than the present one: see :meth:`is_fresh`.
     fields : dict
         Newest answer of each source about edits of the band of values.
-    block_fields, ranges : dict
-        Newest answers of each source about all values: the fields of blocks, and the range of
-        fields of pixels. They are asked for where they are shown.
     seen : Answer or None
         Newest answer about where the band of values is visible.
     visibility, pick : Answer or None
@@ -75,8 +69,6 @@ class NewestAnswers(QObject):
         self._chooser, self._errors = chooser, errors
         self.regions: dict[Source, RegionAnswer] = {}
         self.fields: dict[Source, FieldAnswer] = {}
-        self.block_fields: dict[Source, BlockFieldsAnswer] = {}
-        self.ranges: dict[Source, FieldRangeAnswer] = {}
         self.seen: ValueVisibilityAnswer | None = None
         self.visibility: VisibilityAnswer | None = None
         self.pick: VisibilityAnswer | None = None
@@ -100,25 +92,14 @@ class NewestAnswers(QObject):
         )
 
     @property
-    def shown_fields(self) -> dict[Source, Answer[Any]]:
-        """Newest fields of each source in the chosen style: of pixels, or of blocks."""
-        in_blocks = self._asked.choices.style == "blocks"
-        return dict(self.block_fields if in_blocks else self.fields)
-
-    @property
     def both_regions(self) -> Both:
         """Exact and learned answer about the region."""
         return self._both(self.regions)
 
     @property
     def both_fields(self) -> Both:
-        """Exact and learned field of pixels."""
+        """Exact and learned field of the band."""
         return self._both(self.fields)
-
-    @property
-    def both_shown_fields(self) -> Both:
-        """Exact and learned field in the chosen style."""
-        return self._both(self.shown_fields)
 
     def is_fresh(self, answer: RegionAnswer | None) -> bool:
         """Whether an answer is about the present image, region and edits."""
@@ -149,17 +130,6 @@ class NewestAnswers(QObject):
         else:
             self.fields[source] = answer
             self._compare("field", answer)
-        self.fieldAnswered.emit()
-
-    def take_all_values(self, source: Source, answer: Answer[Any] | None) -> None:
-        """Take an answer about all values, or None."""
-        if answer is None:
-            self.block_fields.pop(source, None)
-            self.ranges.pop(source, None)
-        elif isinstance(answer.request, BlockFieldsRequest):
-            self.block_fields[source] = answer
-        else:
-            self.ranges[source] = answer
         self.fieldAnswered.emit()
 
     def take_seen(self, _source: Source, answer: ValueVisibilityAnswer | None) -> None:
@@ -194,8 +164,8 @@ class NewestAnswers(QObject):
 
     def clear(self) -> None:
         """Forget everything."""
-        for answers in (self.regions, self.fields, self.block_fields, self.ranges):
-            answers.clear()
+        self.regions.clear()
+        self.fields.clear()
         self.seen = self.visibility = self.pick = None
         for signal in (
             self.regionAnswered, self.fieldAnswered, self.visibilityAnswered, self.pickAnswered,

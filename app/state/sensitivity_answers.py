@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.requests import (
-    BlockFieldsRequest,
-    FieldRangeRequest,
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
@@ -64,8 +62,6 @@ class Answer(Generic[_R]):
 
 RegionAnswer = Answer[RegionSensitivityRequest]
 FieldAnswer = Answer[ValueSensitivityRequest]
-BlockFieldsAnswer = Answer[BlockFieldsRequest]
-FieldRangeAnswer = Answer[FieldRangeRequest]
 ValueVisibilityAnswer = Answer[ValueVisibilityRequest]
 VisibilityAnswer = Answer[VisibilityRequest]
 

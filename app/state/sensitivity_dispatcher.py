@@ -20,10 +20,7 @@ from app.engines.channels import Channels
 from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.requests import (
-    BlockFieldsRequest,
-    FieldRangeRequest,
     RegionSensitivityRequest,
-    Request,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
@@ -101,7 +98,6 @@ class SensitivityDispatcher(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._asked_of_all: dict[EngineName, Request] = {}
         self.window: Range = (0.0, 1.0)
         self._state = state
         self._asked = sensitivity
@@ -113,13 +109,10 @@ class SensitivityDispatcher(QObject):
         alone: dict[EngineName, EngineClient] = {"exact": exact}
         self._region = self._opened("region", both, answers.take_region)
         self._field = self._opened("field", both, answers.take_field)
-        self._all_values = self._opened("all values", both, answers.take_all_values)
         self._seen = self._opened("seen", alone, answers.take_seen)
         self._visibility = self._opened("visibility", alone, answers.take_visibility)
         self._pick = self._opened("pick", alone, answers.take_pick)
-        self._channels = (
-            self._region, self._field, self._all_values, self._seen, self._visibility, self._pick,
-        )  # fmt: skip
+        self._channels = self._region, self._field, self._seen, self._visibility, self._pick
         self.trials = EditTrials(
             state, sensitivity, self.chooser, both, answers.fields.get, brightness, self
         )
@@ -251,10 +244,6 @@ class SensitivityDispatcher(QObject):
                 # Answers by another measure or engine would be read as the new one's.
                 self._forget()
             self.ask()
-        elif any(
-            getattr(before, name) != getattr(choices, name) for name in ("style", "blocks", "scale")
-        ):
-            self._ask_of_all()
 
     def _ask_region(self, live: bool = False) -> None:
         choices, inputs = self._asked.choices, self._state.inputs
@@ -296,22 +285,6 @@ class SensitivityDispatcher(QObject):
             quality = self.chooser.quality(name, "field", live)
             request = ValueSensitivityRequest(self._state.inputs, quality, band.values, width)
             self._field[name].ask(request)
-        if not live:
-            self._ask_of_all()
-
-    def _ask_of_all(self) -> None:
-        """Ask for what is shown of all values, unless that was asked already."""
-        choices, inputs = self._asked.choices, self._state.inputs
-        if self._asked.band is None or (choices.style != "blocks" and choices.scale != "all"):
-            return
-        for name in self.chooser.order("field", live=False):
-            quality = self.chooser.all_values_quality(name)
-            request: Request = FieldRangeRequest(inputs, quality, self.window, choices.width)
-            if choices.style == "blocks":
-                request = BlockFieldsRequest(inputs, quality, choices.blocks, choices.width)
-            if self._asked_of_all.get(name) != request:
-                self._asked_of_all[name] = request
-                self._all_values[name].ask(request)
 
     def _ask_pick(self, _place: object = None) -> None:
         place = self._asked.place
@@ -353,7 +326,6 @@ class SensitivityDispatcher(QObject):
         self.problem.emit(next(filter(None, self._problems.values()), ""))
 
     def _forget(self) -> None:
-        self._asked_of_all.clear()
         self.trials.forget()
         for channels in self._channels:
             channels.cancel()

@@ -8,23 +8,18 @@ from typing import Any, Literal, get_args
 from PySide6.QtCore import QObject, Signal
 
 from app.state.kept_fields import kept
-from app.state.value_checks import flag, number, one_of, whole_number
+from app.state.value_checks import flag, number, one_of
 from model.scene.region import SQUARE, Outline, Reach
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.measure import Measure
 
 EngineChoice = Literal["automatic", "exact", "learned"]
-FieldStyle = Literal["map", "contours", "blocks"]
-FieldScale = Literal["own", "all"]
 Tool = Literal["rectangle", "lasso"]
 Layer = Literal["curve", "visible"]
 
 NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
 """Limits of the width of edits, in bins."""
-
-MOST_BLOCKS = 8192
-"""Along either side of an image."""
 
 WIDTH_PER_NOTCH = 1.15
 
@@ -54,15 +49,6 @@ class Choices:
         Standard deviation of edits in bins.
     height : float
         Opacity of the modes whose effect is predicted, 0 to 1.
-    style : {"map", "contours", "blocks"}
-        How fields are drawn; in blocks, it is the change of each block's norm, as in the paper.
-    blocks : int
-        Number of blocks along either side of the image; 0 for one a pixel.
-    scale : {"own", "all"}
-        Whether colours end at the field's own strongest value, or at that of the fields of all
-        scalar values of interest, as in the paper.
-    fade : bool
-        Whether fields fade to grey where learned and exact differ.
     locked : bool
         Whether scales stay as they are.
     """
@@ -74,10 +60,6 @@ class Choices:
     engine: EngineChoice = kept(one_of(*get_args(EngineChoice)), "automatic", in_session=True)
     width: float = kept(number(NARROWEST, WIDEST), EDIT_WIDTH, in_session=True)
     height: float = kept(number(0.0, 1.0), 0.05, in_session=True)
-    style: FieldStyle = kept(one_of(*get_args(FieldStyle)), "map", in_session=True)
-    blocks: int = kept(whole_number(0, MOST_BLOCKS), 16, in_session=True)
-    scale: FieldScale = kept(one_of(*get_args(FieldScale)), "own", in_session=True)
-    fade: bool = kept(flag, False, in_session=True)
     locked: bool = kept(flag, False, in_session=True)
 
 

@@ -87,20 +87,6 @@ def spaced_edits(width: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     return bins, response_to_edits(np.eye(TF_SAMPLES, dtype=np.float32)[bins], width)
 
 
-def edits_within(
-    values: tuple[float, float], scalar_range: Range, width: float
-) -> NDArray[np.float32]:
-    """Return those of :func:`spaced_edits`, (n, 256), around scalar values of an interval.
-
-    At least the one that is nearest to its middle.
-    """
-    bins, edits = spaced_edits(width)
-    first, last = (_bin(value, scalar_range) for value in values)
-    inside = (bins >= first) & (bins <= last)
-    inside[np.abs(bins - (first + last) / 2).argmin()] = True
-    return edits[inside]
-
-
 def norms_at_all_bins(
     bins: NDArray[np.int64], squares: NDArray[np.floating]
 ) -> NDArray[np.float32]:

@@ -2,8 +2,7 @@
 
 The unit is the change of a pixel's value (0 to 1) by an edit that raises the opacity by
 .01 where it is highest. Fields of changes have a sequential colour map, signed ones a
-diverging one; both are perceptually uniform and safe for the colour-blind. Where learned
-and exact fields differ, colours fade to grey (value-suppressing).
+diverging one; both are perceptually uniform and safe for the colour-blind.
 """
 
 from __future__ import annotations
@@ -45,9 +44,6 @@ BACKDROP = 0.45
 
 _OPAQUE_FROM = 0.35
 """Part of the scale from which colours are opaque."""
-
-_TRUSTED_SHARE = np.array([0.15, 0.55, 1.0])
-"""Share of the colour that is kept at each level of trust; the rest is grey."""
 
 _CLIP_QUANTILE = 0.998
 """Share of the pixels within the scale; single pixels do not set it."""
@@ -119,7 +115,6 @@ def overlay(
     field: NDArray[np.floating],
     scale: float,
     measure: Shown,
-    trust: NDArray[np.integer] | None = None,
 ) -> NDArray[np.float64]:
     """Colour a field over its image, which is shown in dim grey.
 
@@ -132,8 +127,6 @@ def overlay(
     scale : float
         Value of the full colour; see :func:`scale_of`.
     measure : {"change", "signed", "visible"}
-    trust : ndarray of int, shape (S, S), optional
-        Level of trust, 0 to 2; see :func:`model.sensitivity.trust.trust_levels`.
 
     Returns
     -------
@@ -143,9 +136,6 @@ def overlay(
     share = np.clip(np.nan_to_num(field) / scale, -1, 1)
     place = (share + 1) / 2 if measure == "signed" else np.abs(share)
     colors = table[np.rint(place * (len(table) - 1)).astype(int)]
-    if trust is not None:
-        kept = _TRUSTED_SHARE[trust][..., None]
-        colors = kept * colors + (1 - kept) * colors.mean(axis=-1, keepdims=True)
     alpha = np.clip(np.abs(share) / _OPAQUE_FROM, 0, 1)[..., None]
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     return np.asarray(gray * (1 - alpha) + colors * alpha)

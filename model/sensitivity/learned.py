@@ -33,7 +33,6 @@ from model.scene.tf_perturbation import (
     spaced_edits,
 )
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.block_fields import largest_scales
 
 TOGETHER = 8
 """Forward passes that are one batch."""
@@ -181,20 +180,6 @@ class Sensitivity:
         again, self._is_asked_again = self._is_asked_again, True
         ways = self._changes_of if again else self._changes
         return panned(next(iter(ways(edit[None]))), self._view)
-
-    def largest_scales(self, edits: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Ends of the scale over the changes by many edits.
-
-        Parameters
-        ----------
-        edits : ndarray of float32, shape (N, 256)
-
-        Returns
-        -------
-        ndarray of float32, shape (2,)
-            See :func:`model.sensitivity.block_fields.largest_scales`.
-        """
-        return largest_scales(self._changes_of(edits), edits)
 
     def _changes_of(self, edits: NDArray[np.float32]) -> Iterator[NDArray[np.float32]]:
         """Yield the change (S, S, 3) of the image by each of some edits (N, 256)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -14,8 +13,6 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion, block_edges
 from model.scene.tf_perturbation import at_all_bins, response_to_edits, spaced_edits
 from model.sensitivity import exact
-from model.sensitivity.block_fields import largest_scales as scales_of
-from model.sensitivity.differences import go_on
 from model.sensitivity.measure import Measure
 
 
@@ -44,7 +41,6 @@ def block_fields(
     size: int,
     block: int,
     width: float,
-    before_each: Callable[[], None] = go_on,
 ) -> NDArray[np.float32]:
     """Fields of blocks for edits around all scalar values.
 
@@ -54,8 +50,6 @@ def block_fields(
         See :func:`model.sensitivity.exact.sensitivity_field`.
     width : float
         Standard deviation of the edits in bins.
-    before_each : callable
-        Called before each of many images, where there are any; may raise.
 
     Returns
     -------
@@ -71,7 +65,6 @@ def block_fields(
     bins, edits = spaced_edits(width)
     found = np.empty((*norms.shape, len(bins)))
     for number, edit in enumerate(edits):
-        before_each()
         gain = (image * renderer.change(inputs, size, edit)).sum(axis=-1)
         np.divide(
             _block_sums(gain, edges),
@@ -81,37 +74,6 @@ def block_fields(
         )
     found[norms == 0] = 0
     return at_all_bins(bins, found).astype(np.float32)
-
-
-def largest_scales(
-    renderer: RaycastRenderer,
-    inputs: SceneInputs,
-    size: int,
-    edits: NDArray[np.float32],
-    before_each: Callable[[], None] = go_on,
-) -> NDArray[np.float32]:
-    """Ends of the scale over the exact changes by many edits.
-
-    Parameters
-    ----------
-    renderer, inputs, size
-        See :func:`model.sensitivity.exact.sensitivity_field`.
-    edits : ndarray of float32, shape (N, 256)
-    before_each : callable
-        Called before the image of each edit; may raise.
-
-    Returns
-    -------
-    ndarray of float32, shape (2,)
-        See :func:`model.sensitivity.block_fields.largest_scales`.
-    """
-
-    def changes() -> Iterator[NDArray[np.float32]]:
-        for edit in edits:
-            before_each()
-            yield renderer.change(inputs, size, edit)
-
-    return scales_of(changes(), edits)
 
 
 def _block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:

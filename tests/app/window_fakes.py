@@ -17,9 +17,7 @@ from app.engines.quality import Quality
 from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
-    BlockFieldsRequest,
     Engine,
-    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
@@ -144,23 +142,6 @@ class FakeEngine:
         self.others.append(request)
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
-
-    def block_fields(
-        self, request: BlockFieldsRequest, watch: Watch = UNWATCHED
-    ) -> NDArray[np.float32]:
-        """At value i, i in the left half of the blocks and 0 in the right one."""
-        self.others.append(request)
-        size = self.scene.image_size if self.scene is not None else request.quality.size
-        blocks = request.blocks or size
-        fields = np.zeros((blocks, blocks, 256), np.float32)
-        fields[:, : blocks // 2] = np.arange(256)
-        return fields
-
-    def field_range(
-        self, request: FieldRangeRequest, watch: Watch = UNWATCHED
-    ) -> NDArray[np.float32]:
-        self.others.append(request)
-        return np.array([3.0, 2.0], np.float32)
 
     def value_visibility(self, request: ValueVisibilityRequest) -> NDArray[np.float32]:
         """A hundredth of the distance of the lowest value from 100, in every pixel."""

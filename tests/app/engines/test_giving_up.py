@@ -17,8 +17,6 @@ from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import (
     BatchRequest,
-    BlockFieldsRequest,
-    FieldRangeRequest,
     ImageRequest,
     PictureRequest,
     Request,
@@ -35,10 +33,8 @@ CHANNEL = "slow"
 
 QUESTIONS: dict[str, Request] = {
     "batch": BatchRequest(INPUTS, Quality(8), (INPUTS,) * 15),
-    "fields of blocks": BlockFieldsRequest(INPUTS, Quality(8), 4, 8.0),
     "image": ImageRequest(INPUTS, Quality(2000)),
     "picture": PictureRequest(INPUTS, Quality(2500)),
-    "range of fields": FieldRangeRequest(INPUTS, Quality(8), (100.0, 200.0), 8.0),
 }
 """Questions that take more than one rendering."""
 

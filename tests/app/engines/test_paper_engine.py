@@ -9,16 +9,11 @@ from ramp import make_tf, make_volume
 from torch import nn
 
 from app.engines.engines import GeneratorEngine, RendererEngine
-from app.engines.messages import SupersededError
 from app.engines.quality import Quality
 from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
-    BlockFieldsRequest,
-    FieldRangeRequest,
     RegionSensitivityRequest,
-    ValueSensitivityRequest,
-    Watch,
 )
 from model.errors import NotOfferedError
 from model.generator.generator import Generator
@@ -30,10 +25,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.scene import Scene
-from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
-from model.sensitivity.block_fields import field_of_band
-from model.sensitivity.display import scale_of, shown_field
 
 VIEW = View(40, 20, 3, 1.0)
 INPUTS = SceneInputs.of(VIEW, make_tf())
@@ -70,49 +62,10 @@ def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) ->
     np.testing.assert_allclose(from_codes, from_tfs, atol=1e-5)
 
 
-@pytest.mark.parametrize("blocks", [8, 16, 0])
-def test_fields_in_blocks_are_the_sensitivities_of_blocks(
-    engine: GeneratorEngine, blocks: int
-) -> None:
-    fields = BlockFieldsRequest(INPUTS, SMALL, blocks, 6.0).answer(engine, UNWATCHED)
-    count = blocks or 32
-    assert fields.shape == (count, count, 256)
-    # A block of one pixel: the change of its norm is the change along its colour.
-    if not blocks:
-        change = ValueSensitivityRequest(INPUTS, SMALL, (150.0, 150.0), 6.0).answer(
-            engine, UNWATCHED
-        )
-        colors = engine.image(BatchRequest(INPUTS, SMALL))[..., :3].astype(np.float64)
-        expected = (colors * change).sum(axis=-1) / np.linalg.norm(colors, axis=-1)
-        ours = field_of_band(fields, (150.0, 150.0), (100.0, 200.0))
-        np.testing.assert_allclose(ours, expected, atol=1e-2 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("name", ["engine", "ray_caster"])
-def test_the_range_holds_the_fields_of_the_window(
-    name: str, request: pytest.FixtureRequest
-) -> None:
-    engine = request.getfixturevalue(name)
-    whole = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0).answer(engine, UNWATCHED)
-    part = FieldRangeRequest(INPUTS, SMALL, (150.0, 152.0), 6.0).answer(engine, UNWATCHED)
-    assert whole.shape == part.shape == (2,)
-    assert (part <= whole).all() and (part > 0).all()
-    asked = ValueSensitivityRequest(INPUTS, SMALL, (151.0, 151.0), 6.0)
-    edit = edit_around(151.0, (100.0, 200.0), 6.0)
-    change = asked.answer(engine, UNWATCHED)
-    for end, measure in zip(part, ("change", "signed"), strict=True):
-        assert end == pytest.approx(scale_of(shown_field(change, edit, measure)), rel=0.1)
-
-
-def test_the_ray_caster_draws_no_codes_and_gives_up(ray_caster: RendererEngine) -> None:
+def test_the_ray_caster_draws_no_codes(ray_caster: RendererEngine) -> None:
     assert not ray_caster.draws_codes
-    for request in (BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)),):
-        with pytest.raises(NotOfferedError):
-            request.answer(ray_caster, UNWATCHED)
-    answers = iter([True, True, False])
-    asked = FieldRangeRequest(INPUTS, SMALL, (100.0, 200.0), 6.0)
-    with pytest.raises(SupersededError):
-        asked.answer(ray_caster, Watch(lambda: next(answers)))
+    with pytest.raises(NotOfferedError):
+        BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)).answer(ray_caster, UNWATCHED)
 
 
 def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None:

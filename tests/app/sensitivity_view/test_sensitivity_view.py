@@ -749,16 +749,16 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     assert "no sensitivity" in window.notice.text
 
 
-@pytest.mark.parametrize("style", ["map", "contours"])
 @pytest.mark.parametrize("measure", ["change", "signed"])
-def test_every_way_to_show_a_field(
-    qtbot: QtBot, window: MainWindow, style: str, measure: str
+def test_a_click_on_the_colour_bar_locks_its_scale(
+    qtbot: QtBot, window: MainWindow, measure: str
 ) -> None:
-    window.sensitivity_state.choose(style=style, measure=measure, fade=True)
+    window.sensitivity_state.choose(measure=measure)
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     scale = window.sensitivity.exact.scale
-    window.sensitivity_state.choose(locked=True)
+    QTest.mouseClick(window.sensitivity.learned.bar, Qt.MouseButton.LeftButton)
+    assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
     window.sensitivity_state.pin(199.0)
 
     def is_answered() -> bool:

@@ -71,7 +71,7 @@ def make_session(folder: Path) -> Session:
         transfer_function=make_tf(),
         look=LOOK,
         window=WINDOW,
-        sensitivity=Choices(measure="change", width=9.0, style="blocks", fade=True),
+        sensitivity=Choices(measure="change", width=9.0, locked=True),
         band=(120.0, 140.0),
         browsing=True,
         model=folder / "data",

@@ -82,13 +82,6 @@ def test_the_sequential_map_grows_lighter_and_the_diverging_one_from_its_middle(
     assert both[32] < both[0] and both[32] < both[-1]
 
 
-def test_without_trust_colours_are_gray() -> None:
-    image, field = np.zeros((1, 3, 3)), np.full((1, 3), 0.6)
-    found = overlay(image, field, 1.0, "change", np.array([[0, 1, 2]]))
-    spread = np.ptp(found[0], axis=-1)
-    assert spread[0] < 0.3 * spread[2] < spread[1] < spread[2]
-
-
 def test_blocks_are_spread_over_their_pixels() -> None:
     found = spread_blocks(np.array([[1.0, 2.0, 3.0]] * 3, np.float32), 5, 2)
     assert found[4].tolist() == [1, 1, 2, 2, 3]

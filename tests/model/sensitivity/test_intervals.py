@@ -1,4 +1,4 @@
-"""Promising intervals, contributions of a place, and trust, against what made them."""
+"""Promising intervals, and contributions of a place, against what made them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from model.sensitivity.contributions import contributions, follow
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
 from model.sensitivity.intervals import strongest_intervals
-from model.sensitivity.trust import trust_levels, trust_word
 from model.sensitivity.what_if import compare
 
 BINS = np.arange(256)
@@ -99,26 +98,6 @@ def test_values_stay_in_their_rows_while_they_are_edited() -> None:
     gone = follow(before, contributions(bump(60, 5, 1.0), RANGE), RANGE)
     assert [(round(c.value), round(c.share, 2)) for c in gone] == [(160, 0.0), (60, 1.0)]
     assert follow((), after, RANGE) == after
-
-
-def test_trust_is_where_two_fields_agree() -> None:
-    rng = np.random.default_rng(0)
-    exact = rng.normal(size=(64, 64, 3)).astype(np.float32)
-    learned = exact.copy()
-    learned[:, 32:] = rng.normal(size=(64, 32, 3))
-    levels = trust_levels(learned, exact, 128)
-    assert levels.shape == (128, 128)
-    assert (levels[:, :52] == 2).all()
-    assert (levels[:, 76:] == 0).mean() > 0.95
-    assert (trust_levels(3 * exact, exact, 64) == 2).all()
-    assert (trust_levels(-exact, exact, 64) == 0).all()
-    assert (trust_levels(np.zeros((8, 8, 3)), np.zeros((8, 8, 3)), 8) == 2).all()
-    smooth = np.repeat(np.repeat(rng.random((8, 8, 3)), 8, 0), 8, 1)
-    small = smooth.reshape(32, 2, 32, 2, 3).mean(axis=(1, 3))
-    assert (trust_levels(smooth, small, 64) == 2).mean() > 0.99
-    assert [trust_word(c) for c in (0.95, 0.9, 0.8, 0.5, -1)] == [
-        "good", "good", "fair", "poor", "poor",
-    ]  # fmt: skip
 
 
 def test_an_edit_over_an_interval_is_flat_between_its_flanks() -> None:
