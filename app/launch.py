@@ -115,7 +115,6 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     looks = {
         "lighting": start.lighting,
         "drawing": start.renderer,
-        "exactness": start.exactness,
     }
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)

@@ -75,24 +75,6 @@ def window(
             "graphics card draws, VTK otherwise. (default: as last time)",
         ),
     ] = None,
-    budget_ms: Annotated[
-        float | None,
-        typer.Option(
-            "--budget-ms",
-            metavar="MS",
-            help="Milliseconds that an image may take while something moves, 15 to 200: where the "
-            "slider from fast to exact stands. (default: as last time)",
-        ),
-    ] = None,
-    error: Annotated[
-        float | None,
-        typer.Option(
-            "--error",
-            metavar="E",
-            help="Error (RMSE) that path-traced images at rest come to, .012 to .001, by the same "
-            "slider.",
-        ),
-    ] = None,
     scalar_range: options.ScalarRange = None,
     scale: options.ScaleName = None,
     series: options.SeriesName = None,
@@ -124,7 +106,6 @@ def window(
     """
     if context.invoked_subcommand is None:
         from app.cli.window import first_look, open_window, window_volume
-        from app.state.exactness import step_for
 
         choice = Choice(series, array, time, channel, component)
         start = WindowStart(
@@ -141,7 +122,6 @@ def window(
             size=values.window_size(size),
             choice=choice if choice.text else None,
             session=session,
-            exactness=step_for(budget_ms, error),
         )
         named = volume, model, session, tf, view, crop, scalar_range, renderer, screenshot
         if not any(named):

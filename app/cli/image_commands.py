@@ -48,13 +48,12 @@ def render(
         ),
     ],
     renderer: Annotated[
-        choices.Renderer | None,
+        choices.Renderer,
         typer.Option(
             "--renderer",
-            help="The reference, the fast ray caster, or the model. (default: vtk; raycast with "
-            "--budget-ms or --error)",
+            help="The reference, the fast ray caster, or the model.",
         ),
-    ] = None,
+    ] = "vtk",
     source: VolumeSource,
     model: options.ModelFolder = None,
     session: Annotated[
@@ -107,12 +106,10 @@ def render(
             "--error",
             min=1e-4,
             max=1.0,
-            help="Error (RMSE to the exact picture of the same light) that is good enough: the "
-            "fastest setting that is predicted to keep to it; as many samples as it takes in "
-            "path-traced light, at most --samples.",
+            help="Estimated error (RMSE) of path-traced light that is good enough: as many samples "
+            "as it takes, at most --samples.",
         ),
     ] = None,
-    budget_ms: options.BudgetMs = None,
     denoise: Annotated[
         bool | None,
         typer.Option(
@@ -192,9 +189,8 @@ def render(
     from app.cli.render import render_to_file
     from app.cli.render_order import RenderOrder
 
-    traded = error is not None or budget_ms is not None
     order = RenderOrder(
-        renderer=renderer or ("raycast" if traded else "vtk"),
+        renderer=renderer,
         volume=source,
         model=model,
         view=view or values.HOME_VIEW,
@@ -202,7 +198,6 @@ def render(
         lighting=lighting,
         samples=samples,
         error=error,
-        budget=values.seconds(budget_ms),
         denoise=denoise,
         light=light,
         crop=crop,
@@ -300,17 +295,6 @@ def sensitivity(
             "values, and opacity by its own, as in the paper.",
         ),
     ] = "own",
-    error: Annotated[
-        float | None,
-        typer.Option(
-            "--error",
-            min=1e-6,
-            max=1.0,
-            help="Of the ray caster's derivative, 1 - cosine to that of half as many columns: it "
-            "is of ever more pixels, up to --size, until that is no more.",
-        ),
-    ] = None,
-    budget_ms: options.BudgetMs = None,
     device: options.DeviceName = "auto",
 ) -> None:
     """Find where in the TF an edit changes a region, or where in the image an edit shows."""
@@ -335,7 +319,5 @@ def sensitivity(
             device=device,
             out=out,
             by_all_values=field_scale == "global",
-            budget=values.seconds(budget_ms),
-            error=error,
         )
     )

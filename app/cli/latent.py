@@ -38,9 +38,6 @@ PICTURES: dict[PictureOf, str] = {
 }
 """Subjects of pictures, for captions."""
 
-PREDICTED = 4
-"""Pictures by which a setting is chosen for all."""
-
 Images = NDArray[np.float32]
 
 
@@ -161,8 +158,6 @@ def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: Scen
         return _Engine(
             lambda codes: draw_codes(generator, space, codes, inputs, of), lambda: None, of
         )
-    if order.is_traded:
-        return _traded_engine(order, volume, space, inputs)
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume)
@@ -170,36 +165,6 @@ def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: Scen
     def draw(codes: Codes) -> Images:
         tfs = space.tfs_of(codes)
         return np.stack([renderer.render(replace(inputs, opacity_tf=tf), order.size) for tf in tfs])
-
-    return _Engine(draw, renderer.close, "tf")
-
-
-def _traded_engine(
-    order: LatentOrder, volume: Volume, space: LatentSpace, inputs: SceneInputs
-) -> _Engine:
-    """Return what draws at the setting that the first pictures are predicted to need."""
-    from model.evaluation.prediction import chosen_setting
-    from model.evaluation.tradeoff import all_settings
-    from model.rendering.raster import Raster
-    from model.rendering.setting import Setting, SettingRenderer
-
-    renderer, shown = SettingRenderer(volume), Raster(order.size, order.size)
-    taken: list[Setting] = []
-
-    def draw(codes: Codes) -> Images:
-        scenes = [replace(inputs, opacity_tf=tf) for tf in space.tfs_of(codes)]
-        if not taken:
-            some = scenes[:: max(len(scenes) // PREDICTED, 1)][:PREDICTED]
-            settings = all_settings("none")
-            choice = chosen_setting(
-                renderer, "none", some, shown, settings, order.budget, order.error
-            )
-            taken.append(choice.setting)
-            console.print(
-                f"{order.out}: pictures by the {choice.setting.text('none')}, in about "
-                f"{1e3 * choice.seconds:.3g} ms each, error ~{choice.rmse:.2g}."
-            )
-        return np.stack([renderer.draw(taken[0], scene, shown)[0] for scene in scenes])
 
     return _Engine(draw, renderer.close, "tf")
 

@@ -82,17 +82,6 @@ def latent(
             "of the TF which the code decodes to. (default: code, if the model draws from codes)",
         ),
     ] = None,
-    error: Annotated[
-        float | None,
-        typer.Option(
-            "--error",
-            min=1e-4,
-            max=1.0,
-            help="Of the ray caster's pictures, RMSE to exact ones: they are drawn at the fastest "
-            "setting that is predicted to keep to it. (default: half a voxel between samples)",
-        ),
-    ] = None,
-    budget_ms: options.BudgetMs = None,
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
@@ -107,8 +96,6 @@ def latent(
         size,
         out,
         picture,
-        values.seconds(budget_ms),
-        error,
     )
     # Late: with it comes torch.
     from app.cli.latent import save_latent

@@ -21,13 +21,6 @@ Brush = tuple[float, float, float, float]
 class LatentOrder:
     """Options of the ``latent`` command; see :func:`app.cli.latent_commands.latent`.
 
-    Attributes
-    ----------
-    budget : float or None
-        Seconds that a picture may take.
-    error : float or None
-        RMSE to the exact picture that it may have.
-
     Raises
     ------
     LatentError
@@ -46,8 +39,6 @@ class LatentOrder:
     size: int
     out: Path
     picture: PictureOf | None = None
-    budget: float | None = None
-    error: float | None = None
 
     def __post_init__(self) -> None:
         if self.near is not None and (self.grid is not None or self.at is not None):
@@ -63,17 +54,7 @@ class LatentOrder:
             raise LatentError(
                 "Pictures of codes are a model's; give --model, or leave --picture out."
             )
-        if self.is_traded and self.model is not None:
-            raise LatentError(
-                "A model's pictures have one time and one error; leave --budget-ms and --error "
-                "out, or --model."
-            )
         if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
             raise LatentError(
                 f"{self.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"
             )
-
-    @property
-    def is_traded(self) -> bool:
-        """Whether an error or a time is asked for."""
-        return self.error is not None or self.budget is not None

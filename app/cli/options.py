@@ -247,16 +247,6 @@ StoreFolder = Annotated[
         callback=values.store,
     ),
 ]
-BudgetMs = Annotated[
-    float | None,
-    typer.Option(
-        "--budget-ms",
-        metavar="MS",
-        min=0.1,
-        max=1e7,
-        help="Time that it may take: the nearest to the exact one that is predicted to keep to it.",
-    ),
-]
 Workers = Annotated[
     int | None,
     typer.Option(

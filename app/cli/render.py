@@ -59,7 +59,7 @@ def render_to_file(order: RenderOrder) -> None:
             write_turntable(order, drawer)
         else:
             write_figure(order, drawer)
-        if order.is_traded:
+        if order.error is not None:
             console.print(f"{order.out}: by {drawer.drawn_by()}.")
     finally:
         drawer.close()
@@ -153,11 +153,6 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
         _refuse_of_paths(order)
     if lighting == "path" and not order.preintegrated:
         return _path_drawer(order, volume, tf, light, scene)
-    if order.is_traded:
-        from app.cli.render_trade import traded_drawer
-
-        size = scene.image_size if scene else DEFAULT_SIZE
-        return traded_drawer(order, volume, tf, lighting, light, size)
     renderer: Renderer
     if name == "vtk" and not order.preintegrated:
         renderer = FallbackRenderer(volume, lighting, light, step)
@@ -225,6 +220,7 @@ def _other_distance(distance: float, lighting: Lighting) -> float:
 def _refuse_of_paths(order: RenderOrder) -> None:
     for option, what in (
         (order.samples, "Samples are counted"),
+        (order.error, "Errors are estimated"),
         (order.denoise, "Pictures are denoised"),
     ):
         if option is not None:
@@ -255,15 +251,13 @@ def _path_drawer(
     size = scene.image_size if scene else DEFAULT_SIZE
     raster = order.size or Raster(size, size)
     error = order.error or 0.0
-    samples = order.samples or (MOST_SAMPLES if order.is_traded else SAMPLES)
+    samples = order.samples or (SAMPLES if order.error is None else MOST_SAMPLES)
     finished: list[tuple[Refined, float]] = []
 
     def draw(view: View) -> NDArray[np.float32]:
         begun = time.perf_counter()
         seen = replace(inputs, view=view)
-        last = drawn(
-            tracer, seen, raster, samples, cleaning=cleaning, error=error, seconds=order.budget
-        )
+        last = drawn(tracer, seen, raster, samples, cleaning=cleaning, error=error)
         finished[:] = [(last, time.perf_counter() - begun)]
         return last.rgba
 
@@ -346,12 +340,8 @@ def _refuse_for_a_model(order: RenderOrder) -> None:
     """Refuse what only renderers have."""
     if order.paths_are_asked_for:
         raise RenderError(
-            "Samples and denoising are the path tracer's; leave them out, or choose its light."
-        )
-    if order.is_traded:
-        raise RenderError(
-            "A model has one time and one error; leave --budget-ms and --error out, or give "
-            "--renderer raycast."
+            "Samples, error and denoising are the path tracer's; leave them out, or choose its "
+            "light."
         )
     if order.preintegrated:
         raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")

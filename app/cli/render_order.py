@@ -31,8 +31,6 @@ class RenderOrder(Look):
 
     Attributes
     ----------
-    budget : float or None
-        Seconds that an image may take.
     known_tf : TransferFunction or None
         Over its own range and scale, in place of a file's; a session's.
     fingerprint : str
@@ -48,7 +46,6 @@ class RenderOrder(Look):
     lighting: Lighting | None
     samples: int | None
     error: float | None
-    budget: float | None
     denoise: bool | None
     size: Raster | None
     brightness: float | None
@@ -77,12 +74,7 @@ class RenderOrder(Look):
     @property
     def paths_are_asked_for(self) -> bool:
         """Whether there is an option of path-traced light."""
-        return self.samples is not None or self.denoise is not None
-
-    @property
-    def is_traded(self) -> bool:
-        """Whether an error or a time is asked for."""
-        return self.error is not None or self.budget is not None
+        return (self.samples, self.denoise, self.error) != (None, None, None)
 
 
 @dataclass(frozen=True, eq=False)

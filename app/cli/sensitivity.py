@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from app.cli.captions import range_text, tf_text, view_text
 from app.cli.choices import SensitivityEngine
-from app.cli.console import console
 from app.cli.outputs import make_room_for
 from app.cli.render import (
     DEFAULT_SAMPLE_DISTANCE,
@@ -37,7 +36,7 @@ from model.sensitivity.measure import Measure
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 
 if TYPE_CHECKING:
-    from model.rendering.raycast.renderer import RaycastRenderer
+    pass
 
 PAPER_BLOCKS = 16
 """Blocks along each side by which ``blockwise`` makes the field of a value, as in the paper."""
@@ -97,8 +96,6 @@ def save_sensitivity(order: SensitivityOrder) -> None:
             "A model has the light that it was trained with; leave --lighting out, or give "
             "--engine exact."
         )
-    if order.is_traded:
-        _check_trade(order, engine)
     chosen = order.volume.is_placed
     if chosen and engine != "exact":
         raise RenderError(MODEL_RANGE)
@@ -108,10 +105,6 @@ def save_sensitivity(order: SensitivityOrder) -> None:
     if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
         volume, chosen = volume.over(scene.scalar_range, scene.scale), True
     tf, volume = choose_tf(order.tf, volume, chosen)
-    if order.is_traded:
-        order, question, answer = _traded(order, volume, tf)
-        _save(order, volume, question, answer)
-        return
     question = _question(order, volume, tf)
     ways: dict[SensitivityEngine, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
         "exact": _by_renderer,
@@ -145,43 +138,6 @@ def _check_question(order: SensitivityOrder) -> None:
         )
 
 
-def _check_trade(order: SensitivityOrder, engine: SensitivityEngine) -> None:
-    if engine != "exact":
-        raise RenderError(
-            "A model answers in one time, with one error; leave --budget-ms and --error out, or "
-            "give --engine exact."
-        )
-    if order.block is not None or order.by_all_values:
-        raise RenderError(
-            "Fields of blocks are of all pixels; leave --budget-ms and --error out, or ask for a "
-            "region or a value."
-        )
-
-
-def _traded(
-    order: SensitivityOrder, volume: Volume, tf: TransferFunction
-) -> tuple[SensitivityOrder, _Question, _Answer]:
-    """Answer for as few pixels as are near enough, or as many as there is time for."""
-    from model.sensitivity.fewer_pixels import approximated
-
-    with _renderer(order, volume) as (renderer, whole, lighting):
-
-        def ask(size: int) -> tuple[SensitivityOrder, _Question, _Answer]:
-            scaled = order.scaled(size / whole)
-            question = _question(scaled, volume, tf)
-            return scaled, question, _differentiated(renderer, size, lighting, scaled, question)
-
-        found = approximated(
-            ask, lambda each: each[2].sensitivity, whole, order.budget, order.error
-        )
-    scaled, question, answer = found.answer
-    said = f"{found.size} x {found.size} pixels, in {found.seconds:.2g} s"
-    if found.size < whole and found.cosine is not None:
-        said += f", cosine to half as many columns {found.cosine:.4f}"
-    console.print(f"{order.out}: of an image of {said}.")
-    return scaled, question, answer
-
-
 def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> _Question:
     lo, hi = volume.scalar_range
     low, high = values_at(volume.scalar_range, volume.scale)
@@ -210,16 +166,8 @@ def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> 
 
 
 def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
-    with _renderer(order, volume) as (renderer, size, lighting):
-        return _differentiated(renderer, size, lighting, order, asked)
-
-
-@contextmanager
-def _renderer(
-    order: SensitivityOrder, volume: Volume
-) -> Iterator[tuple[RaycastRenderer, int, Lighting]]:
-    """Give the ray caster that an order asks for, its images' width and height, and their light."""
     from model.rendering.raycast.renderer import RaycastRenderer
+    from model.sensitivity.rendered import block_fields, region_responses
 
     scene = load_card(order.model).scene if order.model else None
     lighting: Lighting = scene.lighting if scene else "none"
@@ -227,34 +175,20 @@ def _renderer(
     if order.lighting is not None:
         lighting, light = order.lighting, None
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
-    renderer = RaycastRenderer(volume, lighting, light, step)
-    try:
-        yield renderer, order.size or (scene.image_size if scene else DEFAULT_SIZE), lighting
-    finally:
-        renderer.close()
-
-
-def _differentiated(
-    renderer: RaycastRenderer,
-    size: int,
-    lighting: Lighting,
-    order: SensitivityOrder,
-    asked: _Question,
-) -> _Answer:
-    from model.sensitivity.rendered import block_fields, region_responses
-
+    size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
     blocks = None
-    if order.by_all_values:
-        blocks = block_fields(renderer, asked.inputs, size, _block(size), asked.width)
-    image = renderer.render(asked.inputs, size)[..., :3]
-    if asked.edit is not None:
-        found = renderer.change(asked.inputs, size, asked.edit)
-    elif asked.block is not None:
-        found = block_fields(renderer, asked.inputs, size, asked.block, asked.width)
-    else:
-        found = region_responses(
-            renderer, asked.inputs, size, asked.pixels(size), asked.width, asked.measure
-        )
+    with closing(RaycastRenderer(volume, lighting, light, step)) as renderer:
+        if order.by_all_values:
+            blocks = block_fields(renderer, asked.inputs, size, _block(size), asked.width)
+        image = renderer.render(asked.inputs, size)[..., :3]
+        if asked.edit is not None:
+            found = renderer.change(asked.inputs, size, asked.edit)
+        elif asked.block is not None:
+            found = block_fields(renderer, asked.inputs, size, asked.block, asked.width)
+        else:
+            found = region_responses(
+                renderer, asked.inputs, size, asked.pixels(size), asked.width, asked.measure
+            )
     light_name = "" if lighting == "none" else f", {lighting} light"
     return _Answer(image, found, f"exact, by the ray caster{light_name}", lighting, blocks)
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from app.cli.choices import SensitivityEngine
@@ -16,15 +15,7 @@ from model.volume_files.source import VolumeSource
 
 @dataclass(frozen=True, kw_only=True)
 class SensitivityOrder(Look):
-    """Options of the ``sensitivity`` command; see :func:`app.cli.image_commands.sensitivity`.
-
-    Attributes
-    ----------
-    budget : float or None
-        Seconds that the answer may take.
-    error : float or None
-        1 - cosine that it may have to that of half as many columns.
-    """
+    """Options of the ``sensitivity`` command; see :func:`app.cli.image_commands.sensitivity`."""
 
     volume: VolumeSource
     model: Path | None
@@ -40,26 +31,3 @@ class SensitivityOrder(Look):
     device: str
     out: Path
     by_all_values: bool = False
-    budget: float | None = None
-    error: float | None = None
-
-    @property
-    def is_traded(self) -> bool:
-        """Whether an error or a time is asked for."""
-        return self.error is not None or self.budget is not None
-
-    def scaled(self, part: float) -> SensitivityOrder:
-        """Return the order for an image with a part of the columns, of the same region."""
-        if self.region is None:
-            return self
-        left, top, right, bottom = (
-            part * edge
-            for edge in (
-                self.region.left,
-                self.region.top,
-                self.region.right,
-                self.region.bottom,
-            )
-        )
-        region = Region(int(left), int(top), math.ceil(right), math.ceil(bottom))
-        return replace(self, region=region)

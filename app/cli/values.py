@@ -271,8 +271,3 @@ def output_folder(path: Path | None) -> Path | None:
     if path is not None:
         check_output_folder(path)
     return path
-
-
-def seconds(milliseconds: float | None) -> float | None:
-    """Return a time in seconds, where one is given."""
-    return None if milliseconds is None else milliseconds / 1e3

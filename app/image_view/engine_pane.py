@@ -88,7 +88,7 @@ class EnginePane(QWidget):
         self._refines = stand_in is not None
         self._facts = self._who = self._light = ""
         self._note = self._note_tip = self._hint = self._tip = ""
-        self._speed = self._live_drawer = ""
+        self._speed = ""
         self._name = title
         self._cover = ("", "", "")
         self._is_late = self._is_finer_next = False
@@ -132,11 +132,6 @@ class EnginePane(QWidget):
     def set_light(self, text: str) -> None:
         """Say in which light the image is drawn."""
         self._light = text
-        self._show_status()
-
-    def set_live_drawer(self, text: str) -> None:
-        """Say who draws while something moves, and why, in the caption's tooltip."""
-        self._live_drawer = text
         self._show_status()
 
     def set_title(self, title: str, tip: str = "") -> None:
@@ -237,7 +232,6 @@ class EnginePane(QWidget):
             text, tone = self._status()
             note = self._note_tip if self._note else ""
             lines = [self._tip, self._hint, note, self._facts, self.client.remark]
-            lines.append(self._live_drawer)
         self.caption.set_title(title)
         self.caption.set_detail(text, tone)
         self.canvas.setAccessibleName(self.caption.accessibleName())

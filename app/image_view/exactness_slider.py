@@ -9,9 +9,8 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
 from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
-from app.state.exactness import STEPS, Exactness
-from app.state.fidelity import error_text, figures_text
-from app.state.live_errors import LiveErrors
+from app.state.exactness import STOPS
+from app.state.fidelity import error_text
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.wheel_guard import WheelGuard
@@ -19,8 +18,11 @@ from app.wheel_guard import WheelGuard
 WIDTH = 76
 """Of the slider, in pixels."""
 
-WIDEST, UNKNOWN = "~999 ms, error .0000", "…"
+WIDEST, UNKNOWN = "999 ms, error .0000", "…"
 """As long as figures get, so that nothing moves as they change, and what stands in their place."""
+
+NAMES = list(STOPS)
+"""Of the stops, from left to right."""
 
 MARGIN = 10
 """Around the figures, in pixels."""
@@ -33,23 +35,18 @@ class ExactnessSlider(QWidget):
     """Chooses between speed and accuracy, and says what both are here.
 
     Its figures are measured: they are those of the last image while something moved, compared
-    with the one at rest. Each choice draws both. A click on them opens those of all steps.
-
-    Parameters
-    ----------
-    answers : LiveErrors
-        Of sensitivities and of the map's pictures, which take more or less time with the images.
+    with the one at rest. Each choice draws both. A click on them measures those of all stops.
     """
 
-    def __init__(self, work: ReferenceWork, answers: LiveErrors) -> None:
+    def __init__(self, work: ReferenceWork) -> None:
         super().__init__()
-        self._work, self._answers = work, answers
+        self._work = work
         self._line: FidelityLine | None = None
         self._ends = [QLabel("fast"), QLabel("exact")]
         self._is_folded = False
         self.slider = QSlider(Qt.Orientation.Horizontal)
         WheelGuard(self.slider)
-        self.slider.setRange(0, len(STEPS) - 1)
+        self.slider.setRange(0, len(NAMES) - 1)
         self.slider.setPageStep(1)
         self.slider.setFixedWidth(WIDTH)
         # What is dragged over is not drawn.
@@ -66,17 +63,16 @@ class ExactnessSlider(QWidget):
         row.setSpacing(6)
         for widget in (self._ends[0], self.slider, self._ends[1], self.figures):
             row.addWidget(widget)
-        self.slider.valueChanged.connect(lambda step: work.choose(exactness=step))
+        self.slider.valueChanged.connect(lambda number: work.choose(stop=NAMES[number]))
         self.slider.sliderMoved.connect(self._say)
         work.choicesChanged.connect(self._show)
-        work.trade.changed.connect(self._show_figures)
         self._show(work.choices)
         self.set_folded(False)
 
     @cached_property
     def popover(self) -> TradePopover:
-        """Shows time and error of all steps; built when it is first opened."""
-        return TradePopover(self._work, self._answers, self)
+        """Shows time and error of all stops; built when it is first opened."""
+        return TradePopover(self._work, self)
 
     def follow(self, line: FidelityLine) -> None:
         """Have the figures of the images that a line judges."""
@@ -94,44 +90,33 @@ class ExactnessSlider(QWidget):
         self._show_figures()
 
     def open_popover(self) -> None:
-        """Show time and error of all steps."""
+        """Show time and error of all stops."""
         self.popover.open_below(self.figures.mapToGlobal(self.figures.rect().bottomRight()))
 
     def _show(self, choices: ReferenceChoices) -> None:
         with QSignalBlocker(self.slider):
-            self.slider.setValue(choices.exactness)
-        self._say(choices.exactness)
+            self.slider.setValue(NAMES.index(choices.stop))
+        self._say(self.slider.value())
         self._show_figures()
 
     def _say(self, number: int) -> None:
-        """Say what a step means, in tooltip and accessible name."""
-        step = STEPS[number]
-        name = step.name or f"step {number + 1} of {len(STEPS)}"
-        rest = f"path-traced light is refined until its error is {error_text(step.error)}"
-        if step.distance is not None:
+        """Say what a stop means, in tooltip and accessible name."""
+        name, stop = NAMES[number].capitalize(), STOPS[NAMES[number]]
+        rest = f"path-traced light is refined until its error is {error_text(stop.error)}"
+        if stop.distance is not None:
             rest += ", and in other light but shadows samples lie twice as close"
         self.slider.setAccessibleName(f"From fast to exact: {name}")
         tip = (
             f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "
-            f"take {1e3 * step.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
+            f"take {1e3 * stop.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
             f"drawn; {rest}.<br>The figures are measured: how long the last moving image took, "
-            "and how far it was from the one at rest (RMSE); ~ is predicted by other scenes of the "
-            "volume, until one has moved. A choice has both drawn; a click on them measures all "
-            "steps.</qt>"
+            "and how far it was from the one at rest (RMSE). A choice has both drawn; a click on "
+            "them measures all stops.</qt>"
         )
         for widget in (self.slider, self.figures, *self._ends):
             widget.setToolTip(tip)
 
     def _show_figures(self) -> None:
         text = "" if self._line is None else self._line.moving
-        text = text or self._traded_text(STEPS[self._work.choices.exactness])
         self.figures.setText(UNKNOWN if self._is_folded else text or UNKNOWN)
         self.figures.setAccessibleName(f"Moving images: {text}" if text else "Speed and accuracy")
-
-    def _traded_text(self, step: Exactness) -> str:
-        """Say what a moving image takes, before one has moved, if that is known."""
-        trade = self._work.trade
-        found, about = trade.at(step), ""
-        if found is None:
-            found, about = trade.expected(step), "~"
-        return "" if found is None else about + figures_text(found.seconds, found.error)

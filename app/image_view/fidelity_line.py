@@ -84,8 +84,6 @@ class FidelityLine(QLabel):
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.LOADING:
             self._errors.forget()
-        elif state is EngineState.SETTLED:
-            self._errors.settle(self._whole())
         self._show()
 
     def _show(self) -> None:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Literal
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import ImageRequest
 from app.state.drawing_plan import NO_MODEL_SIZE, DrawingPlan
-from app.state.live_drawer import LiveDrawer
 from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import TIME_GROWTH, Raster
@@ -60,8 +59,7 @@ class Dispatcher(QObject):
     """Sends image requests to the engines at every change of the viewer's state.
 
     While something is dragged the reference's images are coarser, by as much as the times of
-    those before demand, and come from the ray caster where it draws what VTK does and is the
-    faster one.
+    those before demand, and come from the ray caster where it draws what VTK does.
 
     Parameters
     ----------
@@ -75,9 +73,6 @@ class Dispatcher(QObject):
     plan : DrawingPlan
         What is drawn, and how.
     """
-
-    liveDrawerChanged = Signal(str)
-    """Emitted with a sentence on who draws while something moves, and why; may be empty."""
 
     def __init__(
         self,
@@ -94,7 +89,6 @@ class Dispatcher(QObject):
         self._pace = Pace()
         # Of small images a good part of the time has nothing to do with their pixels.
         self._live_pace = Pace(TIME_GROWTH)
-        self._live_drawer = LiveDrawer()
         self._asked: set[int] = set()
         self._sent: Quality | None = None
         state.inputsChanged.connect(self._send_live)
@@ -121,7 +115,6 @@ class Dispatcher(QObject):
         """Forget how long images took, as another volume, light or renderer is drawn."""
         self._pace.forget()
         self._live_pace.forget()
-        self._choose_live_drawer()
 
     def send(self, generator_only: bool = False) -> None:
         """Request the final images of the present state.
@@ -163,7 +156,6 @@ class Dispatcher(QObject):
 
         So one sees what has been traded, and both are measured.
         """
-        self._choose_live_drawer()
         if self._reference in self.plan.hidden:
             return
         self._asked.clear()
@@ -223,10 +215,8 @@ class Dispatcher(QObject):
         if channel is self._stand_in:
             self._reference.images.cancel()
             self._ask_stand_in(quality)
-            return
-        if self._stands_in():
-            self._stand_in.cancel()
-        self._submit(channel, quality)
+        else:
+            self._submit(channel, quality)
 
     def _submit(self, channel: Channel, quality: Quality, stands_in: bool = False) -> None:
         if channel.client not in self.plan.hidden and self._state.scale == self.plan.scale:
@@ -239,11 +229,9 @@ class Dispatcher(QObject):
 
     def _moving_image(self) -> tuple[Channel, Quality]:
         """Return who draws while something moves, and at which quality."""
-        if not self._stands_in():
-            return self._reference.images, self._live("reference")
-        if self._live_drawer.is_vtk:
-            return self._reference.images, self._live_of_vtk
-        return self._stand_in, self._live("stand-in")
+        if self._stands_in():
+            return self._stand_in, self._live("stand-in")
+        return self._reference.images, self._live("reference")
 
     def _live(self, drawer: Drawer) -> Quality:
         seconds = self.plan.exactness.live_seconds
@@ -254,28 +242,6 @@ class Dispatcher(QObject):
         coarseness = LIVE_COARSENESS if by_vtk and not self.plan.begins_coarse else 1.0
         return Quality(raster.shorter, coarseness, live=True, raster=raster)
 
-    @property
-    def _live_of_vtk(self) -> Quality:
-        """VTK's live image, where it is the faster: all samples, and as many pixels as keep up."""
-        scale = self._pace.scale(
-            AT_REST, self.plan.raster.side, self.plan.exactness.live_seconds, FIRST_SCALE
-        )
-        raster = self.plan.raster.scaled(scale)
-        return Quality(raster.shorter, live=True, raster=raster)
-
-    def _choose_live_drawer(self) -> None:
-        plan, before, size = self.plan, self._live_drawer.reason, self.plan.raster.side
-        if plan.may_stand_in and plan.most_samples == 1 and not self._reference.by_raycast:
-            self._live_drawer.choose(
-                self._pace.expected(AT_REST, size),
-                self._live_pace.expected(("stand-in", True), size),
-                self.plan.exactness.live_seconds,
-            )
-        else:
-            self._live_drawer.forget()
-        if self._live_drawer.reason != before:
-            self.liveDrawerChanged.emit(self._live_drawer.reason)
-
     def _note(self, result: Result) -> None:
         """Note how long an image took, and have the next finer one of the same state drawn."""
         request = result.request
@@ -283,12 +249,9 @@ class Dispatcher(QObject):
             return
         stands_in, raster = request.stands_in, request.quality.pixels
         if request.quality.samples == 1:
-            # A live image with all samples tells how long one at rest takes.
-            whole = not stands_in and self._live_drawer.is_vtk
-            live = request.quality.live and not whole
+            live = request.quality.live
             pace = self._live_pace if live else self._pace
             pace.note(("stand-in" if stands_in else "reference", live), raster.side, result.seconds)
-            self._choose_live_drawer()
         newest = request.sequence in self._asked and not self._state.live
         if stands_in and newest and request.quality.live:
             # What has been traded was shown: the image at rest follows.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from app.engines.client import EngineClient
-from app.state.exactness import STEPS, USUAL, Exactness
+from app.state.exactness import STOPS, USUAL, Exactness
 from model.rendering.raster import Raster
 from model.scene.value_scale import ValueScale
 
@@ -57,7 +57,7 @@ class DrawingPlan:
     begins_coarse: bool = False
     most_samples: int = 1
     draws_live: bool = False
-    exactness: Exactness = STEPS[USUAL]
+    exactness: Exactness = STOPS[USUAL]
     generator_follows: bool = False
     hidden: frozenset[EngineClient] = frozenset()
     scale: ValueScale = "linear"

@@ -11,7 +11,6 @@ MOVING = "coarser while moving"
 
 LET_GO = "Coarser while something moves: let go for the finer image."
 WAIT = "It is being refined: wait for it."
-MEASURED = "Its error is predicted: as measured of the last image of this kind that came to rest."
 ESTIMATED = "Its error is estimated from how the samples of its pixels differ."
 ENDS = (
     "Refining ends at {} samples a pixel. Move the slider above the image towards exact, or have "
@@ -47,8 +46,6 @@ class Fidelity:
     ----------
     error : float or None
         Root mean square of the colours' errors; None if it is not known.
-    is_predicted : bool
-        Whether it was measured of other images than this one.
     state : str
         What becomes of it, in words; may be empty while something moves.
     reasons : tuple of str
@@ -56,7 +53,6 @@ class Fidelity:
     """
 
     error: float | None = None
-    is_predicted: bool = False
     state: str = ""
     reasons: tuple[str, ...] = ()
 
@@ -65,5 +61,5 @@ class Fidelity:
         """One short line, such as "error .004, refining"; empty of an exact image."""
         if self.error is None:
             return self.state
-        error = f"error {'~' if self.is_predicted else ''}{error_text(self.error)}"
+        error = f"error {error_text(self.error)}"
         return f"{error}, {self.state}" if self.state else error

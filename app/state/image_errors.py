@@ -1,9 +1,8 @@
-"""Errors of the reference's images: estimated, measured at rest, or predicted by others."""
+"""Errors of the reference's images: estimated, or measured at rest."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,6 @@ from app.state.fidelity import (
     ENDS,
     ESTIMATED,
     LET_GO,
-    MEASURED,
     MORE,
     MOVING,
     REFINING,
@@ -41,37 +39,27 @@ Image = NDArray[np.float32]
 
 
 class ImageErrors:
-    """Judges each image of the reference, and learns from it how wrong others are.
+    """Judges the reference's last image, and measures the last one while something moved.
 
-    Coarse images are kept until the one at rest of the same inputs is there, and compared with
-    that. The error that is found predicts that of the next images of their kind: as many pixels,
-    samples as far apart, and as many of them.
+    That is kept until the image at rest of the same inputs is there, and compared with it.
     """
 
     def __init__(self) -> None:
-        self._known: dict[object, float] = {}
-        self._waiting: dict[object, Image] = {}
-        self._inputs: SceneInputs | None = None
         self._last: Result | None = None
         self._moved: Result | None = None
-        self._moved_in_full = False
+        self._error: float | None = None
 
     @property
     def moving(self) -> tuple[float, float | None] | None:
         """Seconds and error of the last image while something moved; None if there is none."""
-        if self._moved is None:
-            return None
-        error = 0.0 if self._moved_in_full else self._known.get(_kind(self._moved))
-        return self._moved.seconds, error
+        return None if self._moved is None else (self._moved.seconds, self._error)
 
     def forget(self) -> None:
         """Begin anew: another volume, light or renderer is drawn."""
-        self._known.clear()
-        self._waiting.clear()
-        self._inputs = self._last = self._moved = None
+        self._last = self._moved = None
 
     def note(self, result: Result, whole: Raster, moves: bool = False) -> None:
-        """Note that an image is shown, and measure those before it if it knows its own error.
+        """Note that an image is shown, and measure the moving one before it if it is at rest.
 
         Parameters
         ----------
@@ -80,39 +68,20 @@ class ImageErrors:
         whole : Raster
             Pixels that an image has where nothing stands against it.
         """
-        assert result.value is not None
-        if result.request.inputs != self._inputs:
-            self._waiting.clear()
-            self._inputs = result.request.inputs
         # Kernels may have been compiled meanwhile.
         is_first = self._last is None and result.seconds > MOST_SECONDS
-        self._last = result
-        if result.request.quality.live and (moves or not (is_first or self._follows(result))):
-            self._moved, self._moved_in_full = result, _is_full(result, whole)
-        self._waiting[_kind(result)] = result.value
-        if result.image_error is not None:
-            self._measure(whole)
-
-    def _follows(self, result: Result) -> bool:
-        """Whether it is the reference's first one at rest, after the ray caster's in motion."""
-        return self._moved is not None and not _is_own(self._moved) and _is_own(result)
-
-    def settle(self, whole: Raster) -> None:
-        """Take the last image as the one at rest, and measure those before it."""
-        if self._last is not None and _is_own(self._last):
-            self._measure(whole)
-            self._waiting.clear()
-
-    def _measure(self, whole: Raster) -> None:
-        last = self._last
-        if last is None or last.value is None or not _is_whole(last, whole):
+        self._last, moved = result, self._moved
+        if result.request.quality.live:
+            if moves or not is_first:
+                self._moved = result
+                self._error = 0.0 if _is_full(result, whole) else None
+        elif moved is None or self._error == 0 or moved.request.inputs != result.request.inputs:
             return
-        own = last.image_error or 0.0
-        for kind, image in self._waiting.items():
-            if kind != _kind(last):
-                found = distance(image, last.value)
-                if own <= MOST_OWN_ERROR * found:
-                    self._known[kind] = found
+        elif _is_own(result) and _has_all_pixels(result, whole):
+            assert moved.value is not None and result.value is not None
+            found = distance(moved.value, result.value)
+            if (result.image_error or 0.0) <= MOST_OWN_ERROR * found:
+                self._error = found
 
     def fidelity(self, inputs: SceneInputs, moves: bool, settled: bool, whole: Raster) -> Fidelity:
         """Judge the last image.
@@ -135,17 +104,14 @@ class ImageErrors:
         if settled and not last.request.quality.live and not moves:
             return _at_rest(last, whole)
         # The estimate knows nothing of pixels that are not there.
-        own = last.image_error if last.request.quality.pixels.width >= whole.width else None
+        own = last.image_error if _has_all_pixels(last, whole) else None
         own = None if own == math.inf else own
-        error = self._known.get(_kind(last)) if own is None else own
-        how = () if error is None else (MEASURED if own is None else ESTIMATED,)
+        how = () if own is None else (ESTIMATED,)
         if not moves:
-            return Fidelity(error, own is None, REFINING, (WAIT, *how))
-        if error is None:
-            return Fidelity() if _is_full(last, whole) else Fidelity(None, False, MOVING, (LET_GO,))
-        return (
-            Fidelity() if error <= GOOD_ENOUGH else Fidelity(error, own is None, "", (LET_GO, *how))
-        )
+            return Fidelity(own, REFINING, (WAIT, *how))
+        if _is_full(last, whole) or (own is not None and own <= GOOD_ENOUGH):
+            return Fidelity()
+        return Fidelity(own, MOVING if own is None else "", (LET_GO, *how))
 
 
 def distance(coarse: Image, fine: Image) -> float:
@@ -178,25 +144,18 @@ def _grid(count: int) -> NDArray[np.intp]:
     return ((np.arange(chosen) + 0.5) * count / chosen).astype(np.intp)
 
 
-def _kind(result: Result) -> object:
-    return _is_own(result), replace(result.request.quality, live=False, error=0.0)
-
-
 def _is_own(result: Result) -> bool:
     """Whether the reference itself has drawn an image, not who stands in for it."""
     return not (isinstance(result.request, ImageRequest) and result.request.stands_in)
 
 
-def _is_whole(result: Result, whole: Raster) -> bool:
-    """Whether an image is one at rest, with all pixels."""
-    quality = result.request.quality
-    return _is_own(result) and not quality.live and quality.pixels.width >= whole.width
+def _has_all_pixels(result: Result, whole: Raster) -> bool:
+    return result.request.quality.pixels.width >= whole.width
 
 
 def _is_full(result: Result, whole: Raster) -> bool:
     """Whether a moving image is as fine as one at rest."""
-    quality = result.request.quality
-    has_all = quality.pixels.width >= whole.width and quality.coarseness == 1.0
+    has_all = _has_all_pixels(result, whole) and result.request.quality.coarseness == 1.0
     # What has an error of its own becomes better at rest.
     return has_all and _is_own(result) and result.image_error is None
 
@@ -208,9 +167,9 @@ def _at_rest(last: Result, whole: Raster) -> Fidelity:
     if own is None or own <= GOOD_ENOUGH:
         return Fidelity()
     if own <= quality.error:
-        return Fidelity(own, False, AS_CHOSEN, (MORE, ESTIMATED))
+        return Fidelity(own, AS_CHOSEN, (MORE, ESTIMATED))
     return _best(own, ENDS.format(quality.samples), ESTIMATED)
 
 
 def _best(error: float | None, *reasons: str) -> Fidelity:
-    return Fidelity(error, False, AT_BEST, reasons)
+    return Fidelity(error, AT_BEST, reasons)

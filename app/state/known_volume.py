@@ -18,17 +18,11 @@ from app.state.value_checks import (
     valid_of,
     whole_number,
 )
-from model.scene.scene import RENDERER_NAMES, Lighting, RendererName
+from model.scene.scene import Lighting
 
 MOST_RECENT = 10
 """Number of recent files of each kind, and of remembered models of a volume."""
 
-MOST_TRADES = 12
-"""Number of a volume's measurements, one for each machine, light and renderer; the oldest gives
-way."""
-
-MOST_IMAGES = 20
-"""Number of images of a measurement."""
 
 MOST_MARKS, MOST_POINTS = 1000, 100_000
 """Number of regions of a volume, and of a region's corners."""
@@ -53,36 +47,6 @@ class KnownRegion:
     points: tuple[tuple[float, float], ...]
 
 
-@dataclass(frozen=True)
-class KnownTrade:
-    """Cost of images while something moves, as the mean over some scenes of a volume.
-
-    Attributes
-    ----------
-    machine : str
-        Processor and threads.
-    lighting : str
-    renderer : {"vtk", "raycast"}
-        Who drew; in path-traced light the path tracer stands in the ray caster's place.
-    size : float
-        Square root of the number of pixels at rest.
-    scenes : int
-    seconds, error : float
-        Of the image at rest, see :class:`~app.state.trade_keeper.AtRest`.
-    images : tuple of (scale, seconds, error)
-        See :class:`~app.state.trade_keeper.Traded`; times and errors as factors of those at rest.
-    """
-
-    machine: str
-    lighting: Lighting
-    renderer: RendererName
-    size: float
-    scenes: int
-    seconds: float
-    error: float
-    images: tuple[tuple[float, float, float], ...]
-
-
 _lighting = one_of("none", "direct", "soft", "shadows", "path")
 recent_texts = list_of(text, MOST_RECENT)
 """Check of a list of paths, the newest first."""
@@ -101,28 +65,6 @@ def _region(value: Any) -> KnownRegion:
     if len(points) < 3 or any(len(point) != 2 for point in points):
         raise ValueError("it must have corners")
     return KnownRegion(text(value.get("name")), tuple((x, y) for x, y in points))
-
-
-def _trade(value: Any) -> KnownTrade:
-    """Take a measurement, or raise ValueError."""
-    if isinstance(value, KnownTrade):
-        return value
-    if not isinstance(value, dict):
-        raise ValueError("it must have names")
-    image = list_of(number(0.0, 1e6), 3)
-    images = list_of(image, MOST_IMAGES)(value.get("images"))
-    if not images or any(len(each) != 3 for each in images):
-        raise ValueError("it must have images of three numbers")
-    return KnownTrade(
-        text(value.get("machine")),
-        _lighting(value.get("lighting")),
-        one_of(*RENDERER_NAMES)(value.get("renderer")),
-        number(1.0, 1e6)(value.get("size")),
-        whole_number(1, 10**9)(value.get("scenes")),
-        number(0.0, 1e6)(value.get("seconds")),
-        number(0.0, 1.0)(value.get("error")),
-        tuple((scale, seconds, error) for scale, seconds, error in images),
-    )
 
 
 def _visible(value: Any) -> tuple[float, ...]:
@@ -170,8 +112,6 @@ class KnownVolume:
         Of the TF's plot.
     visible : tuple of float
         Lowest and highest scalar value in sight in the TF's plot; empty for the usual ones.
-    trades : tuple of KnownTrade
-        The newest last.
     others : dict
         What this version does not know, to be kept.
     """
@@ -195,7 +135,6 @@ class KnownVolume:
     value_scale: Scale = kept(_scale, "linear", in_session=True)
     opacity_scale: Scale = kept(_scale, "linear", in_session=True)
     visible: tuple[float, ...] = kept(_visible, (), in_session=True)
-    trades: tuple[KnownTrade, ...] = kept(valid_of(_trade, MOST_TRADES), ())
     others: dict[str, Any] = unknown()
 
 

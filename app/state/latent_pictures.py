@@ -18,7 +18,6 @@ from app.state.engine_chooser import EngineName
 from app.state.latent_drawer import CELL_SIZE, LatentDrawer, look_of
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
-from app.state.live_errors import LiveErrors
 from app.state.viewer_state import ViewerState
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
@@ -119,8 +118,6 @@ class LatentPictures(QObject):
     latent : LatentState
     session : LatentSession
     drawer : LatentDrawer
-    errors : LiveErrors
-        Is told of pictures, live and at rest.
 
     Attributes
     ----------
@@ -143,7 +140,6 @@ class LatentPictures(QObject):
         latent: LatentState,
         session: LatentSession,
         drawer: LatentDrawer,
-        errors: LiveErrors,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
@@ -153,7 +149,6 @@ class LatentPictures(QObject):
         self._state = state
         self._latent = latent
         self._session = session
-        self._errors = errors
         self._is_path_traced = False
         self._grids = drawer.opened("grid", self._take_grid)
         self.grid_at_work = AtWork(self._grids.values(), self)
@@ -303,7 +298,6 @@ class LatentPictures(QObject):
         if result.value is None:
             self._grid_key = None
             return
-        self._compare(source, result)
         if asked is not None:
             self._show_grid(asked, result.value, result.seconds, source, result.request)
             self._trace(self._grids[source], result.request, self._asked_grids, asked)
@@ -312,7 +306,6 @@ class LatentPictures(QObject):
         asked = _pop(self._asked_hovers, result.request.sequence)
         if result.value is None:
             return
-        self._compare(source, result)
         if asked is not None:
             self.hover = HoverPicture(
                 asked.place, result.request.inputs.opacity_tf, asked.samples, result.value[0],
@@ -329,11 +322,6 @@ class LatentPictures(QObject):
         is_due = stands_in and not (request.quality.live or channel.is_pending)
         if is_due and isinstance(request, BatchRequest) and not request.traced:
             table[channel.ask(replace(request, traced=True)).sequence] = asked
-
-    def _compare(self, source: EngineName, result: Result) -> None:
-        assert result.value is not None
-        seconds = result.seconds / len(result.value)
-        self._errors.take("map", source, result.request, result.value, seconds)
 
     def _show_grid(
         self,

@@ -13,7 +13,6 @@ from app.state.latent_drawer import LatentDrawer
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession, OpenSpace
 from app.state.latent_state import LatentState
-from app.state.live_errors import LiveErrors
 from app.state.viewer_state import ViewerState
 
 
@@ -24,8 +23,6 @@ class LatentWork(QObject):
     ----------
     exact, learned : EngineClient
         Clients of a ray caster and of the generator.
-    errors : LiveErrors
-        Is told of pictures, live and at rest.
     """
 
     def __init__(
@@ -34,7 +31,6 @@ class LatentWork(QObject):
         latent: LatentState,
         exact: EngineClient,
         learned: EngineClient,
-        errors: LiveErrors,
         open_space: OpenSpace,
         parent: QObject,
     ) -> None:
@@ -43,7 +39,7 @@ class LatentWork(QObject):
         self._model: Path | None = None
         self.session = LatentSession(state, latent, open_space, self)
         self.drawer = LatentDrawer(state, latent, self.session, exact, learned, self)
-        self.pictures = LatentPictures(state, latent, self.session, self.drawer, errors, self)
+        self.pictures = LatentPictures(state, latent, self.session, self.drawer, self)
         self.drawer.problem.connect(self.pictures.problem)
         exact.stateChanged.connect(partial(self._check_failure, exact))
 

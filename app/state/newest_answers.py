@@ -7,7 +7,6 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from app.state.engine_chooser import EngineChooser
-from app.state.live_errors import Kind, LiveErrors
 from app.state.sensitivity_answers import (
     Answer,
     FieldAnswer,
@@ -33,8 +32,6 @@ class NewestAnswers(QObject):
     asked : SensitivityState
         What is asked about.
     chooser : EngineChooser
-    errors : LiveErrors
-        Is told of answers, live and at rest.
     parent : QObject
 
     Attributes
@@ -61,12 +58,11 @@ class NewestAnswers(QObject):
         state: ViewerState,
         asked: SensitivityState,
         chooser: EngineChooser,
-        errors: LiveErrors,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state, self._asked = state, asked
-        self._chooser, self._errors = chooser, errors
+        self._chooser = chooser
         self.regions: dict[Source, RegionAnswer] = {}
         self.fields: dict[Source, FieldAnswer] = {}
         self.seen: ValueVisibilityAnswer | None = None
@@ -117,7 +113,6 @@ class NewestAnswers(QObject):
             return
         else:
             self.regions[source] = answer
-            self._compare("curve", answer)
         self.regionAnswered.emit()
 
     def take_field(self, source: Source, answer: FieldAnswer | None) -> None:
@@ -129,7 +124,6 @@ class NewestAnswers(QObject):
             return
         else:
             self.fields[source] = answer
-            self._compare("field", answer)
         self.fieldAnswered.emit()
 
     def take_seen(self, _source: Source, answer: ValueVisibilityAnswer | None) -> None:
@@ -171,9 +165,6 @@ class NewestAnswers(QObject):
             self.regionAnswered, self.fieldAnswered, self.visibilityAnswered, self.pickAnswered,
         ):  # fmt: skip
             signal.emit()
-
-    def _compare(self, kind: Kind, answer: Answer[Any]) -> None:
-        self._errors.take(kind, answer.source, answer.request, answer.value, answer.seconds)
 
     def _both(self, answers: dict[Source, Answer[Any]]) -> Both:
         exact = answers.get(self._chooser.exact_source or "exact")

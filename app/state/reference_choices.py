@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from app.engines.engines import Drawing, ReferenceSettings
-from app.state.exactness import STEPS, USUAL
+from app.state.exactness import STOPS, USUAL, Stop
 from app.state.known_volume import LightingChoice
 from model.scene.light import LightDirection, LightRange
 from model.scene.scene import Lighting, Scene
@@ -29,9 +29,9 @@ class ReferenceChoices:
     ----------
     lighting : {"auto", "none", "direct", "soft", "shadows", "path"}
     drawing : {"auto", "vtk", "raycast"}
-    exactness : int
-        Number of one of :data:`app.state.exactness.STEPS`. Samples lie as far apart as in the
-        model's training images, or :data:`USUAL_DISTANCE`, where that has no other distance.
+    stop : {"fast", "balanced", "exact"}
+        Of the slider from fast to exact. Samples lie as far apart as in the model's training
+        images, or :data:`USUAL_DISTANCE`, where that has no other distance.
     size : {"pane", "generator"} or int
     shadows_first : bool
         Whether volumes open in shadows where these do not take long; else in direct light.
@@ -41,7 +41,7 @@ class ReferenceChoices:
 
     lighting: LightingChoice = "auto"
     drawing: Drawing = "auto"
-    exactness: int = USUAL
+    stop: Stop = USUAL
     size: SizeChoice = "pane"
     shadows_first: bool = True
     denoises: bool = True
@@ -67,7 +67,7 @@ class ReferenceChoices:
         return ReferenceSettings(
             lighting,
             light,
-            STEPS[self.exactness].distance_in(lighting) or usual,
+            STOPS[self.stop].distance_in(lighting) or usual,
             self.drawing,
             self.denoises or lighting != "path",
         )

@@ -13,13 +13,12 @@ from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result
 from app.state.dispatcher import Dispatcher
 from app.state.drawing_plan import NO_MODEL_SIZE
-from app.state.exactness import STEPS
+from app.state.exactness import STOPS, Stop
 from app.state.known_volume import LightingChoice
 from app.state.light_keeper import LightKeeper
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.slow_lights import SlowLights
-from app.state.trade_keeper import TradeKeeper
 from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from model.rendering.path_tracing import denoising
@@ -80,8 +79,6 @@ class ReferenceWork(QObject):
     """Emitted with the :class:`Raster` of the image."""
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
-    liveDrawerChanged = Signal(str)
-    """Emitted with a sentence on who draws while something moves, and why; may be empty."""
     volumeStarted = Signal()
     """Emitted when another volume, or its values over another range, are drawn."""
 
@@ -112,11 +109,9 @@ class ReferenceWork(QObject):
         self._pane_rest.timeout.connect(self._take_pane_size)
         reference.images.answered.connect(self._judge_light)
         stand_in.answered.connect(self._judge_light)
-        dispatcher.liveDrawerChanged.connect(self.liveDrawerChanged)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
-        self._trades = TradeKeeper(preferences)
-        self.trade = TradeWork(state, reference, self._analyst, dispatcher, self._trades, self)
+        self.trade = TradeWork(state, reference, self._analyst, dispatcher, self)
         self.light = LightKeeper(state, preferences, self)
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
@@ -131,14 +126,9 @@ class ReferenceWork(QObject):
         """Reach that the home view fits: the whole image's, or that of a model's square."""
         return self._dispatcher.plan.raster.reach if self._scene is None else SQUARE
 
-    def settings_at(self, exactness: int) -> ReferenceSettings:
-        """Return the settings that another step from fast to exact would lead to."""
-        choices = replace(self.choices, exactness=exactness)
-        return choices.settings(self._scene, self._slow_lights.found)
-
-    def resting_distance(self, exactness: int) -> float:
-        """Return how far samples of images at rest would be apart at a step, in voxels."""
-        settings = self.settings_at(exactness)
+    def resting_distance(self, stop: Stop) -> float:
+        """Return how far samples of images at rest would be apart at a stop, in voxels."""
+        settings = replace(self.choices, stop=stop).settings(self._scene, self._slow_lights.found)
         by_raycast = settings.renderer == "raycast" or self._reference.by_raycast
         return settings.smooth_distance if by_raycast else settings.sample_distance
 
@@ -179,14 +169,14 @@ class ReferenceWork(QObject):
             return
         redrawn = (choices.size, choices.drawing) != (self.choices.size, self.choices.drawing)
         relit = choices.lighting != self.choices.lighting
-        traded = choices.exactness != self.choices.exactness
+        traded = choices.stop != self.choices.stop
         self.choices = choices
         if keep:
             if relit and self._volume is not None:
                 self._preferences.note_volume(self._volume.fingerprint, lighting=choices.lighting)
             self._preferences.set(
                 drawing=choices.drawing,
-                exactness=choices.exactness,
+                stop=choices.stop,
                 reference_size=None if choices.size == "pane" else choices.size,
                 shadows_first=choices.shadows_first,
                 denoises=choices.denoises,
@@ -250,7 +240,6 @@ class ReferenceWork(QObject):
     def stop(self) -> None:
         """Follow the pane no more."""
         self._pane_rest.stop()
-        self.trade.stop()
 
     def _take_light(self, before: Volume | None) -> None:
         """Take the light in which the volume was seen last; that of the next time step stays."""
@@ -269,8 +258,6 @@ class ReferenceWork(QObject):
 
     def _take_settings(self) -> None:
         self.settings = self.choices.settings(self._scene, self._slow_lights.found)
-        if self._volume is not None:
-            self._trades.follow(self._volume.fingerprint, self.settings.lighting)
         self._size_images()
         self._offer_light()
         self.settingsChanged.emit(self.settings)
@@ -281,14 +268,14 @@ class ReferenceWork(QObject):
         if size == "generator" and self._scene is not None:
             size = self._scene.image_size
         is_fixed, is_path = isinstance(size, int), self.settings.lighting == "path"
-        step = STEPS[self.choices.exactness]
+        exactness = STOPS[self.choices.stop]
         is_clean = self.settings.denoises and denoising.installed()
         dispatcher.change(
             is_fixed=is_fixed,
             raster=Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels),
             may_stand_in=self.choices.drawing == "auto",
-            exactness=step,
-            most_samples=step.samples if is_path else 1,
+            exactness=exactness,
+            most_samples=exactness.samples if is_path else 1,
             draws_live=is_path and is_clean,
             begins_coarse=self.settings.lighting in ("soft", "shadows", "path"),
         )
@@ -349,7 +336,7 @@ def _remembered(preferences: Preferences) -> ReferenceChoices:
     return ReferenceChoices(
         "auto",
         values.drawing,
-        values.exactness,
+        values.stop,
         size,
         values.shadows_first,
         values.denoises,

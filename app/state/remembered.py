@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from app.engines.engines import Drawing
-from app.state.exactness import STEPS, USUAL
+from app.state.exactness import STOPS, USUAL, Stop
 from app.state.kept_fields import checks_of, kept, unknown
 from app.state.known_volume import KnownVolume, recent_texts
 from app.state.value_checks import (
@@ -56,8 +56,8 @@ class Remembered:
     Attributes
     ----------
     drawing : {"auto", "vtk", "raycast"}
-    exactness : int
-        Number of one of :data:`app.state.exactness.STEPS`.
+    stop : {"fast", "balanced", "exact"}
+        Of the slider from fast to exact.
     reference_size : None, int or "generator"
         Pixels of the reference image, 16 to 8192; None for as many as its pane has.
     shadows_first : bool
@@ -89,7 +89,7 @@ class Remembered:
     """
 
     drawing: Drawing = kept(one_of("auto", *RENDERER_NAMES), "auto", in_session=True)
-    exactness: int = kept(whole_number(0, len(STEPS) - 1), USUAL, in_session=True)
+    stop: Stop = kept(one_of(*STOPS), USUAL, in_session=True)
     reference_size: ReferenceSize = kept(
         either(one_of(None, "generator"), whole_number(16, 8192)), None, in_session=True
     )

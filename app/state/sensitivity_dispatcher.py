@@ -28,7 +28,6 @@ from app.engines.requests import (
 from app.state.brightness import Brightness
 from app.state.edit_trials import EditTrials
 from app.state.engine_chooser import EngineChooser, EngineName
-from app.state.live_errors import LiveErrors
 from app.state.newest_answers import NewestAnswers
 from app.state.pace import Pace
 from app.state.sensitivity_answers import (
@@ -73,8 +72,6 @@ class SensitivityDispatcher(QObject):
         Knows whether a volume's first pictures are drawn: all is asked after them.
     brightness : Brightness
         In which edits are measured.
-    errors : LiveErrors
-        Is told of answers, live and at rest.
 
     Attributes
     ----------
@@ -94,16 +91,15 @@ class SensitivityDispatcher(QObject):
         learned: EngineClient,
         order: StartOrder,
         brightness: Brightness,
-        errors: LiveErrors,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self.window: Range = (0.0, 1.0)
         self._state = state
         self._asked = sensitivity
-        self._order, self._errors = order, errors
+        self._order = order
         self.chooser = EngineChooser(sensitivity)
-        self.answers = answers = NewestAnswers(state, sensitivity, self.chooser, errors, self)
+        self.answers = answers = NewestAnswers(state, sensitivity, self.chooser, self)
         both: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         # Of the data, whoever draws.
         alone: dict[EngineName, EngineClient] = {"exact": exact}
@@ -150,7 +146,6 @@ class SensitivityDispatcher(QObject):
         self.chooser.begins_small = begins_small
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
-        self._errors.forget()
         self._forget()
 
     def show(self, picture: Raster) -> None:

@@ -185,7 +185,7 @@ class SessionWork(QObject):
             keep=False,
             lighting=session.look.get("lighting", "auto"),
             drawing=self._preferences.value("drawing"),
-            exactness=self._preferences.value("exactness"),
+            stop=self._preferences.value("stop"),
             denoises=self._preferences.value("denoises"),
             size="pane" if size is None else size,
         )

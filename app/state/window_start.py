@@ -40,8 +40,6 @@ class WindowStart:
         What to read of a volume's file that holds several.
     session : Path or None
         A session's file; its volume is `volume`.
-    exactness : int or None
-        Number of one of :data:`app.state.exactness.STEPS`.
     proposed : {"none", "direct", "soft", "shadows", "path"} or None
         Light of a volume that was seen in none before.
     size : tuple of int, or None
@@ -66,7 +64,6 @@ class WindowStart:
     size: tuple[int, int] | None = None
     choice: Choice | None = None
     session: Path | None = None
-    exactness: int | None = None
     proposed: Lighting | None = None
 
     def __post_init__(self) -> None:

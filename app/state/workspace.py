@@ -10,12 +10,11 @@ from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, GeneratorSettings
 from app.state.brightness import Brightness
 from app.state.dispatcher import Dispatcher
-from app.state.exactness import STEPS
+from app.state.exactness import STOPS
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
-from app.state.live_errors import LiveErrors
 from app.state.look_keeper import LookKeeper
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
@@ -108,12 +107,11 @@ class Workspace(QObject):
         self.model = GeneratorWork(generator, builders, generator_settings, self)
         self._order = StartOrder(generator, reference, stand_in, self.model, self)
         self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
-        self.live_errors = errors = LiveErrors(self)
         self.sensitivity = SensitivityDispatcher(
-            state, sensitivity, self._analyst, generator, self._order, brightness, errors, self
+            state, sensitivity, self._analyst, generator, self._order, brightness, self
         )
         self.latent = LatentWork(
-            state, latent, self._analyst, generator, errors, builders.latent_space, self
+            state, latent, self._analyst, generator, builders.latent_space, self
         )
         self.reference = ReferenceWork(
             state, reference, stand_in, builders, self._dispatcher, preferences, self
@@ -159,7 +157,7 @@ class Workspace(QObject):
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have all live answers be as fast as the images are to be."""
-        patience = STEPS[choices.exactness].patience
+        patience = STOPS[choices.stop].patience
         self.sensitivity.allow(patience)
         self.latent.drawer.allow(patience)
 

@@ -139,7 +139,7 @@ class MainWindow(QMainWindow):
         self.reference_controls = ReferenceControls(
             self.state, self.workspace.reference, self.brightness, self
         )
-        self.exactness = ExactnessSlider(self.workspace.reference, self.workspace.live_errors)
+        self.exactness = ExactnessSlider(self.workspace.reference)
         self.top_bar = TopBar(
             self.reference_controls.ball, self.reference_controls.light, self.exactness
         )
@@ -288,7 +288,6 @@ class MainWindow(QMainWindow):
             lambda settings: self.brightness.set_lighting("exact", settings.lighting)
         )
         self.workspace.reference.settingsChanged.connect(lambda _settings: self._name_light())
-        self.workspace.reference.liveDrawerChanged.connect(self.reference.set_live_drawer)
         self._name_light()
         self.workspace.rangeChanged.connect(self._show_range)
         self.workspace.scaleChanged.connect(self._show_scale)

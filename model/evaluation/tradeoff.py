@@ -109,12 +109,6 @@ def settings_of(lighting: Lighting, vtk: bool = True, denoises: bool = False) ->
     return [setting for setting in found if setting != Setting.exact(lighting)]
 
 
-def all_settings(lighting: Lighting, renderer: str = "raycast") -> list[Setting]:
-    """Return the settings of one renderer under a lighting, the exact one too if it is its own."""
-    found = [*settings_of(lighting), Setting.exact(lighting)]
-    return [setting for setting in found if setting.renderer == renderer]
-
-
 def measure_tradeoff(
     volume: Volume,
     lighting: Lighting,

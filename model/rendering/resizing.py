@@ -31,11 +31,3 @@ def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.fl
     """Interpolate a whole image (h, w, channels) linearly to other rows and columns."""
     (height, width), (rows, columns) = image.shape[:2], shape
     return enlarged(image, Raster(width, height), Raster(columns, rows))
-
-
-def quartered(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return an image with the means of 2 x 2 pixels; an odd last row or column is left out."""
-    rows, columns = image.shape[0] // 2 * 2, image.shape[1] // 2 * 2
-    blocks = image[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2, -1)
-    mean: NDArray[np.float32] = blocks.mean(axis=(1, 3))
-    return mean

@@ -14,8 +14,6 @@ from shiboken6 import getAllValidWrappers
 from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
-from app.state import trade_work
-from app.state.trade_keeper import AtRest
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
@@ -39,18 +37,6 @@ def garbage_stays_in_this_thread() -> Iterator[None]:
     gc.disable()
     yield
     gc.enable()
-
-
-@pytest.fixture(autouse=True)
-def nothing_measured_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ask engines for what a test asks for, however long its window rests."""
-    monkeypatch.setattr(trade_work, "REST_MS", 10**6)
-
-
-@pytest.fixture(autouse=True)
-def fakes_have_edges(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give even images of fakes the error that fewer pixels of other images have."""
-    monkeypatch.setattr(trade_work, "AtRest", lambda seconds, error: AtRest(seconds, error or 0.01))
 
 
 @pytest.fixture(autouse=True)

@@ -43,8 +43,6 @@ def opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[WindowStart]
         (f"{VOLUME} tf.json", WindowStart(VOLUME, tf=Path("tf.json"))),
         ("tf.json", WindowStart(DEFAULT_VOLUME, tf=Path("tf.json"))),
         (f"{MODEL} --volume scan", WindowStart(Path("scan"), MODEL)),
-        ("scan --budget-ms 50", WindowStart(Path("scan"), exactness=1)),
-        ("scan --error .001", WindowStart(Path("scan"), exactness=4)),
         ("scan", WindowStart(Path("scan"))),
         ("IM0001", WindowStart(Path("IM0001"))),
         (

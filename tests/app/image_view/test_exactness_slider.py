@@ -9,26 +9,26 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from app.image_view.exactness_slider import UNKNOWN
-from app.state.exactness import STEPS, USUAL
+from app.state.exactness import USUAL
 from app.window.main_window import MainWindow
 
 
-def test_a_step_is_chosen_kept_and_drawn_with_its_figures(
+def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(
     qtbot: QtBot, make_window: Callable[..., MainWindow]
 ) -> None:
     window = make_window(model=None, size="pane")
     control, work = window.exactness, window.workspace.reference
     # Where one renderer draws at rest and in motion, samples lie farther apart in motion.
     work.choose(lighting="direct", drawing="raycast")
-    assert control.slider.value() == USUAL
+    assert control.slider.value() == 1
     assert control.slider.accessibleName() == "From fast to exact: Balanced"
     assert "100 ms" in control.slider.toolTip()
     assert work.settings.sample_distance == 0.5
     # A pane that has just been laid out has its own images drawn.
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
-    # By key, to the last step.
+    # By key, to the last stop.
     QTest.keyClick(control.slider, Qt.Key.Key_End)
-    assert work.choices.exactness == window.preferences.value("exactness") == len(STEPS) - 1
+    assert work.choices.stop == window.preferences.value("stop") == "exact"
     assert work.settings.sample_distance == 0.25
     assert control.slider.accessibleName() == "From fast to exact: Exact"
     qtbot.waitUntil(lambda: "error" in control.figures.text(), timeout=10_000)
@@ -43,9 +43,9 @@ def test_in_shadows_samples_stay_as_far_apart(make_window: Callable[..., MainWin
     window = make_window(model=None)
     work = window.workspace.reference
     for lighting, exact in (("none", 0.25), ("shadows", 0.5), ("path", 0.5)):
-        work.choose(lighting=lighting, exactness=USUAL)
+        work.choose(lighting=lighting, stop=USUAL)
         assert work.settings.sample_distance == 0.5
-        work.choose(exactness=len(STEPS) - 1)
+        work.choose(stop="exact")
         assert work.settings.sample_distance == exact
 
 

@@ -66,7 +66,7 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot: QtBot, line: FidelityLin
     assert line.isHidden()
 
 
-def test_it_learns_the_error_of_moving_images(qtbot: QtBot, line: FidelityLine) -> None:
+def test_it_has_time_and_error_of_the_last_moving_image(qtbot: QtBot, line: FidelityLine) -> None:
     pane = line._pane
     state = line._state
     pane.client.start(FakeEngine, "Loading …")
@@ -78,12 +78,12 @@ def test_it_learns_the_error_of_moving_images(qtbot: QtBot, line: FidelityLine) 
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(request(line, 102))
     assert line.said == ""
+    assert line.moving.endswith(" ms, error .12")
     state.move_view(View(80.0))
     pane.client.submit(replace(request(line, 103), quality=MOVING))
-    qtbot.waitUntil(lambda: line.said != "")
-    assert line.said == "error ~.12"
+    qtbot.waitUntil(lambda: line.said == "coarser while moving")
     # As wide as what it says.
-    short = line.width()
+    wide = line.width()
     state.finish_view()
-    qtbot.waitUntil(lambda: line.said == "error ~.12, refining")
-    assert line.width() > short
+    qtbot.waitUntil(lambda: line.said == "refining")
+    assert line.width() < wide

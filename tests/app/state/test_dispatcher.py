@@ -15,7 +15,7 @@ from app.state.dispatcher import (
     STAND_IN_SECONDS,
     Dispatcher,
 )
-from app.state.exactness import STEPS
+from app.state.exactness import STOPS
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -284,71 +284,13 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     assert not generator.asked[-1].quality.live
 
 
-def test_where_vtk_is_fast_it_draws_all_pixels_with_all_samples_while_something_moves(
-    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
-) -> None:
-    _, reference, stand_in = clients
-    dispatcher.change(may_stand_in=True)
-    told: list[str] = []
-    dispatcher.liveDrawerChanged.connect(told.append)
-    # Before anything is known, the ray caster.
-    assert drag(state, clients) is stand_in
-    state.finish_view()
-    reference.answer(1e-8)
-    assert drag(state, clients) is reference
-    assert STAND_IN in stand_in.abandoned
-    live = reference.answer(1e-8)
-    assert (live.quality.pixels, live.quality.coarseness) == (PANE, 1.0)
-    assert "VTK draws" in told[-1]
-    # It becomes slow in the middle of a drag, for good.
-    drawers = []
-    for _ in range(8):
-        drawers.append(drag(state, clients))
-        drawers[-1].answer(1e-5 if drawers[-1] is reference else 3e-6)
-    assert drawers[0] is reference and drawers[-1] is stand_in
-    assert drawers.index(stand_in) <= 4
-    assert reference not in drawers[drawers.index(stand_in) :]
-    assert "the ray caster draws" in told[-1]
-
-
-def test_a_vtk_that_fails_leaves_what_moves_to_the_ray_caster(
-    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
-) -> None:
-    _, reference, stand_in = clients
-    dispatcher.change(may_stand_in=True)
-    dispatcher.send()
-    reference.answer(1e-8)
-    assert drag(state, clients) is reference
-    # The ray caster has drawn in its place, and is as fast.
-    reference.by_raycast = True
-    reference.answer(1e-8)
-    assert drag(state, clients) is stand_in
-
-
-def test_times_of_another_volume_or_light_choose_nobody(
-    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
-) -> None:
-    _, reference, stand_in = clients
-    dispatcher.change(may_stand_in=True)
-    dispatcher.send()
-    reference.answer(1e-8)
-    dispatcher.forget_times()
-    assert drag(state, clients) is stand_in
-    # Where the user has chosen who draws, no time matters.
-    state.finish_view()
-    dispatcher.change(may_stand_in=False)
-    reference.answer(1e-8)
-    assert drag(state, clients) is reference
-    assert reference.asked[-1].quality.coarseness > 1
-
-
 @pytest.mark.parametrize("lit", [False, True])
 def test_an_image_that_moves_takes_as_long_as_is_chosen(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client], lit: bool
 ) -> None:
     dispatcher.change(begins_coarse=lit)
     widths = []
-    for step in STEPS:
+    for step in STOPS.values():
         dispatcher.change(exactness=step)
         for _ in range(4):
             drag(state, clients).answer(1e-6)

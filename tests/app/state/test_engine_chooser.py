@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from app.state.engine_chooser import REST_SIZE, EngineChooser
-from app.state.exactness import STEPS, USUAL
+from app.state.exactness import STOPS, USUAL
 from app.state.pace import LIVE_SECONDS, Pace
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import Raster
@@ -113,9 +113,9 @@ def test_live_sizes_follow_the_time_they_take() -> None:
 def test_who_wants_speed_gets_smaller_live_answers(chooser: EngineChooser) -> None:
     chooser.pace.note(("exact", "field"), 256, LIVE_SECONDS)
     assert chooser.quality("exact", "field", live=True).size == 256
-    chooser.patience = STEPS[0].patience
+    chooser.patience = STOPS["fast"].patience
     few = chooser.quality("exact", "field", live=True).size
-    assert few**2 / 256**2 <= STEPS[0].live_seconds / STEPS[USUAL].live_seconds
+    assert few**2 / 256**2 <= STOPS["fast"].live_seconds / STOPS[USUAL].live_seconds
     # At rest nothing is traded.
     assert chooser.quality("exact", "field").size == 512
-    assert STEPS[USUAL].patience == 1
+    assert STOPS[USUAL].patience == 1

@@ -65,58 +65,21 @@ def test_nothing_is_said_of_an_exact_image() -> None:
     assert said(errors, moves=True) == ""
 
 
-def test_a_moving_image_has_the_error_of_the_last_one_that_came_to_rest() -> None:
-    errors = ImageErrors()
-    errors.note(result(0.4, live()), WHOLE)
-    assert said(errors, moves=True) == "coarser while moving"
-    errors.note(result(0.5), WHOLE)
-    errors.settle(WHOLE)
-    # Of another view it is predicted: the levels differ by .1.
-    turned = replace(make_request(1).inputs, view=View(80.0))
-    errors.note(result(0.0, live(), inputs=turned), WHOLE)
-    assert said(errors, moves=True) == "error ~.1"
-    # Neither another kind of image nor other inputs are measured.
-    errors.note(result(0.0, live(raster=Raster(32, 24)), inputs=turned), WHOLE)
-    assert said(errors, moves=True) == "coarser while moving"
-    errors.note(result(0.9), WHOLE)
-    errors.settle(WHOLE)
-    errors.note(result(0.0, live(), inputs=turned), WHOLE)
-    assert said(errors, moves=True) == "error ~.1"
-    errors.forget()
-    errors.note(result(0.4, live()), WHOLE)
-    assert said(errors, moves=True) == "coarser while moving"
-
-
 def test_at_rest_nothing_is_said_of_an_image_that_is_not_the_wanted_one() -> None:
     errors = ImageErrors()
     errors.note(result(0.5, live(), inputs=replace(INPUTS, view=View(80.0))), WHOLE)
     assert said(errors) == "" and said(errors, moves=True) == "coarser while moving"
 
 
-def test_what_no_eye_sees_is_not_said_of_a_moving_image() -> None:
+def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known() -> None:
     errors = ImageErrors()
-    errors.note(result(0.498, live()), WHOLE)
-    errors.note(result(0.5), WHOLE)
-    errors.settle(WHOLE)
-    errors.note(result(0.498, live()), WHOLE)
+    errors.note(result(0.4, live()), WHOLE)
+    assert said(errors, moves=True) == "coarser while moving" and said(errors) == "refining"
+    # What no eye sees is not said.
+    errors.note(result(0.5, live(), 0.0029), WHOLE)
     assert said(errors, moves=True) == ""
-
-
-def test_the_ray_casters_image_is_measured_by_the_references() -> None:
-    errors = ImageErrors()
-    stand_in = Quality(48, raster=WHOLE)
-    errors.note(result(0.48, stand_in), WHOLE)
-    request = errors._last.request  # type: ignore[union-attr]
-    errors.forget()
-    drawn = result(0.48, stand_in)
-    drawn = replace(drawn, request=ImageRequest(request.inputs, stand_in, stands_in=True))
-    errors.note(drawn, WHOLE)
-    assert said(errors) == "refining"
-    errors.settle(WHOLE)
-    errors.note(result(0.5), WHOLE)
-    errors.settle(WHOLE)
-    errors.note(drawn, WHOLE)
-    assert said(errors) == "error ~.02, refining"
+    errors.note(result(0.5, live(), 0.02), WHOLE)
+    assert said(errors, moves=True) == "error .02"
 
 
 def test_a_path_traced_image_has_its_estimated_error() -> None:
@@ -126,7 +89,7 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     assert said(errors) == "refining"
     errors.note(result(0.5, replace(quality, samples=4), 0.0123), WHOLE)
     found = errors.fidelity(INPUTS, False, False, WHOLE)
-    assert found.text == "error .012, refining" and not found.is_predicted
+    assert found.text == "error .012, refining"
     errors.note(result(0.5, replace(quality, samples=64), 0.0062), WHOLE)
     found = errors.fidelity(INPUTS, False, True, WHOLE)
     assert found.text == "error .0062, as good as it gets here"
@@ -144,27 +107,30 @@ def test_an_image_that_is_as_exact_as_was_chosen_says_so() -> None:
     assert "slider" in found.reasons[0]
 
 
-def test_time_and_error_of_a_moving_image_are_measured() -> None:
+def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     errors = ImageErrors()
     # Kernels are compiled before the first one.
     errors.note(replace(result(0.4, live()), seconds=30.0), WHOLE)
     assert errors.moving is None
     errors.note(result(0.4, live()), WHOLE)
     assert errors.moving == (0.1, None)
+    # Neither an image of another view measures it, nor one that stands in or lacks pixels.
+    turned = replace(INPUTS, view=View(80.0))
+    errors.note(result(0.0, inputs=turned), WHOLE)
+    stands_in = ImageRequest(INPUTS, Quality(48, raster=WHOLE), stands_in=True)
+    errors.note(replace(result(0.0), request=stands_in), WHOLE)
+    errors.note(result(0.0, Quality(24, raster=Raster(32, 24))), WHOLE)
+    assert errors.moving == (0.1, None)
     errors.note(result(0.5), WHOLE)
-    errors.settle(WHOLE)
     assert errors.moving == (0.1, pytest.approx(0.1))
+    # One that moves in full is exact.
     errors.note(result(0.5, live(1.0)), WHOLE)
     assert errors.moving == (0.1, 0.0)
-    # A coarse one at rest is not one of those that move.
-    drawn = replace(
-        result(0.4, live()), request=ImageRequest(INPUTS, live(), stands_in=True), seconds=0.02
-    )
-    errors.note(drawn, WHOLE, moves=True)
-    errors.note(result(0.4, live()), WHOLE)
-    assert errors.moving == (0.02, None)
-    errors.note(result(0.4, live()), WHOLE, moves=True)
-    assert errors.moving is not None and errors.moving[0] == 0.1
+    # Time and error of the ray caster's are those of what has moved, too.
+    moved = ImageRequest(INPUTS, live(), stands_in=True)
+    errors.note(replace(result(0.48), request=moved, seconds=0.02), WHOLE, moves=True)
+    errors.note(result(0.5), WHOLE)
+    assert errors.moving == (0.02, pytest.approx(0.02))
     errors.forget()
     assert errors.moving is None
 
@@ -175,33 +141,18 @@ def test_an_estimate_is_not_that_of_an_image_that_lacks_pixels() -> None:
     assert said(errors) == "refining"
 
 
-def test_nothing_is_measured_by_an_image_that_is_hardly_better() -> None:
+@pytest.mark.parametrize(("own", "found"), [(0.006, None), (0.004, pytest.approx(0.01))])
+def test_a_path_traced_image_measures_once_it_is_much_better(own: float, found: object) -> None:
     errors = ImageErrors()
-    quality = Quality(48, raster=WHOLE, samples=64)
-    errors.note(result(0.49, live()), WHOLE)
-    errors.note(result(0.5, quality, 0.006), WHOLE)
-    errors.settle(WHOLE)
-    errors.note(result(0.5, live()), WHOLE)
-    assert said(errors, moves=True) == "coarser while moving"
-
-
-def test_a_path_traced_image_that_is_much_better_measures_others_before_it_is_at_rest() -> None:
-    errors = ImageErrors()
-    moving = replace(Quality(24, raster=Raster(32, 24)), live=True)
-    errors.note(result(0.48, moving, float("inf")), WHOLE)
-    errors.note(result(0.5, Quality(48, raster=WHOLE, samples=8), 0.005), WHOLE)
-    errors.note(result(0.48, moving, float("inf")), WHOLE)
-    assert said(errors, moves=True) == "error ~.02"
+    errors.note(result(0.49, live()), WHOLE, moves=True)
+    errors.note(result(0.5, Quality(48, raster=WHOLE, samples=8), own), WHOLE)
+    assert errors.moving == (0.1, found)
 
 
 def test_an_image_of_fewer_pixels_is_as_good_as_it_gets() -> None:
     errors = ImageErrors()
     errors.note(result(0.4, live()), WHOLE)
     errors.note(result(0.5, Quality(24, raster=Raster(32, 24))), WHOLE)
-    errors.settle(WHOLE)
     found = errors.fidelity(INPUTS, False, True, WHOLE)
     assert found.text == "as good as it gets here"
     assert "32 of 64" in found.reasons[0]
-    # It is nothing to measure others by.
-    errors.note(result(0.4, live()), WHOLE)
-    assert said(errors, moves=True) == "coarser while moving"

@@ -29,7 +29,7 @@ def written(store: PreferencesStore, content: object) -> Path:
 
 OTHER_VALUES: dict[str, Any] = {
     "drawing": "raycast",
-    "exactness": 4,
+    "stop": "exact",
     "reference_size": 1024,
     "shadows_first": False,
     "denoises": False,
@@ -162,15 +162,15 @@ def test_changes_in_a_row_are_written_once_and_elsewhere(
     preferences = Preferences(store)
     told: list[frozenset[str]] = []
     preferences.changed.connect(told.append)
-    for step in (0, 1, 1, 4):
-        preferences.set(exactness=step)
+    for stop in ("fast", "balanced", "balanced", "exact"):
+        preferences.set(stop=stop)
     preferences.set(swapped=True, legend=False)
-    assert told == [frozenset({"exactness"})] * 3 + [frozenset({"swapped"})]
+    assert told == [frozenset({"stop"})] * 3 + [frozenset({"swapped"})]
     qtbot.waitUntil(lambda: store.path.exists() and not preferences._writer.is_writing)
     preferences.finish()
     assert len(threads) == 1
     assert threads[0] is not threading.current_thread()
-    assert Preferences(store).value("exactness") == 4
+    assert Preferences(store).value("stop") == "exact"
 
 
 def test_a_write_that_fails_is_told_once(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_a_write_that_fails_is_told_once(tmp_path: Path) -> None:
 
 def test_a_wrong_change_is_refused() -> None:
     preferences = Preferences()
-    for changes in ({"drawing": "dim"}, {"exactness": 5}, {"lightning": "none"}):
+    for changes in ({"drawing": "dim"}, {"stop": "slow"}, {"lightning": "none"}):
         with pytest.raises(ValueError, match=next(iter(changes))):
             preferences.set(**changes)
     with pytest.raises(ValueError, match="up_axis"):

@@ -21,7 +21,6 @@ NOT_OF_A_SESSION = {
     # The file itself, and what is known of it beside the session.
     *("path", "models", "others", "volumes"),
     # Of this machine.
-    "trades",
     # Habits and places of a person, whatever is looked at.
     *("trackball", "colors_follow_modes", "theme", "single_keys", "shadows_first", "last_folder"),
     *("window_geometry", "splitters"),
@@ -48,7 +47,7 @@ LOOK: dict[str, Any] = {
 }
 WINDOW: dict[str, Any] = {
     "drawing": "raycast",
-    "exactness": 1,
+    "stop": "fast",
     "reference_size": 300,
     "denoises": False,
     "legend": True,

@@ -19,7 +19,6 @@ from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.image_view.engine_pane import EnginePane
-from app.state.live_drawer import LiveDrawer
 from app.state.preferences import Preferences, PreferencesStore
 from app.state.transfer_function_store import TransferFunctionStore
 from app.state.viewer_state import HOME_VIEW
@@ -583,13 +582,8 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
 
 
 def test_the_ray_caster_draws_while_something_moves_and_vtk_at_rest(
-    qtbot: QtBot,
-    make_window: WindowMaker,
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    # As where VTK draws on the processor; a fake's times are those of a graphics card.
-    monkeypatch.setattr(LiveDrawer, "choose", lambda *_seconds: None)
     window = make_window()
     reference, analyst = builders.references[-1], builders.analysts[-1]
     qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)

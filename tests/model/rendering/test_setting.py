@@ -8,7 +8,7 @@ import torch
 
 from model.rendering.raster import Raster
 from model.rendering.renderer import open_renderer
-from model.rendering.resizing import enlarged, quartered
+from model.rendering.resizing import enlarged
 from model.rendering.setting import Setting, SettingRenderer
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
@@ -55,13 +55,6 @@ def test_a_setting_without_savings_is_the_renderers_own_picture(
     assert seconds > 0
     settings.close()
     own.close()
-
-
-def test_a_quarter_of_the_pixels_has_the_means_of_four() -> None:
-    image = np.arange(5 * 7 * 2, dtype=np.float32).reshape(5, 7, 2)
-    few = quartered(image)
-    assert few.shape == (2, 3, 2)
-    assert few[1, 2, 1] == image[2:4, 4:6, 1].mean()
 
 
 def test_others_draw_by_their_name_and_in_their_size(volume: Volume, scene: Scene) -> None:

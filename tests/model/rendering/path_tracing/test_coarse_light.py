@@ -12,7 +12,7 @@ from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.resizing import quartered, resized
+from model.rendering.resizing import resized
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
@@ -35,7 +35,7 @@ def whole(volume: Volume, view: View) -> SceneInputs:
 def test_details_of_the_colours_stay_under_even_light() -> None:
     unlit = RNG.random((20, 24, 4), dtype=np.float32)
     unlit[..., :3] *= unlit[..., 3:]
-    few = quartered(unlit)[..., :3]
+    few = resized(unlit, (unlit.shape[0] // 2, unlit.shape[1] // 2))[..., :3]
     for factor in (0.5, 1.0):
         picture = relit(unlit, np.full_like(few, factor), few)
         # The offset that keeps faint colours from dividing by zero is there, too.
@@ -47,7 +47,7 @@ def test_details_of_the_colours_stay_under_even_light() -> None:
 def test_nothing_shines_where_nothing_is() -> None:
     unlit = np.zeros((8, 8, 4), dtype=np.float32)
     unlit[2:6, 2:6] = 0.5
-    few = quartered(unlit)[..., :3]
+    few = resized(unlit, (unlit.shape[0] // 2, unlit.shape[1] // 2))[..., :3]
     picture = relit(unlit, light_of(0.5 * few, few), few)
     assert not picture[unlit[..., 3] == 0].any()
     # The silhouette has the light of what is inside.
