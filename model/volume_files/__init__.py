@@ -1,7 +1,8 @@
 """Reading volumes from files.
 
 :func:`read_volume` takes any supported file or folder; :func:`describe` lists
-what was read. VTK is imported only when a file needs it.
+what was read. VTK is imported only when a file needs it. Whatever cannot be read raises a
+VolumeError, one sentence of what is wrong, where, and what to do.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.volume_files.checks import check_grid, times, unsupported
-from model.volume_files.choice import Choice, choice_notes, chosen_index, contents
+from model.volume_files.choice import AskedKind, Choice, choice_notes, chosen, chosen_index, content
 from model.volume_files.frame import in_one_unit, unmirrored, usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 
@@ -106,13 +106,7 @@ def is_auxiliary(name: str) -> bool:
 def grid_of_arrays(
     path: Path, arrays: Sequence[StoredArray], choice: Choice, file_format: str
 ) -> Grid:
-    """Read the chosen array of a file, or the largest that is no mask or list of ids.
-
-    Raises
-    ------
-    VolumeError
-        When there is no such array, or none that is a volume.
-    """
+    """Read the chosen array of a file, or the largest that is no mask or list of ids."""
     usable = [array for array in arrays if array.dtype.kind in "biufc" and _roles(array)]
     if not usable:
         raise _no_volume(path, arrays)
@@ -120,9 +114,8 @@ def grid_of_arrays(
     names = [array.name for array in usable]
     number = chosen_index(path, "array", names, choice.array)
     listed = tuple(
-        replace(content, is_read=k == number)
+        content("array", array.name, _dimensions(array), array.dtype, k == number)
         for k, array in enumerate(usable)
-        for content in contents("array", [array.name, ""], _dimensions(array), array.dtype)[:1]
     )
     return _grid(path, usable[number], choice, file_format, listed if len(listed) > 1 else ())
 
@@ -151,21 +144,17 @@ def _grid(
     count = 1 if roles.components is None else array.shape[roles.components]
     check_grid(path, dimensions, dtype, count)
     fixed: dict[int, int] = {}
-    for kind, axes, wanted in (
-        ("time", roles.times, choice.time),
-        ("channel", roles.channels, choice.channel),
-    ):
+    kinds: tuple[tuple[AskedKind, tuple[int, ...]], ...]
+    kinds = ("time", roles.times), ("channel", roles.channels)
+    for kind, axes in kinds:
         shape = [array.shape[k] for k in axes]
         names = [str(k) for k in range(math.prod(shape))]
         if kind == "channel" and len({*array.channels} - {""}) == len(names):
             names = [*array.channels]
-        at = chosen_index(path, kind, names, wanted)  # type: ignore[arg-type]
-        listed += contents(kind, names, dimensions, dtype, at)  # type: ignore[arg-type]
-        fixed |= (
-            dict(zip(axes, (int(k) for k in np.unravel_index(at, shape)), strict=True))
-            if shape
-            else {}
-        )
+        at, alike = chosen(path, kind, names, choice, dimensions, dtype)
+        listed += alike
+        if shape:
+            fixed |= zip(axes, (int(k) for k in np.unravel_index(at, shape)), strict=True)
     values = array.read(tuple(fixed.get(k, slice(None)) for k in range(len(array.shape))))
     if dtype.kind == "f" and dtype.itemsize > 8:
         values = values.astype(np.float64)
@@ -272,12 +261,19 @@ def _valued(
             low, high = array.valid
             found = (values < low) | (values > high)
             missing = found if missing is None else missing | found
-    if (array.slope, array.intercept) != (1.0, 0.0):
-        wide = values.dtype.itemsize > 4 or values.dtype in (np.int32, np.uint32)
-        values = values.astype(np.float64 if wide else np.float32)
-        values *= array.slope
-        values += array.intercept
+    values = rescaled(values, array.slope, array.intercept)
     return values, missing if missing is not None and missing.any() else None
+
+
+def rescaled(values: NDArray[Any], slope: float, intercept: float) -> NDArray[Any]:
+    """Return a straight line of values, as numbers that hold them."""
+    if (slope, intercept) == (1.0, 0.0):
+        return values
+    wide = values.dtype.itemsize > 4 or values.dtype in (np.int32, np.uint32)
+    values = values.astype(np.float64 if wide else np.float32)
+    values *= slope
+    values += intercept
+    return values
 
 
 def _equal(values: NDArray[Any], fill: float) -> NDArray[np.bool_]:

@@ -77,11 +77,6 @@ def read_block(block: Block) -> NDArray[np.generic]:
     -------
     ndarray
         Of the block's shape, C-contiguous.
-
-    Raises
-    ------
-    VolumeError
-        When the file ends too early or a compressed stream is damaged.
     """
     voxels = np.empty(block.shape, block.dtype)
     target = voxels.reshape(-1).view(np.uint8)
@@ -99,14 +94,21 @@ def read_block(block: Block) -> NDArray[np.generic]:
     return voxels.byteswap(inplace=True).view(voxels.dtype.newbyteorder("="))
 
 
-def unpacked_start(path: Path, length: int) -> bytes:
-    """Return the first bytes of a file, unpacked if it is compressed with gzip or bzip2.
+def read_part(
+    path: Path, shape: tuple[int, ...], dtype: np.dtype[np.generic], place: int
+) -> NDArray[np.generic]:
+    """Read voxels from a place in a file, or in what it is once unpacked; more may follow."""
+    with path.open("rb") as file:
+        encoding = encoding_of(file.read(3))
+    if encoding != "raw":
+        return read_block(Block(path, shape, dtype, 0, encoding, skip=place, more=True))
+    block = Block(path, shape, dtype, place)
+    check_present(path, path.stat().st_size - place, block.nbytes)
+    return read_block(block)
 
-    Raises
-    ------
-    VolumeError
-        When the compressed stream is damaged.
-    """
+
+def unpacked_start(path: Path, length: int) -> bytes:
+    """Return the first bytes of a file, unpacked if it is compressed with gzip or bzip2."""
     with path.open("rb") as file:
         start = file.read(max(length, 3))
         encoding = encoding_of(start)

@@ -41,8 +41,6 @@ def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, componen
 
     Parameters
     ----------
-    path : Path
-        Path named in the error message.
     dimensions : sequence of int
         Voxels along x, y and z, as given in the header.
     dtype : dtype-like
@@ -54,12 +52,6 @@ def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, componen
     -------
     int
         Size of the voxels in bytes.
-
-    Raises
-    ------
-    VolumeError
-        When a dimension is not positive, the image is flat, or the voxels
-        need more than the machine's memory.
     """
     if any(n < 1 for n in dimensions) or components < 1:
         raise VolumeError(
@@ -103,11 +95,8 @@ def truncated(path: Path, how: str) -> VolumeError:
 def file_beside(header: Path, name: str) -> Path:
     """Return a file that a header names, in the header's folder or below it.
 
-    Raises
-    ------
-    VolumeError
-        When it is missing, or the name leads out of the folder: a stranger's header must not
-        have another file of the user's read, and perhaps saved as a picture.
+    No other is read: a stranger's header must not have another file of the user's read, and
+    perhaps saved as a picture.
     """
     folder = header.parent.resolve()
     try:
@@ -131,13 +120,9 @@ def file_beside(header: Path, name: str) -> Path:
 def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
     """Yield the files of a folder that may be slices.
 
-    Links that lead out of the folder are no slices of it.
-
-    Raises
-    ------
-    VolumeError
-        When such a link has one of the suffixes: a stranger's folder must not have other files
-        of the user's read, and a volume must not lack slices without a word.
+    Links that lead out of the folder are no slices of it, and refused where they have one of the
+    suffixes: a stranger's folder must not have other files of the user's read, and a volume must
+    not lack slices without a word.
     """
     own = folder.resolve()
     for path in folder.iterdir():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Literal, get_args
@@ -79,53 +80,28 @@ LARGEST = Choice()
 """The largest volume, or the first of several."""
 
 
-def contents(
-    kind: AskedKind,
-    names: Iterable[str],
-    dimensions: Sequence[int],
-    dtype: DTypeLike,
-    read: int = 0,
-) -> tuple[Content, ...]:
-    """List contents of equal size, such as the channels of an image.
+def content(
+    kind: AskedKind, name: str, dimensions: Sequence[int], dtype: DTypeLike, is_read: bool
+) -> Content:
+    """Describe one content."""
+    scalar_type, sizes = np.dtype(dtype), tuple(int(n) for n in dimensions)
+    size = math.prod(sizes) * scalar_type.itemsize
+    return Content(kind, name, sizes, scalar_type.name, size, is_read)
 
-    Returns
-    -------
-    tuple of Content
-        Empty if there is only one.
-    """
-    scalar_type = np.dtype(dtype)
-    size = int(np.prod([int(n) for n in dimensions], dtype=object)) * scalar_type.itemsize
-    listed = [
-        Content(
-            kind, name, tuple(int(n) for n in dimensions), scalar_type.name, size, number == read
-        )
-        for number, name in enumerate(names)
-    ]
-    return tuple(listed) if len(listed) > 1 else ()
+
+def contents(
+    kind: AskedKind, names: Sequence[str], dimensions: Sequence[int], dtype: DTypeLike, read: int
+) -> tuple[Content, ...]:
+    """List contents of equal size, such as the channels of an image; empty if there is only one."""
+    if len(names) < 2:
+        return ()
+    return tuple(content(kind, each, dimensions, dtype, k == read) for k, each in enumerate(names))
 
 
 def chosen_index(
     path: Path, kind: AskedKind, names: Sequence[str], wanted: str | None, default: int = 0
 ) -> int:
-    """Return the index of the content with a name, or with a number from 0.
-
-    Parameters
-    ----------
-    path : Path
-        Path named in the error message.
-    kind : {"series", "array", "time", "channel"}
-    names : sequence of str
-        Of all contents of that kind.
-    wanted : str or None
-        None for the default.
-    default : int
-        Index of the default.
-
-    Raises
-    ------
-    VolumeError
-        When there is no such content.
-    """
+    """Return the index of the content with a name, or a number from 0; None for the default."""
     if wanted is None:
         return default
     if wanted in names:
@@ -141,6 +117,21 @@ def chosen_index(
         f"{path}: there is no {SINGULARS[kind]} '{wanted}'; "
         f"there {'are' if len(names) > 1 else 'is'} {listed or 'none'}."
     )
+
+
+def chosen(
+    path: Path,
+    kind: AskedKind,
+    names: int | Sequence[str],
+    choice: Choice,
+    dimensions: Sequence[int],
+    dtype: DTypeLike,
+) -> tuple[int, tuple[Content, ...]]:
+    """Return the index of the chosen one of contents of equal size, and all; `names` or a count."""
+    if isinstance(names, int):
+        names = [str(k) for k in range(names)]
+    number = chosen_index(path, kind, names, getattr(choice, kind))
+    return number, contents(kind, names, dimensions, dtype, number)
 
 
 def choice_notes(contents: Sequence[Content]) -> tuple[str, ...]:

@@ -25,13 +25,7 @@ SUFFIXES = (".dcm", ".dicom", ".ima")
 
 
 def dicom_slices(folder: Path) -> list[Path]:
-    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name.
-
-    Raises
-    ------
-    VolumeError
-        As for :func:`~model.volume_files.checks.slices_in`.
-    """
+    """Return the files of a folder that have a DICOM suffix or DICOM content, sorted by name."""
     files = sorted(slices_in(folder, SUFFIXES))
     return [
         path
@@ -49,11 +43,6 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         The largest first.
     notes : tuple of str
         On files that were left out.
-
-    Raises
-    ------
-    VolumeError
-        When a file is foreign, damaged or cut off, or none holds an image.
     """
     read = [read_dicom_file(path) for path in counted("files listed", files)]
     images = [file for file in read if file.kind is not None]
@@ -97,12 +86,6 @@ def read_dicom(
     -------
     Grid
         Values rescaled as each image says.
-
-    Raises
-    ------
-    VolumeError
-        When an image is foreign, damaged, truncated or of an unsupported kind, or the images
-        form no volume.
     """
     with log_of("pydicom"):
         return _read(files, like, choice)

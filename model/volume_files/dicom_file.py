@@ -167,13 +167,7 @@ def _is_bare(start: bytes) -> bool:
 
 
 def read_dicom_file(path: Path) -> DicomFile:
-    """Read a DICOM file's tags.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged or cut off.
-    """
+    """Read a DICOM file's tags."""
     from pydicom import config
     from pydicom.errors import InvalidDicomError
 

@@ -119,13 +119,7 @@ class Frame:
 
 
 def frames_of(file: DicomFile) -> list[Frame]:
-    """Return the images of a file; none if it has no pixels.
-
-    Raises
-    ------
-    VolumeError
-        When the file claims more images than it can have.
-    """
+    """Return the images of a file; none if it has no pixels."""
     if file.kind is None:
         return []
     count = int((numbers_of(file.tags, "NumberOfFrames") or [1.0])[0] or 1)

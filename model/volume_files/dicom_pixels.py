@@ -36,13 +36,7 @@ END_OF_IMAGE = b"\xff\xd9"
 
 
 def stored_type(frame: Frame) -> np.dtype[np.generic]:
-    """Return the native type of a frame's stored pixels.
-
-    Raises
-    ------
-    VolumeError
-        When such pixels are not supported.
-    """
+    """Return the native type of a frame's stored pixels."""
     file = frame.file
     if file.kind in ("f4", "f8"):
         return np.dtype(file.kind)
@@ -56,13 +50,7 @@ def stored_type(frame: Frame) -> np.dtype[np.generic]:
 
 
 def bits_stored(frame: Frame) -> int:
-    """Return the number of bits that hold a pixel's value.
-
-    Raises
-    ------
-    VolumeError
-        When it is more than a pixel has.
-    """
+    """Return the number of bits that hold a pixel's value."""
     allocated = stored_type(frame).itemsize * 8
     if frame.file.kind != "iu":
         return allocated
@@ -84,11 +72,6 @@ def stored_pixels(frame: Frame) -> NDArray[Any]:
     Returns
     -------
     ndarray, shape (rows, columns)
-
-    Raises
-    ------
-    VolumeError
-        When they are cut off, damaged, or compressed in an unknown way.
     """
     file, dtype = frame.file, stored_type(frame)
     if file.length < 0 or file.syntax not in PLAIN:

@@ -57,13 +57,7 @@ class _Order:
 
 
 def read_stack(stack: Stack) -> Grid:
-    """Read the images of a stack as a volume.
-
-    Raises
-    ------
-    VolumeError
-        When images are damaged, or several lie at one place.
-    """
+    """Read the images of a stack as a volume."""
     order = _ordered(stack)
     frames = order.frames
     first = frames[0]

@@ -38,13 +38,7 @@ _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
 
 def component_of(text: str | None) -> Component | None:
-    """Return a component by its number or name; None stays None.
-
-    Raises
-    ------
-    VolumeError
-        When the text names none.
-    """
+    """Return a component by its number or name; None stays None."""
     if text is None or text == "magnitude":
         return cast(Component | None, text)
     if not (text.isascii() and text.isdecimal() and len(text) < 10):
@@ -61,11 +55,6 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         File or folder of the grid.
     component : int, "magnitude" or None
         The component to use; None for the only one, the magnitude of up to four, or the first.
-
-    Raises
-    ------
-    VolumeError
-        When there is no such component, or no voxel is finite, or all are equal.
     """
     grid, notes = finished(path, grid, component)
     try:
@@ -96,11 +85,6 @@ def finished(path: Path, grid: Grid, component: Component | None) -> tuple[Grid,
         Its missing voxels have the smallest value of the others.
     notes : tuple of str
         Further ones.
-
-    Raises
-    ------
-    VolumeError
-        As for :func:`make_volume`.
     """
     chosen, component_notes = _chosen_component(grid, component)
     scalars = _one_component(path, grid.values, chosen)

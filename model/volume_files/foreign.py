@@ -102,13 +102,7 @@ def suffix_of(path: Path) -> str:
 
 
 def kind_by_content(path: Path) -> str:
-    """Return the suffix that files of such content have here; empty if it is not known.
-
-    Raises
-    ------
-    OSError
-        When the file cannot be read.
-    """
+    """Return the suffix that files of such content have here; empty if it is not known."""
     with path.open("rb") as file:
         start = file.read(512)
     for begin, suffix in VOLUMES.items():

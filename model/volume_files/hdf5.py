@@ -19,6 +19,7 @@ from model.volume_files.cf import coordinate_step, described
 from model.volume_files.checks import damaged, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
+from model.volume_files.library_log import errors_of
 
 if TYPE_CHECKING:
     import h5py
@@ -32,13 +33,7 @@ MOST_ARRAYS = 5000
 
 
 def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an array of an HDF5 or NetCDF file.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign or damaged, or holds no volume.
-    """
+    """Read an array of an HDF5 or NetCDF file."""
     with path.open("rb") as file:
         start = file.read(8)
     if start[:3] == b"CDF":
@@ -53,14 +48,10 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
     import h5py
 
     try:
-        with h5py.File(path, "r", locking=False) as file:
+        with errors_of(path, "h5py says '{}'"), h5py.File(path, "r", locking=False) as file:
             return grid_of_arrays(path, _arrays(path, file), choice, _format(path, file))
-    except (MemoryError, VolumeError):
-        raise
     except OSError as error:
         raise _refusal(path, error) from None
-    except Exception as error:
-        raise damaged(path, f"h5py says '{first_line(error)}'") from None
 
 
 def _format(path: Path, file: h5py.File) -> str:

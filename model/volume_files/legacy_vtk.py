@@ -19,14 +19,7 @@ LONGEST_HEADER = 1 << 16
 
 
 def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read legacy VTK structured points, binary or ASCII.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged, truncated, or holds another kind of
-        data set or no array, or not the chosen one.
-    """
+    """Read legacy VTK structured points, binary or ASCII."""
     from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
 
     with path.open("rb") as file:

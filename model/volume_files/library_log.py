@@ -1,4 +1,4 @@
-"""What libraries log while they read a file, collected instead of printed."""
+"""What libraries log and raise while they read a file, collected instead of printed."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
+
+from model.errors import VolumeError, first_line
+from model.volume_files.checks import damaged
 
 
 @contextmanager
@@ -34,3 +38,24 @@ def log_of(*names: str) -> Iterator[list[str]]:
             logger.removeHandler(handler)
             logger.propagate = propagated
             logger.setLevel(level)
+
+
+@contextmanager
+def errors_of(path: Path, says: str, *loggers: str) -> Iterator[None]:
+    """Take what a library raises for damage of a file, as "h5py says 'no such node'".
+
+    Parameters
+    ----------
+    says : str
+        Sentence with a place for the error's first line.
+    *loggers : str
+        See :func:`log_of`.
+    """
+    with log_of(*loggers):
+        try:
+            yield
+        except (OSError, MemoryError, VolumeError):
+            raise
+        except Exception as error:
+            # Libraries raise errors of many kinds.
+            raise damaged(path, says.format(first_line(error))) from None

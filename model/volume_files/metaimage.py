@@ -17,7 +17,7 @@ from model.scene.file_facts import Content, FileFacts
 from model.volume_files.anatomy import OPPOSITES, axis_labels, is_space
 from model.volume_files.blocks import Block, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import (
     frame_notes,
     unit_directions,
@@ -84,14 +84,7 @@ class _Header:
 
 
 def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a MetaImage file; a fourth axis is that of time steps, of which one is read.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged, truncated, or of an unsupported kind
-        (ASCII voxels, data over several files).
-    """
+    """Read a MetaImage file; a fourth axis is that of time steps, of which one is read."""
     header = _read_header(path)
     sizes = header.integers("DimSize")
     if header.integers("NDims") != [len(sizes)]:
@@ -154,9 +147,7 @@ def _values(
     block = _block(header, shape, dtype)
     listed: tuple[Content, ...] = ()
     if len(sizes) == 4:
-        names = [str(k) for k in range(max(sizes[3], 0))]
-        time = chosen_index(path, "time", names, choice.time)
-        listed = contents("time", names, sizes[:3], dtype, time)
+        time, listed = chosen(path, "time", sizes[3], choice, sizes[:3], dtype)
         block = part_of(block, time)
     values = read_block(block)
     return values, listed

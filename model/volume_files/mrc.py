@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
 from model.scene.file_facts import FileFacts
-from model.volume_files.blocks import Block, encoding_of, read_block, unpacked_start
-from model.volume_files.checks import check_grid, check_present, damaged, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.blocks import read_part, unpacked_start
+from model.volume_files.checks import check_grid, damaged, unsupported
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import usable_origin, usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
@@ -23,13 +23,7 @@ IMOD_STAMP = 1146047817
 
 
 def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an MRC file; of a stack of volumes one.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged or truncated, or of an unsupported mode.
-    """
+    """Read an MRC file; of a stack of volumes one."""
     start = unpacked_start(path, HEAD)
     header, order = _header(path, start)
     nx, ny, nz = (int(header[name]) for name in ("nx", "ny", "nz"))
@@ -39,21 +33,13 @@ def read_mrc(path: Path, choice: Choice = LARGEST) -> Grid:
     count = nz // int(header["mz"]) if is_stack else 1
     nz //= count
     check_grid(path, (nx, ny, nz), dtype, values_each * count)
-    names = [str(k) for k in range(count)]
-    number = chosen_index(path, "series", names, choice.series)
-    listed = contents("series", names, (nx, ny, nz), dtype, number)
+    number, listed = chosen(path, "series", count, choice, (nx, ny, nz), dtype)
     extended = int(header["nsymbt"])
     size = nx * ny * nz * values_each * dtype.itemsize
     place = HEAD + max(extended, 0) + number * size
     shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
     stored = np.dtype(f"{order}{dtype.str[1:]}")
-    with path.open("rb") as file:
-        encoding = encoding_of(file.read(3))
-    if encoding == "raw":
-        check_present(path, path.stat().st_size - place, size)
-        values = read_block(Block(path, shape, stored, place))
-    else:
-        values = read_block(Block(path, shape, stored, 0, encoding, skip=place, more=True))
+    values = read_part(path, shape, stored, place)
     if dtype == np.float16:
         values = values.astype(np.float32)
     values, axes = _in_order(path, header, values)

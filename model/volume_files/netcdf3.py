@@ -7,37 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from model.errors import VolumeError, first_line
 from model.volume_files.arrays import StoredArray, attribute_text, grid_of_arrays
 from model.volume_files.cf import coordinate_step, described
-from model.volume_files.checks import damaged
 from model.volume_files.choice import Choice
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import log_of
+from model.volume_files.library_log import errors_of
 
 
 def read_netcdf3(path: Path, choice: Choice) -> Grid:
-    """Read an array of a NetCDF-3 file.
-
-    Raises
-    ------
-    VolumeError
-        When the file is damaged, or holds no volume.
-    """
+    """Read an array of a NetCDF-3 file."""
     from scipy.io import netcdf_file
 
-    with log_of("scipy"):
-        try:
-            # Mapped, so that only what is chosen is read.
-            with netcdf_file(path, "r", mmap=True, maskandscale=False) as file:
-                arrays = [_array(file, name, v) for name, v in file.variables.items()]
-                grid = grid_of_arrays(path, arrays, choice, "NetCDF-3")
-                del arrays
-                return grid
-        except (OSError, MemoryError, VolumeError):
-            raise
-        except Exception as error:
-            raise damaged(path, f"SciPy says '{first_line(error)}'") from None
+    # Mapped, so that only what is chosen is read.
+    with (
+        errors_of(path, "SciPy says '{}'", "scipy"),
+        netcdf_file(path, "r", mmap=True, maskandscale=False) as file,
+    ):
+        arrays = [_array(file, name, v) for name, v in file.variables.items()]
+        grid = grid_of_arrays(path, arrays, choice, "NetCDF-3")
+        del arrays
+        return grid
 
 
 def _array(file: Any, name: str, variable: Any) -> StoredArray:

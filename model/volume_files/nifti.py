@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError, first_line
+from model.errors import VolumeError
 from model.scene.file_facts import FileFacts
 from model.volume_files.anatomy import axis_labels
-from model.volume_files.blocks import Block, encoding_of, read_block, unpacked_start
-from model.volume_files.checks import check_grid, check_present, damaged, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.arrays import rescaled
+from model.volume_files.blocks import read_part, unpacked_start
+from model.volume_files.checks import check_grid, damaged, unsupported
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import (
     frame_notes,
     unit_directions,
@@ -24,7 +25,7 @@ from model.volume_files.frame import (
     usable_spacing,
 )
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import log_of
+from model.volume_files.library_log import errors_of
 from model.volume_files.nifti_frame import NiftiFrame, nifti_frame
 from model.volume_files.shear import upright
 
@@ -69,19 +70,9 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
 
     The header's intensity scaling is applied. Of several time steps one is read; vectors,
     colours and complex numbers become components.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged or truncated.
     """
-    with log_of("nibabel.global", "nibabel"):
-        try:
-            head = _head(path)
-        except (OSError, MemoryError, VolumeError):
-            raise
-        except Exception as error:
-            raise damaged(path, f"its header is invalid: {first_line(error)}") from None
+    with errors_of(path, "its header is invalid: {}", "nibabel.global", "nibabel"):
+        head = _head(path)
     return _grid(path, head, choice)
 
 
@@ -96,19 +87,17 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
         notes += ("The file calls its images time steps; they are taken for slices of a volume.",)
     values_each, dtype = _plain_type(path, head.dtype)
     check_grid(path, (nx, ny, nz), dtype, values_each * components * times)
-    names = [str(k) for k in range(times)]
-    time = chosen_index(path, "time", names, choice.time)
-    listed = contents("time", names, (nx, ny, nz), dtype, time)
-
+    time, listed = chosen(path, "time", times, choice, (nx, ny, nz), dtype)
     volume = nx * ny * nz * values_each * dtype.itemsize
     parts = []
     for component in range(components):
         place = head.offset + (component * times + time) * volume
         # Complex numbers and colours have their values side by side.
         block_shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
-        parts.append(_voxels(head.path, block_shape, dtype, place, volume))
+        parts.append(read_part(head.path, block_shape, dtype, place))
     values = parts[0] if components == 1 else _beside(parts)
-    values = _rescaled(values, head.slope, head.intercept)
+    if head.slope != 0 and np.isfinite([head.slope, head.intercept]).all():
+        values = rescaled(values, head.slope, head.intercept)
     spacing, spacing_notes = usable_spacing(head.frame.spacing)
     origin, directions = head.frame.origin, head.frame.directions
     missing = None
@@ -136,17 +125,6 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
     )  # fmt: skip
 
 
-def _voxels(
-    path: Path, shape: tuple[int, ...], dtype: np.dtype[np.generic], place: int, size: int
-) -> NDArray[np.generic]:
-    with path.open("rb") as file:
-        encoding = encoding_of(file.read(3))
-    if encoding == "raw":
-        check_present(path, path.stat().st_size - place, size)
-        return read_block(Block(path, shape, dtype, place))
-    return read_block(Block(path, shape, dtype, 0, encoding, skip=place, more=True))
-
-
 def _beside(parts: list[NDArray[np.generic]]) -> NDArray[np.generic]:
     """Join components, releasing each."""
     shape = parts[0].shape[:3]
@@ -166,17 +144,6 @@ def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.gene
     if dtype.kind not in "iuf" or dtype.itemsize > 8:
         raise unsupported(path, "voxels of such a data type", "convert them, as with nibabel")
     return 1, dtype
-
-
-def _rescaled(values: NDArray[np.generic], slope: float, intercept: float) -> NDArray[np.generic]:
-    """Apply the header's intensity scaling; a slope of 0 means none."""
-    if slope == 0 or not np.isfinite([slope, intercept]).all() or (slope, intercept) == (1, 0):
-        return values
-    wide = values.dtype.itemsize > 4 or values.dtype in (np.int32, np.uint32)
-    scaled: NDArray[np.floating] = values.astype(np.float64 if wide else np.float32)
-    scaled *= slope
-    scaled += intercept
-    return scaled
 
 
 def _frame_notes(directions: NDArray[np.float64] | None) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from model.scene.volume import Triple
 from model.volume_files.anatomy import axis_labels, is_space
 from model.volume_files.blocks import Block, Encoding, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import (
     frame_notes,
     in_one_unit,
@@ -103,12 +103,6 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     Files with four axes are read as volumes with components, or as one of several time steps.
     The fourth axis is the one whose kind is not spatial or, without kinds, the first if it
     has nine or fewer entries, and the last otherwise, which is that of time.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged, truncated, or of an unsupported kind
-        (ASCII or hex encoding, data over several files).
     """
     header = _read_header(path)
     sizes = header.integers("sizes")
@@ -170,9 +164,7 @@ def _values(
     listed: tuple[Content, ...] = ()
     block = _block(header, sizes, dtype)
     if component_axis is not None and _is_time(header, sizes, component_axis):
-        names = [str(k) for k in range(max(components, 0))]
-        time = chosen_index(path, "time", names, choice.time)
-        listed = contents("time", names, dimensions, dtype, time)
+        time, listed = chosen(path, "time", components, choice, dimensions, dtype)
         is_last = component_axis == len(sizes) - 1
         check_grid(path, dimensions, dtype, 1 if is_last else components)
         values = read_block(part_of(block, time) if is_last else block)

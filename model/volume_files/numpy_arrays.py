@@ -19,13 +19,7 @@ SUFFIXES = (".npy", ".npz")
 
 
 def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an array saved by NumPy, its last axis being x.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign or damaged, holds Python objects, or no volume.
-    """
+    """Read an array saved by NumPy, its last axis being x."""
     try:
         if path.suffix.lower() == ".npy":
             return grid_of_arrays(path, [_mapped(path)], choice, "NumPy array")

@@ -126,13 +126,7 @@ class RawLayout:
 
 
 def read_raw(path: Path, layout: RawLayout | None) -> Grid:
-    """Read a raw file of exactly the layout's size.
-
-    Raises
-    ------
-    VolumeError
-        When the layout is unknown, or the file has another size.
-    """
+    """Read a raw file of exactly the layout's size."""
     layout = layout or RawLayout.parse(path.stem)
     if layout is None:
         raise VolumeError(

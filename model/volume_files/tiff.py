@@ -6,7 +6,6 @@ import re
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +15,15 @@ from numpy.typing import NDArray
 from model.errors import VolumeError, first_line
 from model.scene.file_facts import Content, FileFacts
 from model.volume_files.checks import check_grid, damaged, times, truncated
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.choice import (
+    LARGEST,
+    AskedKind,
+    Choice,
+    choice_notes,
+    chosen,
+    chosen_index,
+    content,
+)
 from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import log_of
@@ -43,13 +50,7 @@ _NAMES = {"ome": "OME-TIFF", "imagej": "TIFF by ImageJ", "stk": "MetaSeries STK"
 
 @contextmanager
 def opened_tiff(path: Path) -> Iterator[TiffFile]:
-    """Open a TIFF file; what tifffile raises, or only warns of, is damage.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged or truncated.
-    """
+    """Open a TIFF file; what tifffile raises, or only warns of, is damage."""
     import tifffile
 
     with log_of("tifffile") as warnings:
@@ -86,13 +87,7 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
 
 
 def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a volume of a file; of several the largest, or the chosen one.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged or truncated, or holds no volume.
-    """
+    """Read a volume of a file; of several the largest, or the chosen one."""
     with opened_tiff(path) as tiff:
         stacks = [stack_of(series) for series in all_series(tiff)]
         for stack in stacks:
@@ -168,18 +163,16 @@ def _chosen(
     stack, index = owners[number]
     index = dict(index)
     listed: tuple[Content, ...] = tuple(
-        replace(content, is_read=each == number)
+        content("series", name, owner.dimensions, owner.dtype, each == number)
         for each, (name, (owner, _)) in enumerate(zip(names, owners, strict=True))
-        for content in contents("series", [name, ""], owner.dimensions, owner.dtype)[:1]
     )
     listed = listed if len(listed) > 1 else ()
-    for kind, letter in (("time", "T"), ("channel", "C")):
-        count = stack.count(letter)
-        called = channels[id(stack)] if letter == "C" else [str(k) for k in range(count)]
-        wanted = choice.time if kind == "time" else choice.channel
-        at = chosen_index(path, kind, called, wanted)  # type: ignore[arg-type]
+    kinds: tuple[tuple[AskedKind, str, int | list[str]], ...]
+    kinds = ("time", "T", stack.count("T")), ("channel", "C", channels[id(stack)])
+    for kind, letter, names_or_count in kinds:
+        at, alike = chosen(path, kind, names_or_count, choice, stack.dimensions, stack.dtype)
         index |= {k: at for k in stack.others if stack.axes[k] == letter}
-        listed += contents(kind, called, stack.dimensions, stack.dtype, at)  # type: ignore[arg-type]
+        listed += alike
     return stack, index, listed
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.volume_files.checks import check_grid, slices_in, times
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, contents
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, content, contents
 from model.volume_files.file_names import NamedSeries, named_series, natural_key
 from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
@@ -23,13 +23,7 @@ from model.volume_files.tiff_stack import Stack, check_pages, read_stack, stack_
 
 
 def tiff_slices(folder: Path) -> list[Path]:
-    """Return the TIFF files of a folder, with numbers in their names in numeric order.
-
-    Raises
-    ------
-    VolumeError
-        As for :func:`~model.volume_files.checks.slices_in`.
-    """
+    """Return the TIFF files of a folder, with numbers in their names in numeric order."""
     files = slices_in(folder, SUFFIXES)
     return sorted((path for path in files if path.suffix.lower() in SUFFIXES), key=natural_key)
 
@@ -39,13 +33,7 @@ def read_tiff_folder(
     slices: Sequence[Path],
     choice: Choice = LARGEST,
 ) -> Grid:
-    """Read one series of a folder: by the names of the files the longest, or the chosen one.
-
-    Raises
-    ------
-    VolumeError
-        As for :func:`~model.volume_files.tiff.read_tiff`, and when slices differ in size or type.
-    """
+    """Read one series of a folder: by the names of the files the longest, or the chosen one."""
     series = named_series(slices)
     if _is_volume(series[0].files[0]):
         return _one_of_stacks(folder, slices, choice)
@@ -57,9 +45,8 @@ def read_tiff_folder(
         dtype, (nx, ny, _), samples = first.dtype, first.dimensions, first.samples
         scale = voxel_scale(tiff, 0)
     listed = tuple(
-        replace(content, is_read=each == number)
+        content("series", other.name, (nx, ny, len(other.files)), dtype, each == number)
         for each, other in enumerate(series)
-        for content in contents("series", [other.name, ""], (nx, ny, len(other.files)), dtype)[:1]
     )
     return _read(folder, chosen, (nx, ny), dtype, samples, scale, listed if names[1:] else ())
 

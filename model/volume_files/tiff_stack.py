@@ -148,12 +148,6 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
     ----------
     flat : bool
         Whether a single slice will do.
-
-    Raises
-    ------
-    VolumeError
-        When the voxels are more than this machine holds or than the file can hold, lie
-        beyond its end, or are of an unsupported type.
     """
     series = stack.series
     if np.dtype(series.dtype).kind not in "biuf":
@@ -187,8 +181,6 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
 
     Parameters
     ----------
-    path : Path
-        Path named in error messages.
     index : dict of int
         Number of the volume along each of the stack's other axes.
 

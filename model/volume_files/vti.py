@@ -37,13 +37,7 @@ GREATEST_RATIOS = {
 
 
 def read_vti(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an array of VTK image data in XML: ASCII, base64 or raw, compressed or not.
-
-    Raises
-    ------
-    VolumeError
-        When the file is foreign, damaged, truncated, or holds no array.
-    """
+    """Read an array of VTK image data in XML: ASCII, base64 or raw, compressed or not."""
     from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
     with path.open("rb") as file:

@@ -64,11 +64,6 @@ def chosen_array(
 
     By default it is the first that is no list of ids, ghost types or mask; the active scalars
     before others, and arrays at points before those in cells.
-
-    Raises
-    ------
-    VolumeError
-        When there is no array, or not the wanted one.
     """
     if any(not isinstance(array.name, str) for array in arrays):
         # VTK gives bytes where it cannot decode them.
@@ -103,19 +98,12 @@ def image_grid(
 
     Parameters
     ----------
-    path : Path
-        Path named in error messages.
     image : vtkImageData
         With that array, and ghost types of the same place.
     arrays : sequence of VtkArray
         All of the file that can be chosen.
     extent : sequence of int or None
         First and last point along each axis of the part that the file has; None for all.
-
-    Raises
-    ------
-    VolumeError
-        When the array is not there or too small for a volume.
     """
     attributes = image.GetCellData() if wanted.in_cells else image.GetPointData()
     array = attributes.GetArray(wanted.name) if wanted.name else attributes.GetArray(0)

@@ -44,15 +44,8 @@ def run_quietly(path: Path, step: Callable[[], None]) -> None:
 
     Parameters
     ----------
-    path : Path
-        Path named in the error message.
     step : callable
         For example ``reader.Update``.
-
-    Raises
-    ------
-    VolumeError
-        When VTK reports an error; the message contains VTK's first one.
     """
     with _captured_messages() as messages:
         step()

@@ -16,7 +16,7 @@ from model.volume_files.cf import described
 from model.volume_files.checks import damaged
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import log_of
+from model.volume_files.library_log import errors_of
 
 SUFFIX = ".zarr"
 GREATEST_RATIO = 1 << 14
@@ -36,21 +36,10 @@ def is_zarr(folder: Path) -> bool:
 
 
 def read_zarr(folder: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an array of a Zarr folder that fits memory; of OME-Zarr's levels the finest.
-
-    Raises
-    ------
-    VolumeError
-        When the folder is damaged, leads elsewhere, or holds no volume.
-    """
-    with log_of("zarr"):
-        try:
-            arrays = [_array(folder, place) for place in _places(folder)]
-            return grid_of_arrays(folder, arrays, choice, "Zarr")
-        except (OSError, MemoryError, VolumeError):
-            raise
-        except Exception as error:
-            raise damaged(folder, f"zarr says '{first_line(error)}'") from None
+    """Read an array of a Zarr folder that fits memory; of OME-Zarr's levels the finest."""
+    with errors_of(folder, "zarr says '{}'", "zarr"):
+        arrays = [_array(folder, place) for place in _places(folder)]
+        return grid_of_arrays(folder, arrays, choice, "Zarr")
 
 
 def _places(folder: Path, depth: int = 0) -> Iterator[Path]:
