@@ -5,16 +5,14 @@ The module is long because it holds the name, limits and help of each option, bu
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from app.cli import choices, options, values
-from app.cli.outputs import make_room_for
 from app.cli.volume_options import takes_volume
-from model.errors import TfscopeError, TrainingError
+from model.errors import TrainingError
 from model.networks.names import PresetName, StudyName
 from model.scene.scene import TFFamily
 from model.volume_files.source import VolumeSource
@@ -75,7 +73,6 @@ def dataset(
 @takes_volume()
 def train(
     *,
-    context: typer.Context,
     out: Annotated[
         Path,
         typer.Option(
@@ -125,7 +122,7 @@ def train(
         typer.Option(
             "--faithful",
             help="The paper's networks, losses, TFs, batches, rates, stages and epochs, nothing "
-            "added; says first how long that takes here.",
+            "added.",
         ),
     ] = False,
     color_attention: Annotated[
@@ -179,35 +176,6 @@ def train(
     workers: options.Workers = None,
     device: options.DeviceName = "auto",
     precision: options.TrainingPrecisionName = "auto",
-    job: Annotated[
-        Path | None,
-        typer.Option(
-            "--job",
-            metavar="JOB.json",
-            help="Take everything but --out and --resume from a file that --save-job has written.",
-        ),
-    ] = None,
-    save_job: Annotated[
-        Path | None,
-        typer.Option(
-            "--save-job",
-            metavar="JOB.json",
-            help="Write the job there; do not train.",
-            callback=values.output(".json"),
-        ),
-    ] = None,
-    lines: Annotated[
-        bool, typer.Option("--json-lines", help="Tell the progress as JSON, an object per line.")
-    ] = False,
-    pace: Annotated[
-        bool,
-        typer.Option(
-            "--pace", help="Measure how many samples a second are learned from; do not train."
-        ),
-    ] = False,
-    stop: Annotated[
-        bool, typer.Option("--stop", help="Ask the run in --out to save and end.")
-    ] = False,
 ) -> None:
     """Train a generator of one volume's renderings."""
     from model.training.epochs import (
@@ -218,13 +186,7 @@ def train(
     )
     from model.training.job import TrainingJob
     from model.training.options import TrainingOptions
-    from model.training.stopping import ask_to_stop
 
-    if stop:
-        _refuse_others(context, "stop")
-        ask_to_stop(out)
-        typer.echo(f"The run in {out} will be saved and end after its present step.")
-        return
     preset = preset or ("paper" if faithful else "compact")
     if family is None:
         # Those of a stored data set are what they are.
@@ -276,23 +238,13 @@ def train(
         precision=precision,
         resume=resume,
     )
-    if job is not None:
-        _refuse_others(context, "job", "resume", "lines", "save_job")
-        asked = replace(TrainingJob.load(job), out=out, resume=resume)
-    if save_job is not None:
-        make_room_for(save_job)
-        asked.save(save_job)
-        return
     asked.volume.check()
     if resume and not out.is_dir():
         raise TrainingError(f"{out}: there is no training run to resume; start one instead.")
     # Late: with it comes all that trains.
-    from app.cli.train import measure_pace, train_model
+    from app.cli.train import train_model
 
-    if pace:
-        measure_pace(asked, lines)
-        return
-    train_model(asked, lines)
+    train_model(asked)
 
 
 @takes_volume(placed=False)
@@ -379,14 +331,3 @@ def study(
 
     for path in study_models(StudyOrder(study, job, images, count)):
         typer.echo(f"{study}: {path}")
-
-
-def _refuse_others(context: typer.Context, *names: str) -> None:
-    """Refuse options that would have no effect beside the first of those named, and --out."""
-    given = {
-        n for n in context.params if str(context.get_parameter_source(n)).endswith("COMMANDLINE")
-    }
-    others = sorted(given - {"out", *names})
-    if others:
-        flags = ", ".join(f"--{name.replace('_', '-')}" for name in others)
-        raise TfscopeError(f"Beside --{names[0]} these have no effect: {flags}; leave them out.")

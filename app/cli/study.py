@@ -21,7 +21,7 @@ from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.job import TrainingJob
 from model.training.plan import TrainingPlan
-from model.training.running import shared_execution
+from model.training.precision import choose_precision
 from model.training.sources import StoredSource
 
 SENSITIVITIES = 20
@@ -68,7 +68,7 @@ def study_models(order: StudyOrder) -> list[Path]:
         budget=job.budget,
         folder=job.out,
         device=device,
-        execution=shared_execution(job, store.scene, device),
+        precision=choose_precision(device, job.precision),
     )
     plan = StudyPlan(store, volume, base, order.count, min(SENSITIVITIES, order.count))
     with TrainingDisplay() as display:

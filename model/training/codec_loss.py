@@ -39,7 +39,6 @@ class CodecLoss:
     def __init__(self, scene: Scene, options: TrainingOptions) -> None:
         self._scene = scene
         self._options = options
-        self._ahead: tuple[int, NDArray[np.float32]] | None = None
         self._tfs: Tensor | None = None
         self._prepared: int | None = None
 
@@ -77,18 +76,11 @@ class CodecLoss:
         error = decoded_tf_error(decoded, tfs, options.thick_layer_weight)
         return error + options.tf_edit_weight * missed
 
-    def draw_ahead(self, step: int) -> None:
-        """Draw a step's random TFs, for :meth:`prepare`."""
-        if self._options.unrendered_tfs and (self._ahead is None or self._ahead[0] != step):
-            self._ahead = step, self._draw(step)
-
     def prepare(self, step: int, device: torch.device) -> None:
         """Put a step's random TFs where the step before had its own, for recorded passes."""
         if not self._options.unrendered_tfs:
             return
-        self.draw_ahead(step)
-        assert self._ahead is not None
-        drawn = torch.from_numpy(self._ahead[1])
+        drawn = torch.from_numpy(self._draw(step))
         if self._tfs is None or self._tfs.device.type != device.type:
             self._tfs = drawn.to(device)
         else:

@@ -8,13 +8,13 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from model.networks.names import Precision
 from model.networks.paper.translation import TranslationDiscriminator
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
 from model.training.ema import EMA
-from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions
 from model.training.stages import ColorStage
@@ -41,11 +41,11 @@ class JointStage(ColorStage):
         conditions: int,
         codec_loss: CodecLoss,
         device: torch.device,
-        execution: Execution = STANDARD,
+        precision: Precision = "float32",
     ) -> None:
         size, options = self._own(size, options)
         discriminator = TranslationDiscriminator(size, conditions)
-        super().__init__(generator, discriminator, options.joint, options, device, execution)
+        super().__init__(generator, discriminator, options.joint, options, device, precision)
         self._codec_loss = codec_loss
 
     def _own(
@@ -75,9 +75,6 @@ class JointStage(ColorStage):
 
     def _prepare(self) -> None:
         self._codec_loss.prepare(self.steps, self.device)
-
-    def _draw_ahead(self) -> None:
-        self._codec_loss.draw_ahead(self.steps + 1)
 
     def _weights(self) -> dict[str, float]:
         return {

@@ -16,17 +16,13 @@ LEAST_DECAY = 1e-3
 """Initial and final learning rate of a cosine schedule, as a fraction of its maximum."""
 
 
-def adam(
-    network: nn.Module, beta2: float, fused: bool = True, recorded: bool = False
-) -> torch.optim.Adam:
+def adam(network: nn.Module, beta2: float, recorded: bool = False) -> torch.optim.Adam:
     """Return an Adam optimizer with the paper's beta1 (section 6, implementation details).
 
     Parameters
     ----------
     beta2 : float
         Decay rate of the squared gradients' moving average.
-    fused : bool
-        Whether to use the fused implementation.
     recorded : bool
         Whether its steps can be recorded as part of a CUDA graph.
 
@@ -40,9 +36,7 @@ def adam(
     if recorded:
         # A number would be recorded as it is.
         rate = torch.tensor(rate, device=parameters[0].device)
-    return torch.optim.Adam(
-        parameters, rate, betas=(BETA1, beta2), fused=fused, capturable=recorded
-    )
+    return torch.optim.Adam(parameters, rate, betas=(BETA1, beta2), fused=True, capturable=recorded)
 
 
 def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:

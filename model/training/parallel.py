@@ -11,15 +11,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from typing import TypeVar
 
 import torch
-from torch import Tensor, distributed, nn
+from torch import distributed, nn
 
 Value = TypeVar("Value")
-
-_alone = ContextVar("alone", default=False)
 
 MAX_STAGES = 16
 """Upper limit of a run's stages; ranks number their sample streams beyond it."""
@@ -49,7 +46,7 @@ def process_group(device: torch.device) -> Iterator[torch.device]:
 
 def rank() -> int:
     """Rank of this process, from 0."""
-    return distributed.get_rank() if _joined() else 0
+    return distributed.get_rank() if distributed.is_initialized() else 0
 
 
 def rank_to_be() -> int:
@@ -59,21 +56,7 @@ def rank_to_be() -> int:
 
 def ranks() -> int:
     """Number of processes."""
-    return distributed.get_world_size() if _joined() else 1
-
-
-@contextmanager
-def alone() -> Iterator[None]:
-    """Disable communication between processes while in the context, as if there were one rank."""
-    token = _alone.set(True)
-    try:
-        yield
-    finally:
-        _alone.reset(token)
-
-
-def _joined() -> bool:
-    return distributed.is_initialized() and not _alone.get()
+    return distributed.get_world_size() if distributed.is_initialized() else 1
 
 
 def own_stage(stage: int) -> int:
@@ -101,20 +84,9 @@ def average_gradients(parameters: Iterable[nn.Parameter]) -> None:
         gradient.copy_(part.view_as(gradient))
 
 
-def object_from_first(value: Value | None) -> Value:
-    """The first rank's object, which can be pickled, on all ranks."""
+def from_first(value: Value) -> Value:
+    """Return the first rank's value, which can be pickled, on all ranks."""
     shared = [value]
     if ranks() > 1:
         distributed.broadcast_object_list(shared, src=0)
-    found = shared[0]
-    assert found is not None
-    return found
-
-
-def from_first(values: list[float], device: torch.device) -> list[float]:
-    """Return the first rank's values on all ranks."""
-    if ranks() == 1:
-        return values
-    shared: Tensor = torch.tensor(values, dtype=torch.float64, device=device)
-    distributed.broadcast(shared, src=0)
-    return [float(value) for value in shared]
+    return shared[0]

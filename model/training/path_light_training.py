@@ -17,7 +17,6 @@ import torch
 from torch import Tensor, nn
 
 from model.errors import CheckpointError, TrainingError
-from model.networks.names import PathLightLoss
 from model.networks.path_light_network import (
     PathLightNetwork,
     PathLightSize,
@@ -27,7 +26,6 @@ from model.networks.path_light_network import (
 )
 from model.samples.path_light_pairs import FEW, Pairs
 from model.training.ema import EMA
-from model.training.path_light_losses import Adversary, distance
 
 SHARES = (0.5, 0.25, 0.25)
 """Of the numbers of samples in :data:`model.samples.path_light_pairs.FEW` among what is learned."""
@@ -54,7 +52,6 @@ class PathLightOptions:
     averaging : float
         Decay of the weights' moving average.
     seed : int
-    loss : PathLightLoss
     steps : int or None
         Of training in place of minutes, those of earlier runs included: networks with as many can
         be compared, however busy the machine was.
@@ -66,7 +63,6 @@ class PathLightOptions:
     learning_rate: float = 1.5e-3
     averaging: float = 0.998
     seed: int = 0
-    loss: PathLightLoss = "rms"
     steps: int | None = None
 
 
@@ -131,7 +127,6 @@ class PathLightTrainer:
         self._network = in_fast_layout(network.to(device))
         self._average = EMA(self._network, options.averaging)
         self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
-        self._adversary = Adversary(device) if options.loss == "gan-l1" else None
         self.steps, self.seconds = 0, 0.0
 
     @property
@@ -178,19 +173,13 @@ class PathLightTrainer:
         Raises
         ------
         TrainingError
-            When it is damaged, or of another network or loss.
+            When it is damaged, or of another network.
         """
         try:
             state = torch.load(path, map_location=self._device, weights_only=True)
-            # Before there was a choice of losses, there was one.
-            loss = state.get("loss", "rms")
-            if loss != self._options.loss:
-                raise ValueError(f"its loss is {loss}")
             self._network.load_state_dict(state["network"])
             self._average.network.load_state_dict(state["average"])
             self._optimizer.load_state_dict(state["optimizer"])
-            if self._adversary is not None:
-                self._adversary.load_state(state["adversary"])
             self.steps, self.seconds = int(state["steps"]), float(state["seconds"])
         except (OSError, KeyError, ValueError, RuntimeError) as error:
             raise TrainingError(
@@ -204,10 +193,7 @@ class PathLightTrainer:
             "optimizer": self._optimizer.state_dict(),
             "steps": self.steps,
             "seconds": self.seconds,
-            "loss": self._options.loss,
         }
-        if self._adversary is not None:
-            state["adversary"] = self._adversary.state()
         partial = path.with_suffix(".partial")
         try:
             torch.save(state, partial)
@@ -233,10 +219,8 @@ class PathLightTrainer:
             group["lr"] = rate * min(1.0, (self.steps + 1) / 100)
         inputs, exact = self._batch(rng)
         found = self._network(inputs)
-        loss = distance(options.loss, found, exact)
-        if self._adversary is not None:
-            self._adversary.learn(inputs, found, exact)
-            loss = loss + self._adversary.loss(inputs, found)
+        # Root mean squares, averaged over pictures: dark ones count as bright ones do.
+        loss = (found - exact).square().mean((1, 2, 3)).add(1e-6).sqrt().mean()
         self._optimizer.zero_grad(set_to_none=True)
         loss.backward()  # type: ignore[no-untyped-call]
         nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)

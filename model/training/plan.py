@@ -10,9 +10,9 @@ from typing import Any
 import torch
 
 from model.errors import TrainingError
+from model.networks.names import Precision
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
-from model.training.execution import STANDARD, Execution
 from model.training.options import PRESETS, Budget, TrainingOptions
 from model.training.sources import SampleSource
 from model.training.stage import Losses
@@ -29,8 +29,8 @@ class TrainingPlan:
         Name of the preset, for the record.
     start : WarmStart, optional
         A trained model whose weights are the initial ones; random by default.
-    execution : Execution
-        Execution settings of optimization steps.
+    precision : {"float32", "bfloat16"}
+        Of the layers of optimization steps under autocast; weights are float32.
     interval : float
         Seconds between checkpoints.
     """
@@ -43,7 +43,7 @@ class TrainingPlan:
     folder: Path
     device: torch.device
     start: WarmStart | None = None
-    execution: Execution = STANDARD
+    precision: Precision = "float32"
     interval: float = 60.0
 
     def recipe(self) -> dict[str, Any]:

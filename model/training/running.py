@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from contextlib import nullcontext
-
-import torch
 
 from model.devices import choose_device
 from model.errors import TrainingError
 from model.samples.sample_store import SampleStore
-from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training import parallel
-from model.training.execution import Execution
-from model.training.execution_choice import choose_execution
 from model.training.job import TrainingJob
 from model.training.plan import TrainingPlan, TrainingReport, check_image_size
+from model.training.precision import choose_precision
 from model.training.sources import SampleSource, StoredSource
 from model.training.state import check_new, load_progress
-from model.training.stopping import training_in
 from model.training.streamed_samples import StreamSource
 from model.training.trainer import train
 from model.training.warm_start import WarmStart
@@ -32,7 +26,6 @@ MANY_WORKERS = 4
 def run_job(
     job: TrainingJob,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
-    on_execution: Callable[[Execution], None] = lambda execution: None,
 ) -> None:
     """Train; with several processes, each calls this.
 
@@ -40,8 +33,6 @@ def run_job(
     ----------
     on_report : callable
         Called in the first process after each optimization step.
-    on_execution : callable
-        Called in the first process once it is known how steps are computed.
 
     Raises
     ------
@@ -61,37 +52,19 @@ def run_job(
             # A stored data set has a range of its own.
             volume = volume.over(source.scene.scalar_range, source.scene.scale)
         check_image_size(job.size, source.scene)
-        first = not parallel.rank()
-        # From here on the folder is the run's: no wish to stop gets lost while all is prepared.
-        with training_in(job.out) if first else nullcontext():
-            execution = shared_execution(job, source.scene, device)
-            if first:
-                on_execution(execution)
-            start = None if job.start is None else WarmStart.read(job.start)
-            plan = TrainingPlan(
-                source=source,
-                preset=job.preset,
-                size=job.size if start is None else start.size_of(job.size),
-                options=job.options,
-                budget=job.budget,
-                folder=job.out,
-                device=device,
-                start=start,
-                execution=execution,
-            )
-            if first:
-                train(plan, job.resume, on_report, locked=True)
-            else:
-                train(plan, job.resume)
-
-
-def shared_execution(job: TrainingJob, scene: Scene, device: torch.device) -> Execution:
-    """Choose how a job's steps are computed; the first of several processes decides for all."""
-    chosen = None
-    if not parallel.rank():
-        with parallel.alone():
-            chosen = choose_execution(job.size, job.options, scene, device, job.precision)
-    return parallel.object_from_first(chosen)
+        start = None if job.start is None else WarmStart.read(job.start)
+        plan = TrainingPlan(
+            source=source,
+            preset=job.preset,
+            size=job.size if start is None else start.size_of(job.size),
+            options=job.options,
+            budget=job.budget,
+            folder=job.out,
+            device=device,
+            start=start,
+            precision=parallel.from_first(choose_precision(device, job.precision)),
+        )
+        train(plan, job.resume, on_report)
 
 
 def _volume(job: TrainingJob) -> Volume | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import torch
 
 from model.networks.generator_network import GeneratorNetwork
+from model.networks.names import Precision
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.paper.translation import TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
@@ -12,7 +13,6 @@ from model.networks.size import NetworkSize
 from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
 from model.training.codec_loss import CodecLoss
-from model.training.execution import STANDARD, Execution
 from model.training.joint import JointStage, SmallStage, small_size
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
@@ -36,14 +36,14 @@ class Schedule:
         options: TrainingOptions,
         scene: Scene,
         device: torch.device,
-        execution: Execution = STANDARD,
+        precision: Precision = "float32",
     ) -> None:
         self._size = size
         torch.manual_seed(options.seed)
         self.stages: dict[str, Stage]
         codec_loss, conditions = CodecLoss(scene, options), condition_numbers(scene)
         if options.one_stage:
-            rest = conditions, codec_loss, device, execution
+            rest = conditions, codec_loss, device, precision
             self.stages, self.ends = {}, {}
             if options.small_time_share and size.image_size > size.opacity_size:
                 small = _generator(small_size(size), conditions)
@@ -54,9 +54,9 @@ class Schedule:
             self.ends["joint"] = 1.0
         else:
             opacity_generator = OpacityGenerator(size)
-            opacity = OpacityStage(size, options, opacity_generator, codec_loss, device, execution)
+            opacity = OpacityStage(size, options, opacity_generator, codec_loss, device, precision)
             average = opacity.average.network
-            translation = TranslationStage(size, options, average, conditions, device, execution)
+            translation = TranslationStage(size, options, average, conditions, device, precision)
             self.stages = {"opacity": opacity, "translation": translation}
             self.ends = {"opacity": options.opacity_time_share, "translation": 1.0}
 

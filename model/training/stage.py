@@ -18,9 +18,9 @@ from torch.nn.utils import clip_grad_norm_
 
 from model.errors import TrainingError
 from model.networks.blocks import kaiming_init, place
+from model.networks.names import Precision
 from model.training.batch import EncodedBatch
 from model.training.ema import EMA
-from model.training.execution import STANDARD, Execution
 from model.training.losses import adversarial
 from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
 from model.training.options import StageOptions, TrainingOptions
@@ -65,8 +65,10 @@ class Stage(ABC):
         Number of parts that each batch is split into, accumulating gradients;
         more than 1 after memory has run out. Batch-norm statistics are then
         those of the parts.
-    execution : Execution
-        Execution settings of optimization steps.
+    recorded : bool
+        Whether steps without a discriminator are recorded once, as a CUDA graph, and then
+        repeated, as on a GPU: a step is thousands of small kernels, and starting each of them
+        from Python takes longer than they do.
     """
 
     name: str
@@ -79,30 +81,28 @@ class Stage(ABC):
         stage: StageOptions,
         options: TrainingOptions,
         device: torch.device,
-        execution: Execution = STANDARD,
+        precision: Precision = "float32",
     ) -> None:
-        last, fused = execution.channels_last, execution.fused
         if options.kaiming_init:
             kaiming_init(generator)
-        self.generator = place(generator, device, last)
+        self.generator = place(generator, device)
         self.discriminator: nn.Module | None = None
         self.discriminator_optimizer: torch.optim.Optimizer | None = None
         if discriminator is not None:
             if options.kaiming_init:
                 kaiming_init(discriminator)
-            self.discriminator = place(discriminator, device, last)
-            self.discriminator_optimizer = adam(self.discriminator, options.beta2, fused)
+            self.discriminator = place(discriminator, device)
+            self.discriminator_optimizer = adam(self.discriminator, options.beta2)
         self.average: EMA[Any] = EMA(self.generator, options.average_decay)
         self.stage = stage
         self.options = options
         self.device = device
+        self._rounded = precision == "bfloat16"
         self.steps = 0
         self.parts = 1
-        self.execution = execution
-        self.generator_optimizer = adam(self.generator, options.beta2, fused, execution.recorded)
+        self.recorded = device.type == "cuda"
+        self.generator_optimizer = adam(self.generator, options.beta2, self.recorded)
         self._recording: RecordedPass | None = None
-        if execution.compiled:
-            self._generate = torch.compile(self._generate)  # type: ignore[method-assign]
 
     def start_from(self, generator: nn.Module) -> None:
         """Copy the weights of a trained generator; to be called before the first step.
@@ -146,7 +146,7 @@ class Stage(ABC):
     def _step(self, batch: EncodedBatch, adversaries: bool, judged: Losses) -> StepResult:
         """Attempt a step; `judged` keeps the discriminator's loss, so that it learns only once."""
         self._prepare()
-        if self.execution.recorded and not adversaries and self.parts == 1 and ranks() == 1:
+        if self.recorded and not adversaries and self.parts == 1 and ranks() == 1:
             return self._recorded_step(batch)
         parts = batch.parts(self.parts)
         # Keep the graph while the discriminator is trained only if the batch is not split.
@@ -180,8 +180,6 @@ class Stage(ABC):
         if self._recording is None:
             self._recording = RecordedPass(self._pass)
         values = self._recording.run(batch)
-        # While the GPU is at work.
-        self._draw_ahead()
         *losses, gradient = values.tolist()
         if math.isfinite(gradient):
             self._count()
@@ -211,9 +209,6 @@ class Stage(ABC):
 
     def _prepare(self) -> None:  # noqa: B027
         """Draw what the losses of the next step need besides its batch."""
-
-    def _draw_ahead(self) -> None:  # noqa: B027
-        """Draw it for the step after the present one, for which it is prepared later."""
 
     def _generated(self, batch: EncodedBatch) -> tuple[Tensor, Any]:
         with self._autocast():
@@ -264,9 +259,8 @@ class Stage(ABC):
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 has float32's exponent range, so no loss scaling is needed.
-        precision = self.execution.dtype
-        rounded = precision != torch.float32
-        return torch.autocast(self.device.type, precision if rounded else None, rounded)
+        dtype = torch.bfloat16 if self._rounded else None
+        return torch.autocast(self.device.type, dtype, self._rounded)
 
     def _real(self, batch: EncodedBatch) -> Tensor:
         """Rendered images of a batch, which the discriminator is shown."""

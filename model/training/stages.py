@@ -5,13 +5,13 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from model.networks.names import Precision
 from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
 from model.networks.size import NetworkSize
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
 from model.training.ema import EMA
-from model.training.execution import STANDARD, Execution
 from model.training.losses import l1
 from model.training.options import TrainingOptions
 from model.training.stage import Stage
@@ -37,10 +37,10 @@ class OpacityStage(Stage):
         opacity: OpacityGenerator,
         codec_loss: CodecLoss,
         device: torch.device,
-        execution: Execution = STANDARD,
+        precision: Precision = "float32",
     ) -> None:
         discriminator = OpacityDiscriminator(size)
-        super().__init__(opacity, discriminator, options.opacity, options, device, execution)
+        super().__init__(opacity, discriminator, options.opacity, options, device, precision)
         self._codec_loss = codec_loss
 
     def _real(self, batch: EncodedBatch) -> Tensor:
@@ -115,7 +115,7 @@ class TranslationStage(ColorStage):
         opacity: OpacityGenerator,
         conditions: int,
         device: torch.device,
-        execution: Execution = STANDARD,
+        precision: Precision = "float32",
     ) -> None:
         super().__init__(
             TranslationGenerator(size, conditions),
@@ -123,7 +123,7 @@ class TranslationStage(ColorStage):
             options.translation,
             options,
             device,
-            execution,
+            precision,
         )
         self.opacity = opacity
 

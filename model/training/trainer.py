@@ -11,8 +11,7 @@ from __future__ import annotations
 import platform
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import asdict
+from contextlib import contextmanager, nullcontext
 from importlib.metadata import version
 from pathlib import Path
 
@@ -25,7 +24,6 @@ from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleBatch
 from model.training import parallel
-from model.training.ahead import ahead
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.batch_norm import BatchNormRecalibration
 from model.training.guard import CollapseGuard, Trouble
@@ -51,7 +49,6 @@ def train(
     plan: TrainingPlan,
     resume: bool = False,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
-    locked: bool = False,
 ) -> None:
     """Train until the budget is used.
 
@@ -62,8 +59,6 @@ def train(
     on_report : callable
         Called after each optimization step. If it raises
         :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
-    locked : bool
-        Whether the caller is in :func:`model.training.stopping.training_in` already.
 
     Raises
     ------
@@ -78,11 +73,8 @@ def train(
         After Ctrl-C, once the current step is done and the run is saved; at
         once and unsaved if it is pressed again.
     """
-    lock: AbstractContextManager[None] = nullcontext()
-    if not locked and not parallel.rank():
-        lock = training_in(plan.folder)
     try:
-        with lock:
+        with nullcontext() if parallel.rank() else training_in(plan.folder):
             _Run(plan, resume, on_report).train()
     finally:
         plan.source.close()
@@ -104,7 +96,7 @@ class _Run:
         self.plan = plan
         self.on_report = on_report
         self.schedule = Schedule(
-            plan.size, plan.options, plan.source.scene, plan.device, plan.execution
+            plan.size, plan.options, plan.source.scene, plan.device, plan.precision
         )
         if plan.start is not None:
             plan.start.check(plan.size, plan.source.scene)
@@ -113,7 +105,7 @@ class _Run:
         # All ranks must have read the folder before the first one writes to it.
         parallel.wait_for_all()
         self.guard = CollapseGuard()
-        self.interruption = Interruption(plan.folder)
+        self.interruption = Interruption()
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
@@ -204,10 +196,7 @@ class _Run:
         """
         share = self._stage_share()
         due = time.monotonic() - self._saved > self.plan.interval or share >= 1
-        mine = [share, float(due), float(self.interruption.asked)]
-        share, *flags = parallel.from_first(mine, self.plan.device)
-        due, stop = map(bool, flags)
-        return share, due, stop
+        return parallel.from_first((share, due, self.interruption.asked))
 
     def _is_unsaved(self) -> bool:
         """Whether a kill would now lose a run of more than a few seconds."""
@@ -241,8 +230,7 @@ class _Run:
         own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
         seed = self.plan.options.seed
         samples = source.batches(own, size, seed, self.progress.batch, stage.image_size)
-        batches = map(self._encoded, samples)
-        return ahead(batches, self.plan.device) if self.plan.device.type == "cuda" else batches
+        return map(self._encoded, samples)
 
     def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan
@@ -307,7 +295,7 @@ class _Run:
                 "samples_seen": self.progress.samples,
                 **plan.source.summary(),
                 "device": str(plan.device),
-                "execution": asdict(plan.execution),
+                "precision": plan.precision,
                 "curve": self.log.curve(),
                 **({} if plan.start is None else {"start": plan.start.card.training}),
             },

@@ -298,20 +298,6 @@ def _read_store(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _make_job(folder: Path) -> list[Path]:
-    from model.training.job import TrainingJob
-
-    TrainingJob(Path("out"), minutes=1.0, settings=("seed=3",)).save(folder / "job.json")
-    return [folder / "job.json"]
-
-
-def _read_job(path: Path) -> str:
-    from model.training.job import TrainingJob
-
-    TrainingJob.load(path)
-    return ""
-
-
 def _make_preferences(folder: Path) -> list[Path]:
     from app.state.known_volume import KnownVolume
     from app.state.preferences import PreferencesStore
@@ -394,7 +380,6 @@ FORMATS = {
     "card": Format(_make_model, _read_model, (".json",), mutated_json),
     "weights": Format(_make_model, _read_model, (".safetensors",)),
     "store": Format(_make_store, _read_store),
-    "job": Format(_make_job, _read_job, mutate=mutated_json),
     "preferences": Format(_make_preferences, _read_preferences, mutate=mutated_json),
     "planted": Format(_make_planted, _read_planted),
 }

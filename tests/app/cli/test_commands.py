@@ -544,43 +544,6 @@ def test_more_bad_input(
         assert message in one_line(capsys)
 
 
-def test_training_tells_its_progress_in_json_lines(
-    raw_file: Path,
-    samples: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    job, out = tmp_path / "job.json", tmp_path / "run"
-    data = f"--volume {raw_file} --dataset {samples}"
-    wanted = f"train {data} --preset draft --samples 64 --out {out}"
-    assert run([*wanted.split(), "--save-job", str(job)]) == 0
-    assert not out.exists()
-    capsys.readouterr()
-    assert run(["train", "--job", str(job), "--out", str(out), "--json-lines"]) == 0
-    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    assert lines[0]["kind"] == "execution"
-    assert lines[-1]["how"] == "finished"
-    progress = [line for line in lines if line["kind"] == "progress"]
-    assert progress[-1]["samples"] == 64
-    assert progress[-1]["spent"] == 1
-    assert run(f"info {out}".split()) == 0
-    capsys.readouterr()
-    # The pace alone writes nothing.
-    other = str(tmp_path / "other")
-    assert run([*wanted.replace(str(out), other).split(), "--pace", "--json-lines"]) == 0
-    execution, pace = (json.loads(line) for line in capsys.readouterr().out.splitlines())
-    assert (execution["kind"], pace["kind"]) == ("execution", "pace")
-    assert 1 < pace["samples_per_second"] < 1e6
-    assert not Path(other).exists()
-    # What fails is told there, too.
-    assert run([*wanted.split(), "--json-lines"]) == 2
-    told = capsys.readouterr()
-    (end,) = [json.loads(line) for line in told.out.splitlines()]
-    assert (end["kind"], end["how"]) == ("end", "failed")
-    assert str(out) in end["error"] and end["error"] in told.err
-
-
 def test_light_moves_in_lit_images_only(
     raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -625,15 +588,18 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(
     assert run(f"{base}/x.png --value 120 --lighting soft".split()) == 0
 
 
-def test_the_papers_run_is_one_command(raw_file: Path, tmp_path: Path) -> None:
-    base = f"train --faithful --volume {raw_file} --out {tmp_path}/run --save-job {tmp_path}"
-    assert run(f"{base}/whole.json".split()) == 0
-    job = TrainingJob.load(tmp_path / "whole.json")
+def test_the_papers_run_is_one_command(
+    raw_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs: list[TrainingJob] = []
+    monkeypatch.setattr("app.cli.train.train_model", jobs.append)
+    base = f"train --faithful --volume {raw_file} --out {tmp_path}/run"
+    assert run(base.split()) == 0
+    (job,) = jobs
     assert (job.preset, job.tf_family, job.samples, job.reuse) == ("paper", "paper", 12_000_000, 30)
     assert job.size == NetworkSize(1.0, 64, 256, 8)
     assert job.options == TrainingOptions.faithful()
-    assert run(f"{base}/short.json --preset draft --epochs 5 --tf-family drawn".split()) == 0
-    job = TrainingJob.load(tmp_path / "short.json")
-    assert (job.samples, job.tf_family) == (2_000_000, "drawn")
-    assert job.options.opacity.halvings == 1
-    assert run(f"{base}/x.json --epochs 5 --minutes 5".split()) == 2
+    assert run(f"{base} --preset draft --epochs 5 --tf-family drawn".split()) == 0
+    assert (jobs[-1].samples, jobs[-1].tf_family) == (2_000_000, "drawn")
+    assert jobs[-1].options.opacity.halvings == 1
+    assert run(f"{base} --epochs 5 --minutes 5".split()) == 2

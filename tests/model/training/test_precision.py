@@ -1,0 +1,64 @@
+"""The precision of training steps, measured once on a machine."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import torch
+
+from model.networks.names import Precision
+from model.training import precision
+from model.training.precision import choose_precision
+
+CPU = torch.device("cpu")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "faster"),
+    [
+        # The first step is not counted, nor what other work does to a single one.
+        ({"bfloat16": [9.0, 0.9, 0.5, 0.6, 0.6], "float32": [1.0, 0.8, 0.8, 0.8, 0.8]}, "bfloat16"),
+        ({"bfloat16": [1.0, 0.8, 0.8, 0.8, 0.8], "float32": [1.0, 1.5, 0.7, 0.8, 0.8]}, "float32"),
+        # Emulated: one of its steps is enough.
+        ({"bfloat16": [1.0, 7.0], "float32": [1.0, 0.8]}, "float32"),
+    ],
+)
+def test_the_faster_one_is_chosen_and_measured_once(
+    seconds: dict[str, list[float]],
+    faster: str,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setattr("model.measurements.cache_folder", lambda: tmp_path)
+    timed: list[str] = []
+
+    def steps(kind: Precision) -> Iterator[float]:
+        timed.append(kind)
+        yield from seconds[kind]
+
+    monkeypatch.setattr(precision, "step_seconds", steps)
+    assert [choose_precision(CPU), choose_precision(CPU)] == [faster, faster]
+    assert timed == ["bfloat16", "float32"]
+    assert choose_precision(CPU, "bfloat16") == "bfloat16"
+
+
+WITHOUT_BFLOAT16 = """
+from model.training.precision import bfloat16_is_faster
+print(bfloat16_is_faster())
+"""
+
+
+@pytest.mark.slow
+def test_a_processor_without_bfloat16_is_noticed() -> None:
+    process = subprocess.run(
+        [sys.executable, "-c", WITHOUT_BFLOAT16],
+        capture_output=True,
+        env={**os.environ, "ONEDNN_MAX_CPU_ISA": "AVX2", "PYTHONPATH": str(Path.cwd())},
+        text=True,
+    )
+    assert (process.returncode, process.stdout) == (0, "False\n"), process.stderr
