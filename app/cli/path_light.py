@@ -7,9 +7,7 @@ from pathlib import Path
 
 from app.cli.console import console, counting, print_table
 from model.devices import choose_device
-from model.networks.names import PathLightLoss
 from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
-from model.networks.path_light_network import PathLightSize
 from model.samples.path_light_pairs import read_pairs, write_pairs
 from model.training.path_light_training import (
     PathLightErrors,
@@ -32,13 +30,6 @@ def draw_pairs(
             progress.advance(task)
     count = sum(len(each.error) for each in read_pairs(out).values())
     console.print(f"{out} has {count} pairs.")
-
-
-def path_light_options(
-    minutes: float, steps: int | None, width: int, seed: int, loss: PathLightLoss = "rms"
-) -> PathLightOptions:
-    """Return how networks are trained."""
-    return PathLightOptions(minutes, PathLightSize(width), seed=seed, loss=loss, steps=steps)
 
 
 def train_network(

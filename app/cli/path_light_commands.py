@@ -8,19 +8,6 @@ from typing import Annotated
 import typer
 
 from app.cli import options
-from model.networks.names import PathLightLoss
-
-Minutes = Annotated[float, typer.Option("--minutes", min=0.01, help="Of training of each network.")]
-Steps = Annotated[
-    int | None,
-    typer.Option(
-        "--steps",
-        min=1,
-        help="Of training of each network, in place of minutes: networks with as many can be "
-        "compared, however busy the machine was.",
-    ),
-]
-Width = Annotated[int, typer.Option("--width", min=4, max=512, help="Channels of the first level.")]
 
 light = typer.Typer(
     help="The network behind the denoiser of path-traced light: pairs of pictures, and training."
@@ -63,9 +50,10 @@ def train(
         Path | None,
         typer.Option("--held-out", metavar="PAIRS", help="Pairs that errors are measured on."),
     ] = None,
-    minutes: Minutes = 30.0,
-    steps: Steps = None,
-    width: Width = 40,
+    minutes: Annotated[float, typer.Option("--minutes", min=0.01, help="Of training.")] = 30.0,
+    width: Annotated[
+        int, typer.Option("--width", min=4, max=512, help="Channels of the first level.")
+    ] = 40,
     start_from: Annotated[
         Path | None,
         typer.Option(
@@ -74,19 +62,13 @@ def train(
             help="Begin with this network's weights and size, at a third of the rate.",
         ),
     ] = None,
-    loss: Annotated[
-        PathLightLoss,
-        typer.Option(
-            "--loss",
-            help="rms: root mean square of each picture's difference; l1: mean absolute "
-            "difference; gan-l1: that and the paper's adversary.",
-        ),
-    ] = "rms",
     device: options.DeviceName = "auto",
     seed: options.Seed = 0,
 ) -> None:
     """Train the network on pairs; one that was stopped goes on."""
-    from app.cli.path_light import path_light_options, train_network
+    from app.cli.path_light import train_network
+    from model.networks.path_light_network import PathLightSize
+    from model.training.path_light_training import PathLightOptions
 
-    training = path_light_options(minutes, steps, width, seed, loss)
+    training = PathLightOptions(minutes, PathLightSize(width), seed=seed)
     train_network(folder, out, held_out, training, start_from, device)

@@ -23,9 +23,3 @@ PresetName = Literal["draft", "compact", "large", "paper"]
 
 StudyName = Literal["baselines", "latent-dim", "l1-weight"]
 """The paper's studies; see :data:`model.evaluation.study.STUDIES`."""
-
-
-PathLightLoss = Literal["rms", "l1", "gan-l1"]
-"""Losses of the network behind the denoiser: the root mean square of each picture's difference,
-the mean absolute one, or that beside an adversary's judgement, as the paper weights them; see
-:mod:`model.training.path_light_losses`."""

@@ -52,9 +52,6 @@ class PathLightOptions:
     averaging : float
         Decay of the weights' moving average.
     seed : int
-    steps : int or None
-        Of training in place of minutes, those of earlier runs included: networks with as many can
-        be compared, however busy the machine was.
     """
 
     minutes: float
@@ -63,7 +60,6 @@ class PathLightOptions:
     learning_rate: float = 1.5e-3
     averaging: float = 0.998
     seed: int = 0
-    steps: int | None = None
 
 
 @dataclass(frozen=True)
@@ -204,10 +200,7 @@ class PathLightTrainer:
     @property
     def _part(self) -> float:
         """Part of the training that is done, 0 to 1."""
-        options = self._options
-        if options.steps is not None:
-            return min(self.steps / options.steps, 1.0)
-        return min(self.seconds / (60 * options.minutes), 1.0)
+        return min(self.seconds / (60 * self._options.minutes), 1.0)
 
     def _step(self) -> Tensor:
         options = self._options
