@@ -28,7 +28,7 @@ from model.training.state import Progress
 PROBE_SAMPLES = 128
 SHEET_SAMPLES = 8
 PROBE_BATCH = 16
-MEASURES = ("tf_rmse", "opacity_rmse", "rmse", "emd")
+MEASURES = ("tf_rmse", "opacity_rmse", "rmse")
 """Metrics that are displayed and recorded in the model's card."""
 
 
@@ -52,7 +52,7 @@ class HoldoutProbe:
         Returns
         -------
         dict of float
-            Mean RMSE of opacity TFs, opacity images and images, mean colour EMD, at the
+            Mean RMSE of opacity TFs, opacity images and images, at the
             size that the generator draws, and the indicators checked by
             :class:`model.training.guard.CollapseGuard`.
         """
@@ -62,13 +62,12 @@ class HoldoutProbe:
         opacities, true_opacities = _pixels(opacity), _pixels(self.batch.opacity_image)
         _save_sheet(sheet, [truth, images, true_opacities, opacities])
         tf_error = decode_unit(tf) - decode_unit(self.batch.inputs.opacity_tf)
-        pairs = list(zip(images, truth, strict=True))
+        pairs = zip(images, truth, strict=True)
         opacity_pairs = zip(opacities, true_opacities, strict=True)
         return {
             "tf_rmse": float(tf_error.square().mean(1).sqrt().mean()),
             "opacity_rmse": float(np.mean([metrics.rmse(a, b) for a, b in opacity_pairs])),
             "rmse": float(np.mean([metrics.rmse(a, b) for a, b in pairs])),
-            "emd": float(np.mean([metrics.color_emd(a, b) for a, b in pairs])),
             **latent_health(latent),
             "opacity_diversity": diversity(opacity, self.batch.opacity_image),
             "diversity": diversity(image, real),

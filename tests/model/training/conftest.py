@@ -1,18 +1,19 @@
-"""Fixtures of the tests of training."""
+"""Runs of a few seconds that the tests of training look at."""
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from training_runs import plan
+from training_runs import Stop, plan
 
 from model.samples.sample_store import SampleStore
 from model.training.trainer import train
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(scope="session", autouse=True)
 def few_probes() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("model.training.monitor.PROBE_SAMPLES", 8)
@@ -21,9 +22,22 @@ def few_probes() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of 320 samples: 8 steps of stage 1 and 12 of stage 2. Only to be looked at."""
+    """A run of 160 samples: 4 steps of stage 1 and 6 of stage 2. Only to be looked at."""
     folder = tmp_path_factory.mktemp("runs") / "finished"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("model.training.monitor.PROBE_SAMPLES", 8)
-        train(plan(store, folder))
+    train(plan(store, folder))
     return folder
+
+
+@pytest.fixture(scope="session")
+def interrupted(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """That run, stopped after 2 steps. Only to be looked at."""
+    folder = tmp_path_factory.mktemp("runs") / "interrupted"
+    with pytest.raises(KeyboardInterrupt):
+        train(plan(store, folder), on_report=Stop(2))
+    return folder
+
+
+@pytest.fixture
+def stopped(interrupted: Path, tmp_path: Path) -> Path:
+    """A copy of it, to be gone on with."""
+    return Path(shutil.copytree(interrupted, tmp_path / "stopped"))

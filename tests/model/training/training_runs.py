@@ -24,7 +24,7 @@ RECIPE = TrainingOptions(
 
 
 def plan(
-    store: SampleStore, folder: Path, samples: int = 320, interval: float = 0.0
+    store: SampleStore, folder: Path, samples: int = 160, interval: float = 0.0
 ) -> TrainingPlan:
     return TrainingPlan(
         source=StoredSource(store),

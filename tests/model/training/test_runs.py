@@ -1,0 +1,305 @@
+"""The real pipeline on a small volume: whole runs, their budgets, troubles and starts."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import safetensors
+import torch
+from skimage.io import imread
+from skimage.measure import block_reduce
+from training_runs import RECIPE, SIZE, Stop, assert_same_state, plan
+
+from model.errors import DatasetError, TrainingError
+from model.networks.card import load_card
+from model.networks.checkpoint import load_model
+from model.networks.codec import LatentCodec
+from model.samples.sample_store import SampleBatch, SampleStore
+from model.samples.sampling import Split
+from model.scene.light import LightDirection, LightRange
+from model.scene.scene import Scene
+from model.training import trainer
+from model.training.options import Budget, StageOptions, TrainingOptions
+from model.training.plan import TrainingReport
+from model.training.schedule import Schedule
+from model.training.sources import reduced
+from model.training.stages import OpacityStage
+from model.training.state import STATE_FILE, load_progress
+from model.training.trainer import train
+from model.training.warm_start import WarmStart
+
+CPU = torch.device("cpu")
+ONE_STAGE = replace(RECIPE, one_stage=True, small_time_share=0.0)
+GROWING = replace(
+    RECIPE,
+    one_stage=True,
+    small=StageOptions(16, 1e-3, 2.0),
+    adversarial_start=0.5,
+    feature_matching_weight=10.0,
+)
+
+
+def test_a_run_leaves_a_model_a_curve_and_pictures(finished: Path, store: SampleStore) -> None:
+    card, network = load_model(finished)
+    assert card.scene == store.scene
+    assert card.training["samples_seen"] == 160
+    assert set(card.metrics["holdout"]) == {"tf_rmse", "opacity_rmse", "rmse"}
+    assert card.versions["torch"].startswith("2.")
+    assert not network.training
+    with (finished / "log.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["stage"] for row in rows] == ["opacity"] * 4 + ["translation"] * 6
+    assert [row["samples"] for row in card.training["curve"]] == list(range(16, 161, 16))
+    assert float(rows[-1]["rmse"]) == pytest.approx(card.metrics["holdout"]["rmse"], abs=1e-6)
+    sheet = imread(sorted((finished / "sheets").glob("*.png"))[-1])
+    assert sheet.shape == (4 * 64, 8 * 64, 3)
+    truth = store.read("holdout", range(1)).rgba[0, ..., :3]
+    assert np.abs(sheet[:64, :64].astype(int) - truth).max() <= 1
+    assert not list(finished.rglob("*.partial"))
+
+
+def test_a_budget_in_minutes_ends_in_time(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ticks = itertools.count()
+    clock = SimpleNamespace(monotonic=lambda: 0.25 * next(ticks))
+    monkeypatch.setattr("model.training.trainer.time", clock)
+    reports: list[TrainingReport] = []
+    timed = replace(plan(store, tmp_path, interval=1e9), budget=Budget(minutes=0.1))
+    train(timed, on_report=reports.append)
+    seconds = [r.seconds for r in reports]
+    steps = np.diff(seconds)
+    # Each step takes the fake clock's ticks; the last one of a stage may pass its end.
+    assert 6.0 <= seconds[-1] <= 6.0 + steps.max()
+    first = max(r.seconds for r in reports if r.stage == "opacity")
+    assert 0.4 * 6.0 <= first <= 0.4 * 6.0 + steps.max()
+    # Measured at intervals only, and at the end of each stage.
+    curve = load_card(tmp_path).training["curve"]
+    assert [row["stage"] for row in curve] == ["opacity", "translation"]
+
+
+def test_even_a_tiny_budget_leaves_a_model_and_is_saved_soon(
+    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trainer, "FIRST_SAVE_S", 0.0)
+    saved: list[bool] = []
+
+    def note(_report: TrainingReport) -> None:
+        saved.append((tmp_path / STATE_FILE).exists())
+
+    train(plan(store, tmp_path, samples=1, interval=1e9), on_report=note)
+    # A report comes before the save of its own step.
+    assert saved == [False, True]
+    assert load_card(tmp_path).training["samples_seen"] == 32
+
+
+def test_what_cannot_begin_is_said(
+    finished: Path, store: SampleStore, scene: Scene, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(TrainingError, match="cannot be written"):
+        train(plan(store, tmp_path / "file" / "run"))
+    with pytest.raises(TrainingError, match="go on with it") as caught:
+        train(plan(store, finished))
+    assert caught.value.suggested == {"resume": ""}
+    for samples, holdout in ((3, 8), (64, 1)):
+        counts: dict[Split, int] = {"train": samples, "holdout": holdout}
+        few = SampleStore.create(tmp_path / f"{samples}.zarr", scene, 0, counts)
+        with pytest.raises(DatasetError, match="too few"):
+            train(plan(few, tmp_path / "run"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1000))
+        with pytest.raises(TrainingError, match="0 MB are free; make room"):
+            train(plan(store, tmp_path / "run"))
+
+
+def test_two_runs_never_share_a_folder(store: SampleStore, stopped: Path) -> None:
+    def start_another(report: TrainingReport) -> None:
+        with pytest.raises(TrainingError, match="another process is training there"):
+            train(plan(store, stopped), resume=True)
+        raise KeyboardInterrupt
+
+    for _ in range(2):
+        # What was stopped is free again.
+        with pytest.raises(KeyboardInterrupt):
+            train(plan(store, stopped), resume=True, on_report=start_another)
+
+
+def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
+    store: SampleStore, stopped: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    error = OpacityStage._generator_losses
+
+    def overflow(self: OpacityStage, *given: Any) -> dict[str, torch.Tensor]:
+        losses = error(self, *given)
+        # Finite itself, but its slope is not.
+        losses["opacity_l1"] = losses["opacity_l1"] + (given[1] - given[1]).square().sum().sqrt()
+        return losses
+
+    monkeypatch.setattr(OpacityStage, "_generator_losses", overflow)
+    with pytest.raises(TrainingError, match=r"after 32 samples: the gradient.*last good state"):
+        train(plan(store, stopped), resume=True)
+    with safetensors.safe_open(next(stopped.glob("training-*.safetensors")), "pt") as file:
+        assert all(torch.isfinite(file.get_tensor(key)).all() for key in file.keys())  # noqa: SIM118
+
+
+@pytest.mark.parametrize("ended_by", ["the guard", "Ctrl-C"])
+def test_a_collapse_keeps_the_last_good_state(
+    store: SampleStore, stopped: Path, monkeypatch: pytest.MonkeyPatch, ended_by: str
+) -> None:
+    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
+    # A network of a few steps draws grey images whatever the code.
+    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    encode = LatentCodec.encode
+    seen: list[TrainingReport] = []
+
+    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+        return encode(self, opacity_tf) * (len(seen) < 2)
+
+    def note(report: TrainingReport) -> None:
+        seen.append(report)
+        if ended_by == "Ctrl-C" and len(seen) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(LatentCodec, "encode", collapsing)
+    how = {"Ctrl-C": KeyboardInterrupt, "the guard": TrainingError}[ended_by]
+    with pytest.raises(how) as caught:
+        train(plan(store, stopped, samples=320), resume=True, on_report=note)
+    assert ("codes of all opacity TFs are the same" in str(caught.value)) == (how is TrainingError)
+    assert load_progress(stopped)[0].samples == 3 * 16
+
+
+@pytest.fixture(scope="module")
+def grown(
+    store: SampleStore, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, list[TrainingReport]]:
+    """A run whose images grow, and its reports: 5 steps of each stage."""
+    folder = tmp_path_factory.mktemp("runs") / "grown"
+    reports: list[TrainingReport] = []
+    train(replace(plan(store, folder, 160, 1e9), options=GROWING), on_report=reports.append)
+    return folder, reports
+
+
+def test_a_run_learns_small_images_first_and_then_grows(
+    grown: tuple[Path, list[TrainingReport]],
+) -> None:
+    folder, reports = grown
+    assert list(dict.fromkeys(r.stage for r in reports)) == ["small", "joint"]
+    # The discriminator joins at the full size only, at its time.
+    joined = [{"discriminator", "feature_matching"} <= r.losses.keys() for r in reports]
+    assert joined == [False] * 8 + [True] * 2
+    assert reports[-1].losses["feature_matching"] > 0
+    card = load_card(folder)
+    assert card.size.image_size == SIZE.image_size
+    assert {row["stage"] for row in card.training["curve"]} == {"small", "joint"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [3, 9])
+def test_such_a_run_resumes_in_either_stage(
+    grown: tuple[Path, list[TrainingReport]], store: SampleStore, tmp_path: Path, steps: int
+) -> None:
+    run = replace(plan(store, tmp_path, 160, 1e9), options=GROWING)
+    with pytest.raises(KeyboardInterrupt):
+        train(run, on_report=Stop(steps))
+    train(run, resume=True)
+    assert_same_state(tmp_path, grown[0])
+
+
+def test_images_are_averaged_over_blocks() -> None:
+    rng = np.random.default_rng(0)
+    rgba = rng.integers(0, 256, (2, 8, 8, 4), dtype=np.uint8)
+    small = reduced(SampleBatch({}, rgba), 4)
+    expected = block_reduce(rgba.astype(np.float64), (1, 2, 2, 1), np.mean)
+    assert small.rgba.shape == (2, 4, 4, 4)
+    assert np.abs(small.rgba - expected).max() <= 0.5
+
+
+def test_what_was_learned_at_the_small_size_is_kept(store: SampleStore) -> None:
+    torch.manual_seed(5)
+    schedule = Schedule(SIZE, GROWING, store.scene, CPU)
+    small, joint = schedule.stages["small"], schedule.stages["joint"]
+    trained = small.average.network
+    for parameter in trained.parameters():
+        parameter.data.add_(torch.randn_like(parameter))
+    schedule.enter("joint")
+    own, theirs = joint.generator.state_dict(), trained.state_dict()
+    kept = [n for n in own if n in theirs and own[n].shape == theirs[n].shape]
+    assert all(torch.equal(own[name], theirs[name]) for name in kept)
+    assert {name.split(".")[1] for name in own.keys() - set(kept)} <= {"paint", "color"}
+    assert len(kept) > 0.85 * len(own)
+
+
+def test_a_model_of_small_images_is_a_start_for_larger_ones(
+    store: SampleStore, finished: Path
+) -> None:
+    small = replace(SIZE, image_size=16)
+    first = Schedule(small, GROWING, replace(store.scene, image_size=16), CPU)
+    assert first.names == ["joint"]
+    start = WarmStart("0", replace(load_card(finished), size=small), first.generator())
+    start.check(SIZE, store.scene)
+    schedule = Schedule(SIZE, GROWING, store.scene, CPU)
+    schedule.start_from(start.network)
+    assert schedule.names == ["joint"]
+    weights = schedule.generator().state_dict()
+    for name, value in start.network.state_dict().items():
+        if name.startswith(("opacity.", "translation.fusion", "translation.decoder")):
+            assert torch.equal(weights[name], value), name
+
+
+@pytest.mark.parametrize("options", [RECIPE, ONE_STAGE])
+def test_the_first_weights_are_the_models(
+    store: SampleStore, finished: Path, options: TrainingOptions
+) -> None:
+    start = WarmStart.read(finished)
+    schedule = Schedule(start.card.size, options, store.scene, CPU)
+    schedule.start_from(start.network)
+    trained = load_model(finished)[1].state_dict()
+    averaged = schedule.generator().state_dict()
+    assert averaged.keys() == trained.keys()
+    assert all(torch.equal(value, trained[name]) for name, value in averaged.items())
+    for name, stage in schedule.stages.items():
+        prefix = "" if name == "joint" else name + "."
+        for key, value in stage.generator.state_dict().items():
+            assert torch.equal(value, trained[prefix + key])
+
+
+def test_such_a_run_begins_there_and_resumes_from_the_same_model_only(
+    store: SampleStore, finished: Path, tmp_path: Path
+) -> None:
+    # At a rate that changes next to nothing, the first weights are measured.
+    options = replace(ONE_STAGE, joint=StageOptions(16, 1e-9, 1.0))
+    run = replace(plan(store, tmp_path, 32), options=options, start=WarmStart.read(finished))
+    with pytest.raises(KeyboardInterrupt):
+        train(run, on_report=Stop(1))
+    for start in (None, replace(run.start, digest="0")):
+        with pytest.raises(TrainingError, match="start "):
+            train(replace(run, start=start), resume=True)
+    train(run, resume=True)
+    card, earlier = load_card(tmp_path), load_card(finished)
+    assert card.training["start"] == earlier.training
+    for name, tolerance in (("rmse", 0.03), ("tf_rmse", 0.01)):
+        before = earlier.metrics["holdout"][name]
+        assert card.metrics["holdout"][name] == pytest.approx(before, rel=tolerance)
+
+
+def test_a_model_of_another_network_or_scene_is_refused(store: SampleStore, finished: Path) -> None:
+    start = WarmStart.read(finished)
+    size, scene = start.card.size, store.scene
+    start.check(size, replace(scene, volume_name="another", volume_fingerprint="1"))
+    with pytest.raises(TrainingError, match=r"width \(0\.125, not 0\.25\)"):
+        start.check(replace(size, width=0.25), scene)
+    longer = Scene.from_json(json.loads(json.dumps(scene.to_json())) | {"proportions": [1, 1, 0.5]})
+    with pytest.raises(TrainingError, match="proportions"):
+        start.check(size, longer)
+    lit = replace(scene, lighting="direct", light=LightDirection(), light_range=LightRange())
+    with pytest.raises(TrainingError, match="movable light"):
+        start.check(size, lit)
