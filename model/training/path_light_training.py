@@ -215,7 +215,7 @@ class PathLightTrainer:
         # Root mean squares, averaged over pictures: dark ones count as bright ones do.
         loss = (found - exact).square().mean((1, 2, 3)).add(1e-6).sqrt().mean()
         self._optimizer.zero_grad(set_to_none=True)
-        loss.backward()  # type: ignore[no-untyped-call]
+        loss.backward()
         nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
         self._optimizer.step()
         self._average.update(self._network, self.steps)

@@ -15,6 +15,7 @@ import torch
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
 from model.scene.volume import Volume
+from model.training import parallel
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")
 
@@ -54,7 +55,8 @@ with parallel.process_group(torch.device("cpu")) as device:
     options = TrainingOptions(adversarial_start=0.0)
     loss = CodecLoss(Scene('none', '', (0.0, 1.0), (0.0, 1.0), 16), options)
     stage = OpacityStage(size, options, OpacityGenerator(size), loss, device)
-    gradients = {}
+    assert parallel.from_first((3.0 + rank, rank == 0)) == (3.0, True)
+    assert (parallel.own_stage(1) == 1) == (rank == 0)
     for name in ("same", "different"):
         torch.manual_seed(7 if name == "same" else 8 + rank)
         batch = EncodedBatch(
@@ -84,37 +86,9 @@ def test_weights_stay_equal_and_differ_from_those_of_one_process(tmp_path: Path)
     assert any(not torch.allclose(value, alone[name], atol=1e-6) for name, value in first.items())
 
 
-AVERAGE = """
-import torch
-from model.training import parallel
-
-with parallel.process_group(torch.device("cpu")) as device:
-    assert parallel.ranks() == 2
-    rank = parallel.rank()
-    weights = [torch.nn.Parameter(torch.zeros(2, 3)), torch.nn.Parameter(torch.zeros(4))]
-    unused = torch.nn.Parameter(torch.zeros(1))
-    weights[0].grad = torch.arange(6.0).reshape(2, 3) * (1 + rank)
-    weights[1].grad = torch.full((4,), 10.0 * rank)
-    parallel.average_gradients([*weights, unused])
-    assert torch.equal(weights[0].grad, 1.5 * torch.arange(6.0).reshape(2, 3))
-    assert torch.equal(weights[1].grad, torch.full((4,), 5.0))
-    assert unused.grad is None
-    assert parallel.from_first([3.0 + rank, 0.1 + rank], device) == [3.0, 0.1]
-    assert (parallel.own_stage(1) == 1) == (rank == 0)
-"""
-
-
-@pytest.mark.slow
-def test_gradients_are_averaged_and_the_first_rank_decides(tmp_path: Path) -> None:
-    script = tmp_path / "average.py"
-    script.write_text(AVERAGE)
-    torchrun(str(script))
-
-
 @pytest.mark.slow
 def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
-    nz, ny, nx = volume.scalars.shape
-    raw = tmp_path / f"blobs_{nx}x{ny}x{nz}_uint8.raw"
+    raw = tmp_path / f"blobs_{'x'.join(map(str, volume.dimensions))}_uint8.raw"
     np.asarray(volume.scalars).tofile(raw)
     run = tmp_path / "run"
     arguments = ("main.py", "train", "--volume", str(raw), "--preset", "draft", "--out", str(run))
@@ -127,11 +101,5 @@ def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
 
 
 def test_without_torchrun_there_is_one_process() -> None:
-    from model.training import parallel
-
     assert (parallel.rank(), parallel.ranks(), parallel.own_stage(2)) == (0, 1, 2)
-    assert parallel.from_first([1.5], torch.device("cpu")) == [1.5]
-    weight = torch.nn.Parameter(torch.zeros(1))
-    weight.grad = torch.ones(1)
-    parallel.average_gradients([weight])
-    assert weight.grad.item() == 1
+    assert parallel.from_first((1.5, True)) == (1.5, True)

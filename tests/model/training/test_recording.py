@@ -9,7 +9,6 @@ from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch
-from model.training.execution import Execution
 from model.training.options import TrainingOptions
 from model.training.recording import FIRST_PASSES
 from model.training.schedule import Schedule
@@ -20,9 +19,8 @@ SIZE = NetworkSize(0.125, 16, 32, modulation=True, opacity_modulation=True, deep
 
 def losses_of_steps(device: torch.device, recorded: bool, count: int) -> list[dict[str, float]]:
     options = TrainingOptions().with_settings(["unrendered_tfs=4", "small_time_share=0"])
-    stage = Schedule(SIZE, options, SCENE, device, Execution("float32", recorded=recorded)).stages[
-        "joint"
-    ]
+    stage = Schedule(SIZE, options, SCENE, device).stages["joint"]
+    stage.recorded = recorded
     random = torch.Generator().manual_seed(1)
 
     def draw(*shape: int) -> torch.Tensor:
