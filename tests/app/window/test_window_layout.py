@@ -46,127 +46,13 @@ def open_all(window: MainWindow) -> None:
     QApplication.processEvents()
 
 
-@pytest.mark.parametrize("browsing", [False, True])
-def test_all_but_the_editor_has_room_in_the_smallest_window(
-    make_window: WindowMaker, browsing: bool
-) -> None:
-    window = make_window()
-    window.latent_state.choose(shown=browsing)
-    open_all(window)
-    parts = (window.top_bar, window.panes, window.status)
-    widths = {type(part).__name__: part.minimumSizeHint().width() for part in parts}
-    assert max(widths.values()) <= LEAST[0], widths
-    # Beside an editor of 220 pixels and its line.
-    assert sum(part.minimumSizeHint().height() for part in parts) <= LEAST[1] - 226
-
-
-@pytest.mark.parametrize("size", [(1000, 36), (1180, 36), (1440, 36), (2560, 36)])
-def test_nothing_in_the_top_bar_is_cut(make_window: WindowMaker, size: tuple[int, int]) -> None:
-    window = make_window()
-    bar = window.top_bar
-    bar.setParent(None)
-    bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
-    bar.setMinimumWidth(0)
-    bar.resize(*size)
-    bar.show()
-    QApplication.processEvents()
-    assert bar.is_folded == (size[0] < 1180)
-    shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
-    places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
-    assert places[0].left() >= 0 and places[-1].right() < size[0]
-    assert all(one.right() < other.left() for one, other in pairwise(places))
-    for button in bar.findChildren(QToolButton):
-        if button.isVisible() and button is not bar.volume:
-            assert button.width() >= button.minimumSizeHint().width()
-    bar.close()
-    bar.deleteLater()
-
-
-def test_the_images_touch_the_window_and_each_other(make_window: WindowMaker) -> None:
+def test_nothing_moves_and_all_has_room(make_window: WindowMaker) -> None:
     window = make_window()
     left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
     assert left.left() == 0 and right.right() == window.width() - 1
     assert left.top() == right.top() == window.top_bar.height() == 36
     assert right.left() - left.right() == 2  # One pixel lies between.
     assert window.status.height() == 24
-
-
-def test_the_windows_size_is_the_same_whatever_comes(
-    make_window: WindowMaker, qtbot: QtBot
-) -> None:
-    window = make_window()
-    size = window.size()
-    for browsing in (True, False):
-        window.latent_state.choose(shown=browsing)
-        open_all(window)
-        assert window.size() == size
-    action(window, "R").trigger()
-    QTest.qWait(20)
-    assert window.size() == size
-
-
-def test_there_is_one_cube_and_it_is_on_the_rightmost_image(make_window: WindowMaker) -> None:
-    window = make_window()
-
-    def seen() -> list[QWidget]:
-        cubes = window.findChildren(OrientationCube)
-        return [cube.parentWidget() for cube in cubes if cube.isVisible()]
-
-    assert seen() == [window.reference.canvas]
-    window.panes.swap()
-    assert seen() == [window.generator.canvas]
-    window.panes.swap()
-    window.panes.show_images("generator")
-    assert seen() == [window.generator.canvas]
-    window.latent_state.choose(shown=True)
-    assert seen() == [window.reference.canvas]
-
-
-def test_the_tools_are_on_the_left_image_and_leave_the_browser_alone(
-    make_window: WindowMaker,
-) -> None:
-    window = make_window()
-    tools = window.tools
-    assert tools.parentWidget() is window.generator.canvas and tools.isVisible()
-    tools.rectangle.click()
-    assert window.sensitivity_state.tool == "rectangle"
-    tools.lasso.click()
-    assert window.sensitivity_state.tool == "lasso" and not tools.rectangle.isChecked()
-    tools.lasso.click()
-    assert window.sensitivity_state.tool is None
-    tools.crop.click()
-    assert window.crop_card.isVisible()
-    QTest.keyClick(window, Qt.Key.Key_Escape)
-    assert not window.crop_card.isVisible() and not tools.crop.isChecked()
-    window.panes.swap()
-    assert tools.parentWidget() is window.reference.canvas
-    window.latent_state.choose(shown=True)
-    assert not tools.isVisible()
-
-
-def test_compare_leaves_one_image_and_difference_needs_both(make_window: WindowMaker) -> None:
-    window = make_window()
-    bar = window.top_bar
-    assert window.panes.images == [window.generator, window.reference]
-    assert bar.compare.isChecked() and bar.difference.isEnabled()
-    action(window, "D").trigger()
-    assert window.image_error.is_wanted and bar.difference.isChecked()
-    bar.difference.click()
-    assert not window.image_error.is_wanted
-    action(window, "C").trigger()
-    assert window.panes.images == [window.generator]
-    assert not bar.compare.isChecked() and not bar.difference.isEnabled()
-    bar.compare.click()
-    assert len(window.panes.images) == 2 and bar.compare.isChecked()
-
-
-def test_without_a_model_there_is_nothing_to_compare(make_window: WindowMaker) -> None:
-    window = make_window(model=None)
-    assert not window.top_bar.compare.isEnabled() and not window.top_bar.compare.isChecked()
-
-
-def test_at_the_start_no_sentence_is_on_screen(make_window: WindowMaker) -> None:
-    window = make_window()
     assert not window.notice.isVisible()
     assert not window.crop_card.isVisible() and not window.status.news
     above = (window.top_bar, window.panes)
@@ -178,12 +64,20 @@ def test_at_the_start_no_sentence_is_on_screen(make_window: WindowMaker) -> None
     ]
     # Volume, light, what an image costs, four buttons; two captions, three tools.
     assert len(controls) <= 12
-
-
-def test_every_button_with_an_icon_says_its_name_and_key(make_window: WindowMaker) -> None:
-    window = make_window()
+    size = window.size()
+    for browsing in (True, False):
+        window.latent_state.choose(shown=browsing)
+        open_all(window)
+        assert window.size() == size
+        parts = (window.top_bar, window.panes, window.status)
+        widths = {type(part).__name__: part.minimumSizeHint().width() for part in parts}
+        assert max(widths.values()) <= LEAST[0], widths
+        # Beside an editor of 220 pixels and its line.
+        assert sum(part.minimumSizeHint().height() for part in parts) <= LEAST[1] - 226
+    action(window, "R").trigger()
+    QTest.qWait(20)
+    assert window.size() == size
     window.latent_state.choose(shown=True)
-    open_all(window)
     parts = (window.top_bar, window.panes, window.notice, window.crop_card, window.up_axis_card)
     without_text = [
         button
@@ -202,7 +96,61 @@ def test_every_button_with_an_icon_says_its_name_and_key(make_window: WindowMake
         assert button.toolTip().startswith(name), button.toolTip()
 
 
-def test_f6_goes_from_area_to_area_and_back(qtbot: QtBot, make_window: WindowMaker) -> None:
+def test_what_lies_over_the_images_follows_them(make_window: WindowMaker) -> None:
+    window = make_window()
+    tools = window.tools
+    assert tools.parentWidget() is window.generator.canvas and tools.isVisible()
+    tools.rectangle.click()
+    assert window.sensitivity_state.tool == "rectangle"
+    tools.lasso.click()
+    assert window.sensitivity_state.tool == "lasso" and not tools.rectangle.isChecked()
+    tools.lasso.click()
+    assert window.sensitivity_state.tool is None
+    tools.crop.click()
+    assert window.crop_card.isVisible()
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert not window.crop_card.isVisible() and not tools.crop.isChecked()
+    window.panes.swap()
+    assert tools.parentWidget() is window.reference.canvas
+    window.latent_state.choose(shown=True)
+    assert not tools.isVisible()
+    window.latent_state.choose(shown=False)
+    window.panes.swap()
+    canvases = [pane.canvas for pane in (window.generator, window.reference)]
+    before = [canvas.grab().toImage() for canvas in canvases]
+    action(window, "Ctrl+L").trigger()
+    after = [canvas.grab().toImage() for canvas in canvases]
+    assert after[0] == before[0] and after[1] != before[1]
+    bar = window.top_bar
+    assert window.panes.images == [window.generator, window.reference]
+    assert bar.compare.isChecked() and bar.difference.isEnabled()
+    action(window, "D").trigger()
+    assert window.image_error.is_wanted and bar.difference.isChecked()
+    bar.difference.click()
+    assert not window.image_error.is_wanted
+    action(window, "C").trigger()
+    assert window.panes.images == [window.generator]
+    assert not bar.compare.isChecked() and not bar.difference.isEnabled()
+    bar.compare.click()
+    assert len(window.panes.images) == 2 and bar.compare.isChecked()
+
+    def seen() -> list[QWidget]:
+        cubes = window.findChildren(OrientationCube)
+        return [cube.parentWidget() for cube in cubes if cube.isVisible()]
+
+    assert seen() == [window.reference.canvas]
+    window.panes.swap()
+    assert seen() == [window.generator.canvas]
+    window.panes.swap()
+    window.panes.show_images("generator")
+    assert seen() == [window.generator.canvas]
+    window.latent_state.choose(shown=True)
+    assert seen() == [window.reference.canvas]
+
+
+def test_keys_reach_every_area(
+    qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+) -> None:
     window = make_window()
     window.activateWindow()
     window.reference.canvas.setFocus()
@@ -230,10 +178,6 @@ def test_f6_goes_from_area_to_area_and_back(qtbot: QtBot, make_window: WindowMak
     assert walk(Qt.KeyboardModifier.NoModifier) == ["right", "editor", "top", "left", "right"]
     window.reference.canvas.setFocus()
     assert walk(Qt.KeyboardModifier.ShiftModifier) == ["right", "left", "top", "editor", "right"]
-
-
-def test_single_keys_can_be_switched_off(make_window: WindowMaker) -> None:
-    window = make_window()
     compare, browse = action(window, "C"), action(window, "Ctrl+B")
     assert QKeySequence("B") in browse.shortcuts()
     (switch,) = [a for a in window.findChildren(QAction) if a.text() == "Single-&key shortcuts"]
@@ -243,12 +187,12 @@ def test_single_keys_can_be_switched_off(make_window: WindowMaker) -> None:
     switch.trigger()
     assert compare.shortcuts() == [QKeySequence("C")]
     assert QKeySequence("B") in browse.shortcuts()
-
-
-def test_keys_of_folded_menus_still_work(qtbot: QtBot, make_window: WindowMaker) -> None:
-    window = make_window()
-    window.activateWindow()
     canvas = window.reference.canvas
+    canvas.setFocus()
+    QTest.keyClick(canvas, Qt.Key.Key_F10)
+    bar = window.top_bar.menu_bar
+    assert bar.activeAction() is bar.actions()[0]
+    bar.setActiveAction(None)
     canvas.setFocus()
     qtbot.waitUntil(canvas.hasFocus)
     window.top_bar._fold(True)
@@ -257,15 +201,8 @@ def test_keys_of_folded_menus_still_work(qtbot: QtBot, make_window: WindowMaker)
     assert window.panes.images == [window.generator]
     titles = [a.text() for a in window.top_bar.menus.actions() if a.menu() is not None]
     assert titles == ["&File", "&Edit", "&View", "&Region", "&Help"]
-
-
-def test_alt_alone_opens_the_folded_menus(
-    make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    window = make_window()
     opened: list[bool] = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
-    window.top_bar._fold(True)
     QTest.keyPress(window, Qt.Key.Key_Alt)
     QTest.keyClick(window, Qt.Key.Key_F7, Qt.KeyboardModifier.AltModifier)
     QTest.keyRelease(window, Qt.Key.Key_Alt)
@@ -273,65 +210,15 @@ def test_alt_alone_opens_the_folded_menus(
     QTest.keyPress(window, Qt.Key.Key_Alt)
     QTest.keyRelease(window, Qt.Key.Key_Alt)
     assert opened == [True]
-
-
-def test_f10_opens_the_menus(qtbot: QtBot, make_window: WindowMaker) -> None:
-    window = make_window()
-    window.activateWindow()
-    canvas = window.reference.canvas
-    canvas.setFocus()
-    qtbot.waitUntil(canvas.hasFocus)
-    QTest.keyClick(canvas, Qt.Key.Key_F10)
-    bar = window.top_bar.menu_bar
-    assert bar.activeAction() is bar.actions()[0]
-    bar.setActiveAction(None)
-    canvas.setFocus()
-
-
-def test_the_legend_is_on_the_rightmost_image_alone(make_window: WindowMaker) -> None:
-    window = make_window()
-    canvases = [pane.canvas for pane in (window.generator, window.reference)]
-    before = [canvas.grab().toImage() for canvas in canvases]
-    action(window, "Ctrl+L").trigger()
-    after = [canvas.grab().toImage() for canvas in canvases]
-    assert after[0] == before[0] and after[1] != before[1]
-
-
-def test_an_image_is_named_with_its_state(make_window: WindowMaker) -> None:
-    window = make_window()
-    window.generator.set_note("error .004")
-    assert window.generator.canvas.accessibleName() == "Generator, error .004"
-
-
-@pytest.mark.parametrize(
-    ("size", "square", "image"),
-    # Heights of the images in windows of 900, 640 and 720 pixels, with an editor of 35 %.
-    [((1440, 524), 470, 400), ((1000, 355), 300, 300), ((1280, 402), 350, 480)],
-)
-def test_map_and_grid_are_equal_squares_beside_the_image(
-    make_window: WindowMaker, size: tuple[int, int], square: int, image: int
-) -> None:
-    window = make_window()
-    panes, browser = window.panes, window.browser
     window.latent_state.choose(shown=True)
-    panes.setParent(None)
-    panes.resize(*size)
-    panes.show()
-    QApplication.processEvents()
-    for part in (browser.map, browser.grid):
-        assert part.width() == part.height() >= square
-        assert panes.rect().contains(place(part, panes))
-    assert browser.map.size() == browser.grid.size()
-    assert browser.map.y() == browser.grid.y() == browser.bar.height() == 36
-    assert window.reference.width() >= image
-    assert window.reference.height() == size[1]
-    hidden = [w for w in browser.bar.children() if isinstance(w, QWidget) and w.isVisible()]
-    assert all(browser.bar.rect().contains(place(w, browser.bar)) for w in hidden)
-    panes.close()
-    panes.deleteLater()
+    window.browser.map.setFocus()
+    qtbot.waitUntil(window.browser.map.hasFocus)
+    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
+    assert window.browser.isHidden()
+    assert window.generator.canvas.hasFocus()
 
 
-def test_the_status_line_and_the_help_have_one_table(make_window: WindowMaker) -> None:
+def test_the_status_line_says_the_keys_under_the_mouse(make_window: WindowMaker) -> None:
     window = make_window()
     assert window.status.keys == status_keys("Images")
     assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys
@@ -340,10 +227,6 @@ def test_the_status_line_and_the_help_have_one_table(make_window: WindowMaker) -
         assert all(g.effect in whole for g in gestures)
     found = help_text("lasso")
     assert "draw a rectangle" in found and "the menus" not in found
-
-
-def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: WindowMaker) -> None:
-    window = make_window()
     QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
     images = window.reference.canvas.statusTip()
     assert images == status_keys("Images")
@@ -362,14 +245,45 @@ def test_what_is_under_the_mouse_says_its_keys(qtbot: QtBot, make_window: Window
     assert window.editor.statusTip() == status_keys("Value under the mouse")
 
 
-def test_when_the_browser_closes_the_image_has_the_keys(
-    qtbot: QtBot, make_window: WindowMaker
-) -> None:
+def test_bar_and_browser_have_room_at_any_width(make_window: WindowMaker) -> None:
     window = make_window()
-    window.activateWindow()
+    bar = window.top_bar
+    bar.setParent(None)
+    bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
+    bar.setMinimumWidth(0)
+    bar.show()
+    for width in (1000, 1180, 1440, 2560):
+        bar.resize(width, 36)
+        QApplication.processEvents()
+        assert bar.is_folded == (width < 1180)
+        shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
+        places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
+        assert places[0].left() >= 0 and places[-1].right() < width
+        assert all(one.right() < other.left() for one, other in pairwise(places))
+        for button in bar.findChildren(QToolButton):
+            if button.isVisible() and button is not bar.volume:
+                assert button.width() >= button.minimumSizeHint().width()
+    panes, browser = window.panes, window.browser
     window.latent_state.choose(shown=True)
-    window.browser.map.setFocus()
-    qtbot.waitUntil(window.browser.map.hasFocus)
-    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
-    assert window.browser.isHidden()
-    assert window.generator.canvas.hasFocus()
+    panes.setParent(None)
+    panes.show()
+    # Heights of the images in windows of 900, 640 and 720 pixels, with an editor of 35 %.
+    for size, square, image in (
+        ((1440, 524), 470, 400),
+        ((1000, 355), 300, 300),
+        ((1280, 402), 350, 480),
+    ):
+        panes.resize(*size)
+        QApplication.processEvents()
+        for part in (browser.map, browser.grid):
+            assert part.width() == part.height() >= square
+            assert panes.rect().contains(place(part, panes))
+        assert browser.map.size() == browser.grid.size()
+        assert browser.map.y() == browser.grid.y() == browser.bar.height() == 36
+        assert window.reference.width() >= image
+        assert window.reference.height() == size[1]
+        parts = [w for w in browser.bar.children() if isinstance(w, QWidget) and w.isVisible()]
+        assert all(browser.bar.rect().contains(place(w, browser.bar)) for w in parts)
+    for part in (bar, panes):
+        part.close()
+        part.deleteLater()
