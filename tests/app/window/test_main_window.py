@@ -27,7 +27,7 @@ from model.errors import CheckpointError, RenderError
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.region import Outline
-from model.scene.scene import Lighting, Scene
+from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.shipped import shipped_volumes
@@ -50,7 +50,9 @@ def settle(qtbot: QtBot, window: MainWindow) -> None:
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
+def test_both_images_follow_view_and_tf(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+) -> None:
     window = make_window()
     assert shown(window.generator) == shown(window.reference)
     assert "CPU" in window.generator.detail
@@ -58,12 +60,8 @@ def test_both_images_show_the_same_request(make_window: WindowMaker) -> None:
     assert window.windowTitle() == "ramp (4 × 5 × 6) – tfscope"
     assert window.editor.isEnabled()
     assert window.editor.card.heading.endswith("of 3")
-
-
-def test_dragging_in_either_image_moves_both(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
+    # The model was trained without light.
+    assert not window.reference_controls.ball.isVisible()
     for pane in (window.generator, window.reference):
         before = window.state.view
         QTest.mousePress(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
@@ -76,12 +74,6 @@ def test_dragging_in_either_image_moves_both(
             assert engine.requests[-1].inputs.view == window.state.view
             assert not engine.requests[-1].quality.live
     assert window.status.view_text.startswith(f"azimuth {window.state.view.azimuth:.0f}° ")
-
-
-def test_the_first_drag_frames_are_live_and_the_last_is_final(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
     engine = builders.generators[-1]
     first = len(engine.requests)
     window.state.move_view(View(azimuth=10.0))
@@ -90,22 +82,16 @@ def test_the_first_drag_frames_are_live_and_the_last_is_final(
     settle(qtbot, window)
     assert engine.requests[first].quality.live
     assert not engine.requests[-1].quality.live
-
-
-def test_a_tf_edit_reaches_both_engines(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
     window.state.tf_input.set(make_tf(140.0), "edit")
     settle(qtbot, window)
     for engine in (builders.generators[-1], builders.references[-1]):
         assert engine.requests[-1].inputs.transfer_function == make_tf(140.0)
-
-
-def test_a_broken_engine_shows_its_error_and_the_other_goes_on(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
+    assert window.generator.hint == ""
+    window.state.set_view(View(elevation=89.0))
+    assert "elevation 89°" in window.generator.hint
+    assert window.reference.hint == ""
+    window.state.set_view(HOME_VIEW)
+    assert window.generator.hint == ""
     builders.generators[-1].error = RenderError("The generator is out of memory.")
     window.state.set_view(View(azimuth=5.0))
     settle(qtbot, window)
@@ -128,17 +114,51 @@ def test_a_model_that_cannot_be_loaded_leaves_the_reference_working(
     assert builders.references[-1].requests[-1].inputs.view == View(azimuth=5.0)
 
 
-def test_without_a_model_the_reference_has_the_window(
-    make_window: WindowMaker,
+def test_without_a_model_the_reference_has_the_window_and_is_lit(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window(model=None)
-    assert window.generator.isHidden()
     assert window.errors == []
     assert "512 × 512" in window.reference.detail
+    assert not window.top_bar.compare.isEnabled() and not window.top_bar.compare.isChecked()
+    assert window.reference.isVisible() and not window.generator.isVisible()
+    assert builders.settings[-1].lighting == "shadows"
+    assert window.reference_controls.ball.isVisible()
+    assert builders.references[-1].requests[-1].inputs.light == LightDirection()
+    window.workspace.reference.choose(lighting="none")
+    settle(qtbot, window)
+    assert builders.settings[-1].lighting == "none"
+    assert builders.references[-1].requests[-1].inputs.light is None
+    work, bar = window.workspace.reference, window.reference_controls
+    assert bar.light.accessibleName() == "Light: None"
+    assert "automatically" not in bar.light.toolTip()
+    work.choose(lighting="auto")
+    assert "automatically" in bar.light.toolTip()
+    (switch,) = (
+        found
+        for found in window.findChildren(QAction)
+        if found.text() == "Denoise path-traced light"
+    )
+    switch.setEnabled(True)
+    for denoises in (False, True):
+        switch.trigger()
+        assert work.choices.denoises is denoises
+    work.choose(denoises=False)
+    assert not switch.isChecked()
 
 
-def test_what_floats_moves_nothing(make_window: WindowMaker) -> None:
+def test_nothing_moves_but_what_the_user_moves(make_window: WindowMaker) -> None:
     window = make_window()
+    height = window.reference.height()
+    editing = action(window, "TF editor")
+    editing.trigger()
+    QTest.qWait(50)
+    assert window.editor.isHidden()
+    assert window.reference.height() > height + 150
+    editing.trigger()
+    QTest.qWait(50)
+    assert window.editor.isVisible()
+    assert window.reference.height() == height
 
     def places() -> list[QRect]:
         QTest.qWait(20)
@@ -161,20 +181,6 @@ def test_what_floats_moves_nothing(make_window: WindowMaker) -> None:
     assert not [1 for one in seen for other in seen if one is not other and one.intersects(other)]
 
 
-def test_the_editor_can_make_room_for_the_images(make_window: WindowMaker) -> None:
-    window = make_window()
-    height = window.reference.height()
-    editing = action(window, "TF editor")
-    editing.trigger()
-    QTest.qWait(50)
-    assert window.editor.isHidden()
-    assert window.reference.height() > height + 150
-    editing.trigger()
-    QTest.qWait(50)
-    assert window.editor.isVisible()
-    assert window.reference.height() == height
-
-
 def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
@@ -191,14 +197,6 @@ def test_a_model_of_another_volume_is_refused_until_its_volume_comes(
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
     assert len(builders.generators) == 1
-
-
-def test_the_reference_is_lit_like_the_training_images(
-    make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    builders.scene = Scene.of(builders.volumes["ramp"], image_size=16, lighting="direct")
-    make_window()
-    assert builders.settings[-1].lighting == "direct"
 
 
 def test_a_missing_volume_is_an_error_at_first_and_a_notice_later(
@@ -222,82 +220,30 @@ def test_a_missing_volume_is_an_error_at_first_and_a_notice_later(
     assert window.notice.text == ""
 
 
-def test_the_hint_appears_outside_the_training_range_and_goes_again(
-    make_window: WindowMaker,
+def test_each_volume_keeps_its_tf_for_the_next_run(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
 ) -> None:
-    window = make_window()
-    assert window.generator.hint == ""
-    window.state.set_view(View(elevation=89.0))
-    assert "elevation 89°" in window.generator.hint
-    assert window.reference.hint == ""
-    window.state.set_view(HOME_VIEW)
-    assert window.generator.hint == ""
-
-
-def test_an_edited_tf_is_kept_for_the_next_run(
-    qtbot: QtBot, make_window: WindowMaker, tmp_path: Path
-) -> None:
+    builders.volumes["other"] = other = make_volume("other", top=300.0)
     store = TransferFunctionStore(tmp_path)
+    store.path(builders.volumes["ramp"].fingerprint).write_text("{}")
     first = make_window(store=store)
+    assert "tfscope_tf" in first.notice.text
     default = first.state.transfer_function
-    assert list(tmp_path.iterdir()) == []
+    assert len(default.opacity.modes) == 3
     first.state.tf_input.set(make_tf(142.0), "edit")
+    with qtbot.waitSignal(first.workspace.volumeStarted):
+        first.workspace.reading.open(Path("other"))
+    assert store.load(other.fingerprint) is None
+    assert first.state.scalar_range == (100.0, 300.0)
+    with qtbot.waitSignal(first.workspace.volumeStarted):
+        first.workspace.reading.open(Path("ramp"))
+    assert first.state.transfer_function == make_tf(142.0)
+    settle(qtbot, first)
     first.close()
     second = make_window(store=store)
     assert second.state.transfer_function == make_tf(142.0)
     second.state.reset_transfer_function()
     assert second.state.transfer_function == default
-
-
-def test_missing_voxels_are_drawn_on_demand(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    ramp = builders.volumes["ramp"]
-    window = make_window()
-    switch = action(window, "Draw missing voxels")
-    assert not switch.isEnabled()
-    missing = ramp.voxels > ramp.voxels.mean()
-    builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("patchy"))
-    settle(qtbot, window)
-    assert "voxels are missing, and not drawn" in window.status.news
-    tf = window.state.transfer_function
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.workspace.ranging.draw_missing(True)
-    settle(qtbot, window)
-    assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        switch.trigger()
-    settle(qtbot, window)
-    assert not builders.drawn[-1].draws_missing
-
-
-def test_each_volume_keeps_its_own_tf(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    builders.volumes["other"] = other = make_volume("other", top=300.0)
-    store = TransferFunctionStore(tmp_path)
-    window = make_window(store=store)
-    window.state.tf_input.set(make_tf(142.0), "edit")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("other"))
-    assert store.load(other.fingerprint) is None
-    assert window.state.scalar_range == (100.0, 300.0)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("ramp"))
-    assert window.state.transfer_function == make_tf(142.0)
-    settle(qtbot, window)
-
-
-def test_a_damaged_kept_tf_is_told_and_the_default_taken(
-    make_window: WindowMaker, tmp_path: Path, builders: FakeBuilders
-) -> None:
-    store = TransferFunctionStore(tmp_path)
-    store.path(builders.volumes["ramp"].fingerprint).write_text("{}")
-    window = make_window(store=store)
-    assert "tfscope_tf" in window.notice.text
-    assert len(window.state.transfer_function.opacity.modes) == 3
 
 
 def let_go_when_hidden(
@@ -331,26 +277,8 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     assert all(g.closed for g in builders.generators)
 
 
-def test_the_reference_fills_its_pane_or_has_the_size_of_ones_choice(
+def test_the_reference_fills_its_pane_and_regions_stay_on_their_voxels(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window(size="pane")
-
-    def wide() -> tuple[int, int]:
-        pixels = builders.references[-1].requests[-1].quality.pixels
-        return pixels.width, pixels.height
-
-    qtbot.waitUntil(lambda: wide() == window.reference.canvas.pixels)
-    window.workspace.reference.choose(size=256)
-    settle(qtbot, window)
-    assert "256 × 256" in window.reference.detail
-    window.workspace.reference.choose(size="generator")
-    settle(qtbot, window)
-    assert "16 × 16" in window.reference.detail
-
-
-def test_a_region_stays_on_its_voxels_when_the_pane_becomes_narrow(
-    qtbot: QtBot, make_window: WindowMaker
 ) -> None:
     window = make_window(model=None, size="pane")
     work = window.workspace.reference
@@ -369,48 +297,37 @@ def test_a_region_stays_on_its_voxels_when_the_pane_becomes_narrow(
         assert window.state.view == view
     window.state.reset_view()
     assert window.state.view == window.state.home
+    pixels = builders.references[-1].requests[-1].quality.pixels
+    assert (pixels.width, pixels.height) == window.reference.canvas.pixels
+    work.choose(size=256)
+    settle(qtbot, window)
+    assert "256 × 256" in window.reference.detail
 
 
-def test_the_reference_renderer_can_be_chosen(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+def test_the_menus_act(
+    qtbot: QtBot,
+    make_window: WindowMaker,
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+    qapp: QApplication,
 ) -> None:
     window = make_window()
-    # Built once more if the model, whose light is another, comes after the volume.
-    assert {s.renderer for s in builders.settings} == {"auto"}
-    window.workspace.reference.choose(drawing="raycast")
-    settle(qtbot, window)
-    assert builders.settings[-1].renderer == "raycast"
-    assert builders.references[0].closed
-    assert window.workspace.reference.choices.drawing == "raycast"
-    window.workspace.reference.choose(drawing="vtk")
-    settle(qtbot, window)
-    assert builders.settings[-1].renderer == "vtk"
-
-
-@pytest.mark.parametrize(
-    ("name", "toward_camera"),
-    [
-        ("Front", (0, -1, 0)),
-        ("Back", (0, 1, 0)),
-        ("Right", (1, 0, 0)),
-        ("Left", (-1, 0, 0)),
-        ("Top", (0, 0, 1)),
-        ("Bottom", (0, 0, -1)),
-    ],
-)
-def test_standard_views(
-    make_window: WindowMaker, name: str, toward_camera: tuple[int, int, int]
-) -> None:
-    window = make_window()
-    window.state.set_view(replace(HOME_VIEW, distance=0.6, roll=5.0))
-    action(window, name).trigger()
-    view = window.state.view
-    assert view.basis()[2] == pytest.approx(toward_camera, abs=1e-12)
-    assert (view.roll, view.distance) == (0.0, 0.6)
-
-
-def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
-    window = make_window()
+    for name, toward_camera in {
+        "Front": (0, -1, 0),
+        "Back": (0, 1, 0),
+        "Right": (1, 0, 0),
+        "Left": (-1, 0, 0),
+        "Top": (0, 0, 1),
+        "Bottom": (0, 0, -1),
+    }.items():
+        window.state.set_view(replace(HOME_VIEW, distance=0.6, roll=5.0))
+        action(window, name).trigger()
+        view = window.state.view
+        assert view.basis()[2] == pytest.approx(toward_camera, abs=1e-12)
+        assert (view.roll, view.distance) == (0.0, 0.6)
+    assert not action(window, "Free rotation").isChecked()
+    window.state.set_trackball(True)
+    assert action(window, "Free rotation").isChecked()
     before = window.state.transfer_function
     undo, redo = action(window, "Undo"), action(window, "Redo")
     assert not undo.isEnabled()
@@ -420,23 +337,6 @@ def test_undo_and_redo_from_the_menu(make_window: WindowMaker) -> None:
     assert not undo.isEnabled()
     redo.trigger()
     assert window.state.transfer_function == make_tf()
-
-
-def test_the_sample_volumes_are_in_the_menu(
-    make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    window = make_window()
-    opened: list[Path] = []
-    monkeypatch.setattr(
-        window.workspace.reading, "open", lambda path, *_, **__: opened.append(path)
-    )
-    for name in ("Chest CT (LIDC)", "Reacting jet, temperature"):
-        action(window, name).trigger()
-    assert opened == shipped_volumes()
-
-
-def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
-    window = make_window()
     for name in ("Keys and gestures", "About tfscope"):
         action(window, name).trigger()
     titles = {"Keys and gestures", "About tfscope"}
@@ -447,14 +347,46 @@ def test_help_opens_without_blocking(make_window: WindowMaker) -> None:
         # What does not fit on a small screen scrolls.
         assert box.height() <= window.height()
         box.done(0)
+    ramp = builders.volumes["ramp"]
+    switch = action(window, "Draw missing voxels")
+    assert not switch.isEnabled()
+    missing = ramp.voxels > ramp.voxels.mean()
+    builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.reading.open(Path("patchy"))
+    settle(qtbot, window)
+    assert "voxels are missing, and not drawn" in window.status.news
+    tf = window.state.transfer_function
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.workspace.ranging.draw_missing(True)
+    settle(qtbot, window)
+    assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        switch.trigger()
+    settle(qtbot, window)
+    assert not builders.drawn[-1].draws_missing
+    opened: list[Path] = []
+    monkeypatch.setattr(
+        window.workspace.reading, "open", lambda path, *_, **__: opened.append(path)
+    )
+    for name in ("Chest CT (LIDC)", "Reacting jet, temperature"):
+        action(window, name).trigger()
+    assert opened == shipped_volumes()
 
 
 def test_an_engine_slower_than_the_mouse_is_never_queued(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
     window = make_window()
+    # Built once more if the model, whose light is another, comes after the volume.
+    assert {s.renderer for s in builders.settings} == {"auto"}
+    window.workspace.reference.choose(drawing="raycast")
+    settle(qtbot, window)
+    assert builders.settings[-1].renderer == "raycast"
+    assert builders.references[0].closed
     window.workspace.reference.choose(drawing="vtk")
     settle(qtbot, window)
+    assert builders.settings[-1].renderer == "vtk"
     engine: FakeEngine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
     before = len(engine.requests)
@@ -488,30 +420,15 @@ def test_the_light_is_moved_where_both_images_follow_it(
     assert "light azimuth 85°" in window.generator.hint
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct"])
 def test_a_fixed_light_is_not_offered_to_be_moved(
-    make_window: WindowMaker, builders: FakeBuilders, lighting: Lighting
+    make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
-    builders.scene = Scene.of(builders.volumes["ramp"], 16, lighting)
+    builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
     window = make_window()
     ball = window.reference_controls.ball
-    assert ball.isVisible() == (lighting != "none")
+    assert ball.isVisible()
     assert not ball.isEnabled() and "model" in ball.toolTip()
     assert builders.generators[-1].requests[-1].inputs.light is None
-
-
-def test_without_a_model_the_reference_has_the_window_alone_and_is_lit(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window(model=None)
-    assert window.reference.isVisible() and not window.generator.isVisible()
-    assert builders.settings[-1].lighting == "shadows"
-    assert window.reference_controls.ball.isVisible()
-    assert builders.references[-1].requests[-1].inputs.light == LightDirection()
-    window.workspace.reference.choose(lighting="none")
-    settle(qtbot, window)
-    assert builders.settings[-1].lighting == "none"
-    assert builders.references[-1].requests[-1].inputs.light is None
 
 
 def test_a_light_is_proposed_only_for_a_volume_that_was_seen_in_none(
@@ -603,73 +520,3 @@ def test_the_ray_caster_draws_while_something_moves_and_vtk_at_rest(
     window.state.finish_view()
     settle(qtbot, window)
     assert len(analyst.requests) == before
-
-
-def test_in_shadows_vtk_that_is_chosen_draws_coarser_itself(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
-    window.workspace.reference.choose(lighting="shadows", drawing="vtk")
-    settle(qtbot, window)
-    reference = builders.references[-1]
-    window.state.move_view(View(azimuth=10.0))
-    qtbot.waitUntil(lambda: reference.requests[-1].quality.live)
-    # By fewer pixels alone: shadows depend on the sample distance.
-    pixels = window.workspace._dispatcher.plan.raster
-    assert reference.requests[-1].quality.coarseness == 1
-    assert reference.requests[-1].quality.pixels.width <= max(pixels.width / 4, 16)
-    window.state.finish_view()
-    settle(qtbot, window)
-    assert "Trained with no light" in window.generator.hint
-
-
-def test_the_light_says_whether_anybody_chose_it(make_window: WindowMaker) -> None:
-    window = make_window(model=None)
-    work, bar = window.workspace.reference, window.reference_controls
-    work.choose(lighting="none")
-    assert bar.light.accessibleName() == "Light: None"
-    assert "automatically" not in bar.light.toolTip()
-    work.choose(lighting="auto")
-    assert "automatically" in bar.light.toolTip()
-
-
-@pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        ("Open volumes in shadows where that is fast", "shadows_first"),
-        ("Denoise path-traced light", "denoises"),
-    ],
-)
-def test_switches_of_the_light_menu_are_taken(
-    make_window: WindowMaker, text: str, name: str
-) -> None:
-    window = make_window(model=None)
-    work = window.workspace.reference
-    # The caption's button and the menu bar have one each.
-    switch, twin = (found for found in window.findChildren(QAction) if found.text() == text)
-    switch.setEnabled(True)
-    before = getattr(work.choices, name)
-    switch.trigger()
-    assert getattr(work.choices, name) is not before
-    switch.trigger()
-    assert getattr(work.choices, name) is before
-    work.choose(**{name: not before})
-    assert switch.isChecked() is twin.isChecked() is not before
-
-
-def test_a_pan_is_told_where_it_can_be_seen(make_window: WindowMaker) -> None:
-    window = make_window()
-    window.state.set_view(View(pan_x=0.25, pan_y=-0.004))
-    assert window.status.view_text.endswith("+.25, +.00")
-    window.state.set_view(View(pan_x=0.003, pan_y=-0.004))
-    assert window.status.view_text.endswith("1.00")
-
-
-def test_the_menu_knows_a_remembered_trackball(
-    qtbot: QtBot, qapp: QApplication, builders: FakeBuilders
-) -> None:
-    preferences = Preferences(None, qapp)
-    preferences.set(trackball=True)
-    window = MainWindow(builders.make(), preferences=preferences)
-    qtbot.addWidget(window)
-    assert action(window, "Free rotation").isChecked()
