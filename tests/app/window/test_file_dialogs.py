@@ -44,8 +44,12 @@ def answer(monkeypatch: pytest.MonkeyPatch) -> Answer:
     return set_answer
 
 
-def test_a_tf_saved_and_opened_is_the_same(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
+def test_tfs_are_saved_and_opened(
+    window: MainWindow,
+    dialogs: FileDialogs,
+    answer: Answer,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     answer(tmp_path / "mine.json")
     window.state.tf_input.set(make_tf(123.0), "edit")
@@ -54,78 +58,40 @@ def test_a_tf_saved_and_opened_is_the_same(
     window.state.reset_transfer_function()
     dialogs.open_transfer_function()
     assert window.state.transfer_function == make_tf(123.0)
-
-
-@pytest.mark.parametrize("content", ["", "{}", "[1, 2]"])
-def test_a_foreign_tf_file_is_told_and_nothing_lost(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path, content: str
-) -> None:
-    path = tmp_path / "foreign.json"
-    path.write_text(content)
-    answer(path)
-    before = window.state.transfer_function
-    dialogs.open_transfer_function()
-    assert str(path) in window.notice.text
-    assert window.state.transfer_function == before
-
-
-def test_a_place_that_cannot_be_written_is_told(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
-) -> None:
+    assert window.preferences.value("last_folder") == str(tmp_path)
+    assert window.preferences.recent("transfer_functions") == [tmp_path / "mine.json"]
+    foreign = tmp_path / "foreign.json"
+    answer(foreign)
+    for content in ("", "{}", "[1, 2]"):
+        foreign.write_text(content)
+        window.notice.clear()
+        dialogs.open_transfer_function()
+        assert str(foreign) in window.notice.text
+        assert window.state.transfer_function == make_tf(123.0)
     answer(tmp_path / "missing" / "tf.json")
     dialogs.save_transfer_function()
     assert "tf.json" in window.notice.text
-
-
-@pytest.mark.parametrize("name", ["mine", "mine.v2"])
-def test_an_ending_is_added_and_replaces_no_file_unasked(
-    window: MainWindow,
-    dialogs: FileDialogs,
-    answer: Answer,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    name: str,
-) -> None:
-    answer(tmp_path / name)
-    path = tmp_path / f"{name}.json"
-    path.write_text("mine")
+    # An ending is added, and replaces no file unasked.
     buttons = QMessageBox.StandardButton
-    monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.No)
-    dialogs.save_transfer_function()
-    assert path.read_text() == "mine"
-    monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.Yes)
-    dialogs.save_transfer_function()
-    assert TransferFunction.load(path) == window.state.transfer_function
+    for name in ("other", "other.v2"):
+        answer(tmp_path / name)
+        path = tmp_path / f"{name}.json"
+        path.write_text("mine")
+        monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.No)
+        dialogs.save_transfer_function()
+        assert path.read_text() == "mine"
+        monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.Yes)
+        dialogs.save_transfer_function()
+        assert TransferFunction.load(path) == window.state.transfer_function
 
 
-def test_dialogs_begin_where_the_last_file_was(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
-) -> None:
-    answer(tmp_path / "tf.json")
-    dialogs.save_transfer_function()
-    assert window.preferences.value("last_folder") == str(tmp_path)
-    assert window.preferences.recent("transfer_functions") == [tmp_path / "tf.json"]
-
-
-def test_opening_goes_to_the_workspace(
+def test_opening_goes_to_the_workspace_unless_it_is_cancelled(
     qtbot: QtBot,
     window: MainWindow,
     dialogs: FileDialogs,
     answer: Answer,
     builders: FakeBuilders,
-) -> None:
-    builders.volumes["other"] = make_volume("other", top=300.0)
-    answer("other.nrrd")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        dialogs.open_volume()
-    assert window.state.scalar_range == (100.0, 300.0)
-    dialogs.open_model()
-    assert "no such folder" in window.notice.text
-    assert len(builders.generators) == 1
-
-
-def test_cancelling_does_nothing(
-    window: MainWindow, dialogs: FileDialogs, answer: Answer, tmp_path: Path
+    tmp_path: Path,
 ) -> None:
     answer("")
     before = window.state.transfer_function
@@ -142,3 +108,11 @@ def test_cancelling_does_nothing(
     assert window.notice.text == ""
     assert window.workspace.is_settled
     assert list(tmp_path.iterdir()) == []
+    builders.volumes["other"] = make_volume("other", top=300.0)
+    answer("other.nrrd")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        dialogs.open_volume()
+    assert window.state.scalar_range == (100.0, 300.0)
+    dialogs.open_model()
+    assert "no such folder" in window.notice.text
+    assert len(builders.generators) == 1

@@ -40,9 +40,15 @@ def over(tf: TransferFunction, lo: float, hi: float) -> TransferFunction:
     )
 
 
-def test_a_tf_over_other_values_brings_its_range(
+def test_a_tf_is_shown_over_its_range_or_fitted(
     qtbot: QtBot, window: MainWindow, tmp_path: Path, builders: FakeBuilders
 ) -> None:
+    unit = over(make_tf(0.25), 0.0, 1.0)
+    unit.save(tmp_path / "tf.json")
+    window.opening.open_transfer_function(tmp_path / "tf.json")
+    assert window.state.scalar_range == (100.0, 200.0)
+    assert window.state.transfer_function.opacity.modes[0].mean == 125.0
+    assert "fitted" in window.status.news
     narrow = over(make_tf(150.0), 120.0, 180.0)
     narrow.save(tmp_path / "tf.json")
     with qtbot.waitSignal(window.workspace.rangeChanged):
@@ -55,11 +61,16 @@ def test_a_tf_over_other_values_brings_its_range(
         window.state.edits.undo()
     assert window.workspace.opened is not None
     assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
-
-
-def test_a_small_range_fills_the_plot_until_it_is_undone(
-    window: MainWindow, tmp_path: Path
-) -> None:
+    visible = window.editor.area.axis.visible
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.tf_input.set(over(make_tf(), 120.0, 180.0), "edit")
+    histogram = window.editor.area.histogram
+    assert histogram.counts.sum() == 120
+    inside = histogram.edges[(histogram.edges > 120) & (histogram.edges < 180)]
+    assert np.ptp(np.diff(inside)) < 1e-9
+    assert window.editor.area.axis.visible == visible
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.edits.undo()
     # Otherwise all handles lie over one another.
     over(make_tf(151.0), 150.0, 152.0).save(tmp_path / "tf.json")
     axis = window.editor.area.axis
@@ -75,58 +86,32 @@ def test_a_small_range_fills_the_plot_until_it_is_undone(
     # A range that one chose to see as it is stays.
     window.state.tf_input.set(over(make_tf(150.5), 150.0, 152.0), "shift")
     assert window.editor.area.axis.visible == (100.0, 200.0)
+    with qtbot.waitSignal(window.workspace.problem):
+        window.state.tf_input.set(over(make_tf(), 900.0, 950.0), "edit")
+    assert "900" in window.notice.text
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    builders.volumes["other"] = make_volume("other", 300.0)
+    for name, expected in (("other", (100.0, 300.0)), ("ramp", (100.0, 200.0))):
+        with qtbot.waitSignal(window.workspace.volumeStarted):
+            window.opening.open_volume(Path(name))
+        assert window.state.scalar_range == expected
 
 
-def test_a_tf_of_another_kind_of_data_is_stretched(window: MainWindow, tmp_path: Path) -> None:
-    unit = over(make_tf(0.25), 0.0, 1.0)
-    unit.save(tmp_path / "tf.json")
-    window.opening.open_transfer_function(tmp_path / "tf.json")
-    assert window.state.scalar_range == (100.0, 200.0)
-    assert window.state.transfer_function.opacity.modes[0].mean == 125.0
-    assert "fitted" in window.status.news
-
-
-def test_beside_a_model_a_tf_keeps_to_its_range(make_window: WindowMaker, tmp_path: Path) -> None:
+def test_beside_a_model_a_tf_keeps_to_its_range_and_a_wrong_folder_is_told(
+    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> None:
     window = make_window()
     over(make_tf(150.0), 120.0, 180.0).save(tmp_path / "tf.json")
     window.opening.open_transfer_function(tmp_path / "tf.json")
     assert window.state.scalar_range == (100.0, 200.0)
     assert window.state.transfer_function.opacity.modes[0].mean == 150.0
-
-
-def test_a_kept_tf_is_shown_over_its_own_range(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    narrow = over(make_tf(150.0), 120.0, 180.0)
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.tf_input.set(narrow, "edit")
-    builders.volumes["other"] = make_volume("other", 300.0)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(Path("other"))
-    assert window.state.scalar_range == (100.0, 300.0)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(Path("ramp"))
-    assert window.state.scalar_range == (100.0, 200.0)  # nothing is stored in this window
-
-
-def test_a_range_without_voxels_is_refused_in_words(qtbot: QtBot, window: MainWindow) -> None:
-    with qtbot.waitSignal(window.workspace.problem):
-        window.state.tf_input.set(over(make_tf(), 900.0, 950.0), "edit")
-    assert "900" in window.notice.text
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-
-
-def test_a_wrong_folder_keeps_the_working_model(
-    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    window = make_window()
     window.opening.open_model(tmp_path)
     assert str(tmp_path) in window.notice.text
     assert window.workspace.model.folder == Path("model")
     assert len(builders.generators) == 1
 
 
-def test_a_model_offers_its_volume(
+def test_a_model_offers_its_volume_and_comes_back_with_it(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
 ) -> None:
     other = make_volume("other", 300.0)
@@ -143,37 +128,35 @@ def test_a_model_offers_its_volume(
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
     known = window.preferences.volume(other.fingerprint)
     assert (known.path, known.models) == (str(place), (str(folder),))
-
-
-def test_a_model_comes_back_with_its_volume(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    folder = make_model(tmp_path / "model")
-    window.opening.open_model(folder)
-    qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
-    builders.volumes["other"] = make_volume("other", 300.0)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(Path("other"))
-    assert window.workspace.model.folder is None
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open_volume(Path("ramp"))
+    assert window.workspace.model.folder is None
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.opening.open_volume(place)
     assert window.workspace.model.folder == folder
 
 
-def test_what_is_gone_is_named(window: MainWindow, tmp_path: Path) -> None:
-    for kind in ("volumes", "models", "transfer_functions"):
-        window.opening.open_recent(kind, tmp_path / f"{kind}.gone")
-        assert f"{kind}.gone" in window.notice.text
-    assert window.workspace.is_settled
-
-
-def test_a_raw_file_is_asked_for_once(
+def test_files_are_dropped_asked_for_and_named_where_they_are_gone(
     qtbot: QtBot,
     window: MainWindow,
     builders: FakeBuilders,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    make_tf(123.0).save(tmp_path / "tf.json")
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(tmp_path / "tf.json"))])
+    none, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
+    copy = Qt.DropAction.CopyAction
+    entering = QDragEnterEvent(QPoint(9, 9), copy, data, left, none)
+    QApplication.sendEvent(window, entering)
+    assert entering.isAccepted()
+    QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
+    assert window.state.transfer_function == make_tf(123.0)
+    for kind in ("volumes", "models", "transfer_functions"):
+        window.opening.open_recent(kind, tmp_path / f"{kind}.gone")
+        assert f"{kind}.gone" in window.notice.text
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
     layout = RawLayout((4, 5, 6), "uint8", spacing=(1.0, 1.0, 2.5))
     asked: list[Path] = []
 
@@ -205,27 +188,3 @@ def test_a_raw_file_is_asked_for_once(
             window.opening.open(scan)
     assert asked == [scan]
     assert used == [layout, layout]
-
-
-def test_files_are_dropped(qtbot: QtBot, window: MainWindow, tmp_path: Path) -> None:
-    make_tf(123.0).save(tmp_path / "tf.json")
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(tmp_path / "tf.json"))])
-    none, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
-    copy = Qt.DropAction.CopyAction
-    entering = QDragEnterEvent(QPoint(9, 9), copy, data, left, none)
-    QApplication.sendEvent(window, entering)
-    assert entering.isAccepted()
-    QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
-    assert window.state.transfer_function == make_tf(123.0)
-
-
-def test_the_histogram_follows_the_range(qtbot: QtBot, window: MainWindow) -> None:
-    visible = window.editor.area.axis.visible
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.tf_input.set(over(make_tf(), 120.0, 180.0), "edit")
-    histogram = window.editor.area.histogram
-    assert histogram.counts.sum() == 120
-    inside = histogram.edges[(histogram.edges > 120) & (histogram.edges < 180)]
-    assert np.ptp(np.diff(inside)) < 1e-9
-    assert window.editor.area.axis.visible == visible

@@ -83,25 +83,8 @@ def test_one_click_shows_the_logarithm(
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.state.edits.redo()
     assert shown(window).scale == "log"
-
-
-def test_what_has_no_logarithm_is_said(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    values = VALUES.copy()
-    values[:3] = 0.0
-    builders.volumes["zeros"] = Volume(values, name="zeros")
-    window = make_window("zeros", model=None)
-    click(qtbot, window)
-    assert "25 % of the voxels are zero or below" in window.status.news
-
-
-def test_other_volumes_are_not_offered_it(make_window: WindowMaker) -> None:
-    assert not offer(make_window(model=None))
-
-
-def test_the_menu_has_it_too(qtbot: QtBot, make_window: WindowMaker, halo: Volume) -> None:
-    window = make_window("halo", model=None)
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.edits.undo()
     scale = window.editor.menu._scale
     with qtbot.waitSignal(window.workspace.rangeChanged):
         scale.setChecked(True)
@@ -110,41 +93,22 @@ def test_the_menu_has_it_too(qtbot: QtBot, make_window: WindowMaker, halo: Volum
         scale.setChecked(False)
     assert shown(window).scale == "linear" and not scale.isChecked()
     assert window.state.transfer_function == window.state.default_transfer_function
-
-
-def test_numbers_are_typed_as_values(qtbot: QtBot, make_window: WindowMaker, halo: Volume) -> None:
-    window = make_window("halo", model=None)
+    values = VALUES.copy()
+    values[:3] = 0.0
+    builders.volumes["zeros"] = Volume(values, name="zeros")
+    for name, is_offered in (("ramp", False), ("zeros", True)):
+        with qtbot.waitSignal(window.workspace.volumeStarted):
+            window.workspace.reading.open(Path(name))
+        qtbot.waitUntil(lambda: window.workspace.is_settled)
+        assert bool(offer(window)) == is_offered
     click(qtbot, window)
-    opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(1.0, 0.5, 0.5),))
-    window.state.tf_input.set(replace(window.state.transfer_function, opacity=opacity), "edit")
-    window.editor.selection.select("opacity", 0)
-    box = window.editor.card.value
-    assert box.text() == "10"
-    box.lineEdit().setText("250")
-    box.interpretText()
-    mode = window.state.transfer_function.opacity.modes[0]
-    assert mode.mean == pytest.approx(np.log10(250), abs=1e-6)
-    box.lineEdit().setText("-3")
-    assert "below" in box._refusal("-3") and "0" not in box._refusal("250")
+    assert "25 % of the voxels are zero or below" in window.status.news
 
 
-def test_a_restart_shows_the_same(
+def test_files_numbers_and_the_next_run_are_on_the_scale(
     qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
 ) -> None:
-    window = make_window("halo", model=None, store=TransferFunctionStore(tmp_path))
-    click(qtbot, window)
-    kept = window.state.transfer_function
-    window.close()
-    again = make_window("halo", model=None, store=TransferFunctionStore(tmp_path))
-    assert shown(again).scale == "log"
-    assert again.state.transfer_function == kept
-    assert not offer(again)
-
-
-def test_a_tf_file_opens_on_its_scale(
-    qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
-) -> None:
-    window = make_window("halo", model=None)
+    window = make_window("halo", model=None, store=TransferFunctionStore(tmp_path / "kept"))
     window.state.save_transfer_function(tmp_path / "linear.json")
     click(qtbot, window)
     window.state.save_transfer_function(tmp_path / "log.json")
@@ -156,6 +120,23 @@ def test_a_tf_file_opens_on_its_scale(
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.opening.open_transfer_function(tmp_path / "log.json")
     assert shown(window).scale == "log" and window.state.transfer_function == log
+    opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(1.0, 0.5, 0.5),))
+    window.state.tf_input.set(replace(window.state.transfer_function, opacity=opacity), "edit")
+    window.editor.selection.select("opacity", 0)
+    box = window.editor.card.value
+    assert box.text() == "10"
+    box.lineEdit().setText("250")
+    box.interpretText()
+    mode = window.state.transfer_function.opacity.modes[0]
+    assert mode.mean == pytest.approx(np.log10(250), abs=1e-6)
+    box.lineEdit().setText("-3")
+    assert "below" in box._refusal("-3") and "0" not in box._refusal("250")
+    kept = window.state.transfer_function
+    window.close()
+    again = make_window("halo", model=None, store=TransferFunctionStore(tmp_path / "kept"))
+    assert shown(again).scale == "log"
+    assert again.state.transfer_function == kept
+    assert not offer(again)
 
 
 def test_a_model_of_the_other_scale_says_so(
@@ -169,17 +150,6 @@ def test_a_model_of_the_other_scale_says_so(
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.state.edits.undo()
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.generator.canvas.message == ""
-
-
-def test_a_model_of_the_logarithm_brings_it(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
-) -> None:
-    builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
-    window = make_window()
-    with qtbot.waitSignal(window.workspace.settled):
-        window.workspace.reading.open(Path("halo"))
-    assert shown(window).scale == "log" and window.state.scale == "log"
     assert window.generator.canvas.message == ""
 
 
@@ -217,21 +187,17 @@ def test_a_model_that_is_read_late_changes_nothing_that_was_made(
     assert shown(window).scale == "linear" and window.state.transfer_function == edited
 
 
-@pytest.mark.parametrize("is_open_before", [False, True])
 def test_a_model_opened_with_its_volume_decides_before_it_is_shown(
     qtbot: QtBot,
     make_window: WindowMaker,
     builders: FakeBuilders,
     halo: Volume,
     tmp_path: Path,
-    is_open_before: bool,
 ) -> None:
     scene = builders.scene = Scene.of(halo.on_scale("log").over((-1.0, 2.0)), image_size=64)
     card = ModelCard(scene, "draft", NetworkSize(image_size=64))
     folder = make_model(tmp_path / "model", **card.to_json())
     window = make_window(model=None)
-    if is_open_before:
-        window.opening.open_model(folder)
     window.opening.open_model_and_volume(folder, Path("halo"))
     with qtbot.waitSignal(window.workspace.volumeStarted):
         pass

@@ -102,7 +102,7 @@ def test_it_has_the_legend_and_scale_bar_of_the_screen(
     assert not changed[:80, :150].any()
 
 
-def test_cancel_leaves_no_file(
+def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
 ) -> None:
     gate = builders.references[-1].gate = threading.Semaphore(1)
@@ -117,14 +117,7 @@ def test_cancel_leaves_no_file(
     qtbot.waitUntil(lambda: not window.movies.is_running)
     assert "cancelled" in window.status.news
     assert not [*tmp_path.iterdir()]
-    # And another one can be made.
-    window.movies.draw(TURN, tmp_path / "turn.gif")
-    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
-
-
-def test_what_cannot_be_drawn_or_written_is_told(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
-) -> None:
+    builders.references[-1].gate = None
     window.movies.draw(TURN, tmp_path / "missing" / "turn.gif")
     qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
     qtbot.waitUntil(lambda: not window.movies.is_running)
@@ -132,19 +125,22 @@ def test_what_cannot_be_drawn_or_written_is_told(
     window.movies.draw(TURN, tmp_path / "turn.gif")
     qtbot.waitUntil(lambda: "It is broken; mend it." in window.notice.text)
     qtbot.waitUntil(lambda: not window.movies.is_running)
-    assert not [*tmp_path.iterdir()] and window.movies.progress is None
-
-
-def test_another_engine_ends_it(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
-) -> None:
+    builders.references[-1].error = None
     gate = builders.references[-1].gate = threading.Semaphore(0)
     window.movies.draw(TURN, tmp_path / "turn.gif")
     window.workspace.reference.choose(lighting="none")
     qtbot.waitUntil(lambda: "given up" in window.notice.text)
     gate.release(10)
     qtbot.waitUntil(lambda: not window.movies.is_running)
-    assert not [*tmp_path.iterdir()]
+    gate = builders.references[-1].gate = threading.Semaphore(0)
+    window.pictures.draw(PictureChoice(20, 20), tmp_path / "figure.png")
+    assert window.pictures.unfinished == "figure.png is being drawn"
+    window.notice.clear()
+    window.workspace.reference.choose(lighting="direct")
+    qtbot.waitUntil(lambda: "given up" in window.notice.text)
+    gate.release(10)
+    assert not window.pictures.unfinished
+    assert not [*tmp_path.iterdir()] and window.movies.progress is None
 
 
 @pytest.mark.parametrize("answer", ["No", "Yes"])
@@ -178,18 +174,6 @@ def test_a_window_is_closed_with_a_movie_only_where_that_is_meant(
     assert [each.name for each in tmp_path.iterdir()] == ["turn.mp4"]
     # Then there is nothing to ask.
     assert window.close() and len(asked) == 1
-
-
-def test_a_figure_that_will_not_be_drawn_is_told(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    gate = builders.references[-1].gate = threading.Semaphore(0)
-    window.pictures.draw(PictureChoice(20, 20), tmp_path / "figure.png")
-    assert window.pictures.unfinished == "figure.png is being drawn"
-    window.workspace.reference.choose(lighting="none")
-    qtbot.waitUntil(lambda: "given up" in window.notice.text)
-    gate.release(10)
-    assert not window.pictures.unfinished and not [*tmp_path.iterdir()]
 
 
 def test_the_dialog_asks_for_size_length_and_rate(qtbot: QtBot) -> None:

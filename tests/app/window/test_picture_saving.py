@@ -27,27 +27,33 @@ def window(make_window: WindowMaker) -> MainWindow:
     return make_window(model=None)
 
 
-@pytest.mark.parametrize(
-    ("background", "pixel"), [(None, (255, 255, 255, 255)), ((0, 0, 0), (255, 255, 255, 255))]
-)
-def test_a_picture_of_any_size_is_saved(
+def test_figures_are_saved_and_copied(
     qtbot: QtBot,
     window: MainWindow,
+    builders: FakeBuilders,
     tmp_path: Path,
-    background: tuple[int, int, int] | None,
-    pixel: tuple[int, int, int, int],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    place = tmp_path / "picture.png"
-    window.pictures.draw(PictureChoice(90, 40, background), place)
-    qtbot.waitUntil(place.exists)
-    qtbot.waitUntil(lambda: "Saved" in window.status.news)
-    saved = QImage(str(place))
-    assert (saved.width(), saved.height()) == (90, 40)
-    assert saved.pixelColor(5, 5).getRgb() == pixel
-    assert saved.hasAlphaChannel() == (background is None)
-
-
-def test_a_picture_is_copied_with_its_legend(qtbot: QtBot, window: MainWindow) -> None:
+    for background in (None, (0, 0, 0)):
+        place = tmp_path / f"{background}.png"
+        window.pictures.draw(PictureChoice(90, 40, background), place)
+        qtbot.waitUntil(place.exists)
+        qtbot.waitUntil(lambda: "Saved" in window.status.news)
+        saved = QImage(str(place))
+        assert (saved.width(), saved.height()) == (90, 40)
+        assert saved.pixelColor(5, 5).getRgb() == (255, 255, 255, 255)
+        assert saved.hasAlphaChannel() == (background is None)
+        assert not saved.text("Error")
+    for estimated, said in (
+        (float("inf"), ""),
+        (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: 0.0042."),
+    ):
+        builders.references[-1].image_error = estimated
+        place = tmp_path / f"{estimated}.png"
+        window.pictures.draw(PictureChoice(90, 40), place)
+        qtbot.waitUntil(place.exists)
+        text = QImage(str(place)).text("Error")
+        assert text.startswith(said) and bool(text) == bool(said)
     choice = PictureChoice(300, 200, (0, 0, 0), legend=True)
     window.pictures.draw(choice, None)
     qtbot.waitUntil(lambda: window.status.news == "Copied.")
@@ -56,6 +62,38 @@ def test_a_picture_is_copied_with_its_legend(qtbot: QtBot, window: MainWindow) -
     colors = {copied.pixel(x, y) for x in range(200, 300, 3) for y in range(60, 200, 3)}
     assert len(colors) > 5
     assert len({copied.pixel(x, y) for x in range(0, 90, 3) for y in range(0, 60, 3)}) == 1
+    place = tmp_path / "missing" / "picture.png"
+    window.pictures.draw(PictureChoice(20, 20), place)
+    qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
+    choice = PictureChoice(64, 32, (255, 255, 255))
+    monkeypatch.setattr(window.pictures, "_ask", lambda button: choice)
+    place = str(tmp_path / "wide")
+    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
+    window.pictures.save()
+    qtbot.waitUntil((tmp_path / "wide.png").exists)
+
+
+def test_a_figure_is_offered_in_its_final_size_where_there_is_an_image(
+    window: MainWindow, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert "generator" not in window.pictures._shown.sizes()
+    window.reference.canvas.show_image(None)
+    window.pictures.save()
+    assert "no image" in window.notice.text
+    offered: list[tuple[int, int]] = []
+
+    def no(dialog: PictureDialog) -> QDialog.DialogCode:
+        offered.append((dialog.choice().width, dialog.choice().height))
+        return QDialog.DialogCode.Rejected
+
+    monkeypatch.setattr(PictureDialog, "exec", no)
+    monkeypatch.setattr(type(window.reference.client), "is_ready", True)
+    for pane in (window.reference, window.generator):
+        pane.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
+    window.pictures.save()
+    whole = window.reference.canvas.picture_rect
+    assert offered == [(whole.width(), whole.height())]
+    assert window.pictures._shown.sizes()["generator"] == (30, 30)
 
 
 def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
@@ -80,51 +118,6 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     assert QImage(str(place)).text("Light") == "Path-traced, 256 samples of each pixel"
     # The dialog remembers it.
     assert window.pictures.first_choice().samples == 256
-
-
-def test_a_place_that_cannot_be_written_is_told(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path
-) -> None:
-    place = tmp_path / "missing" / "picture.png"
-    window.pictures.draw(PictureChoice(20, 20), place)
-    qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
-
-
-def test_without_an_image_nothing_is_asked(window: MainWindow) -> None:
-    assert "generator" not in window.pictures._shown.sizes()
-    window.reference.canvas.show_image(None)
-    window.pictures.save()
-    assert "no image" in window.notice.text
-
-
-def test_a_coarse_image_is_offered_in_its_final_size(
-    window: MainWindow, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    offered: list[tuple[int, int]] = []
-
-    def no(dialog: PictureDialog) -> QDialog.DialogCode:
-        offered.append((dialog.choice().width, dialog.choice().height))
-        return QDialog.DialogCode.Rejected
-
-    monkeypatch.setattr(PictureDialog, "exec", no)
-    monkeypatch.setattr(type(window.reference.client), "is_ready", True)
-    for pane in (window.reference, window.generator):
-        pane.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
-    window.pictures.save()
-    whole = window.reference.canvas.picture_rect
-    assert offered == [(whole.width(), whole.height())]
-    assert window.pictures._shown.sizes()["generator"] == (30, 30)
-
-
-def test_the_file_is_asked_for_after_the_size(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    choice = PictureChoice(64, 32, (255, 255, 255))
-    monkeypatch.setattr(window.pictures, "_ask", lambda button: choice)
-    place = str(tmp_path / "wide")
-    monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
-    window.pictures.save()
-    qtbot.waitUntil((tmp_path / "wide.png").exists)
 
 
 def test_a_figure_that_takes_long_says_how_far_it_is_and_can_be_cancelled(
@@ -163,8 +156,8 @@ def test_the_volumes_name_becomes_a_files(name: str, expected: str) -> None:
     assert file_name(name) == expected
 
 
-def test_the_dialog_begins_as_the_screen_is(
-    qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
+def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
+    qtbot: QtBot, make_window: WindowMaker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = make_window()
     begun: list[PictureChoice] = []
@@ -189,52 +182,19 @@ def test_the_dialog_begins_as_the_screen_is(
         ("generator", True, True),
         ("reference", True, True),
     ]
-
-
-@pytest.mark.parametrize("which", ["both", "difference", "generator"])
-def test_figures_of_both_images_wait_for_both(
-    qtbot: QtBot,
-    make_window: WindowMaker,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    which: Which,
-) -> None:
-    window = make_window()
-    place = tmp_path / "figure.png"
-    window.pictures.draw(PictureChoice(404, 200, (0, 0, 0), which=which), place)
-    qtbot.waitUntil(place.exists)
-    saved = QImage(str(place))
-    assert (saved.width(), saved.height()) == (404, 200)
-    colors = [saved.pixelColor(x, 100).getRgb()[:3] for x in (20, 202, 380)]
-    black, white = (0, 0, 0), (255, 255, 255)
-    if which == "difference":
-        # A square of no difference, in grey, in the middle of black.
-        assert colors[0] == colors[2] == black
-        assert len(set(colors[1])) == 1 and colors[1] != black
-    else:
-        assert colors == [white, black if which == "both" else white, white]
-
-
-@pytest.mark.parametrize(
-    ("estimated", "said"),
-    [
-        (None, ""),
-        (float("inf"), ""),
-        (0.0042, "Estimated RMSE of the ground truth's colours, from 0 to 1: 0.0042."),
-    ],
-)
-def test_a_figure_says_its_error_in_the_file(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    tmp_path: Path,
-    estimated: float | None,
-    said: str,
-) -> None:
-    window = make_window(model=None)
-    builders.references[-1].image_error = estimated
-    place = tmp_path / "a.png"
-    window.pictures.draw(PictureChoice(90, 40), place)
-    qtbot.waitUntil(place.exists)
-    text = QImage(str(place)).text("Error")
-    assert text.startswith(said) and bool(text) == bool(said)
+    window.panes.show_images("both")
+    choices: tuple[Which, ...] = ("both", "difference", "generator")
+    for which in choices:
+        place = tmp_path / f"{which}.png"
+        window.pictures.draw(PictureChoice(404, 200, (0, 0, 0), which=which), place)
+        qtbot.waitUntil(place.exists)
+        saved = QImage(str(place))
+        assert (saved.width(), saved.height()) == (404, 200)
+        colors = [saved.pixelColor(x, 100).getRgb()[:3] for x in (20, 202, 380)]
+        black, white = (0, 0, 0), (255, 255, 255)
+        if which == "difference":
+            # A square of no difference, in grey, in the middle of black.
+            assert colors[0] == colors[2] == black
+            assert len(set(colors[1])) == 1 and colors[1] != black
+        else:
+            assert colors == [white, black if which == "both" else white, white]
