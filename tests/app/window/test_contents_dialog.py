@@ -76,11 +76,12 @@ def several(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[Choice 
     return asked
 
 
-def test_the_largest_is_shown_and_another_is_remembered(
+def test_what_a_file_holds_is_asked_for_once(
     qtbot: QtBot,
     window: MainWindow,
     several: list[Choice | None],
     tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     path = tmp_path / "cells.tif"
     path.write_bytes(b"?")
@@ -97,19 +98,8 @@ def test_the_largest_is_shown_and_another_is_remembered(
     # It is not asked for again.
     assert window.opening._asking is None
     assert several == [None, Choice(channel="2"), Choice(channel="2")]
-
-
-def test_a_remembered_choice_that_is_gone_gives_way(
-    qtbot: QtBot,
-    window: MainWindow,
-    several: list[Choice | None],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    path = tmp_path / "cells.tif"
-    path.write_bytes(b"?")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(path, Choice(channel="2"))
+    # A choice that is gone gives way.
+    several.clear()
 
     def refuse(path: Path, choice: Choice | None = None) -> Volume:
         several.append(choice)
@@ -120,7 +110,7 @@ def test_a_remembered_choice_that_is_gone_gives_way(
     monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", refuse)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
-    assert several == [Choice(channel="2"), Choice(channel="2"), None]
+    assert several == [Choice(channel="2"), None]
 
 
 def test_what_is_kept_is_not_asked_for_again(

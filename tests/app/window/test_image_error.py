@@ -21,32 +21,9 @@ from model.scene.scene import Scene
 from model.scene.view import View
 
 
-def test_the_generators_error_is_that_of_the_square_of_the_same_inputs(
+def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_is(
     make_window: Callable[..., MainWindow],
 ) -> None:
-    window = make_window()
-    inputs = window.state.inputs
-    drawn = np.full((16, 16, 4), 0.5, np.float32)
-    truth = np.zeros((32, 64, 4), np.float32)
-    truth[:, 16:48] = 0.5
-    truth[:16, 16:48] = 0.3
-    window.generator.imageShown.emit(inputs, drawn)
-    window.reference.imageShown.emit(inputs, truth)
-    # Half of the square is .2 off, but for the seam between the halves.
-    error = float(window.generator.note.removeprefix("error "))
-    assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
-    window.state.move_view(View(80.0))
-    assert window.generator.note == ""
-    window.reference.imageShown.emit(window.state.inputs, truth)
-    # While something moves, and of other inputs, nothing is compared.
-    assert window.generator.note == ""
-    window.state.finish_view()
-    window.generator.imageShown.emit(window.state.inputs, drawn)
-    window.reference.imageShown.emit(inputs, truth)
-    assert window.generator.note == ""
-
-
-def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainWindow]) -> None:
     window = make_window()
     canvas, inputs = window.generator.canvas, window.state.inputs
 
@@ -57,6 +34,7 @@ def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainW
         )
         return canvas.grab().toImage().pixelColor(at)
 
+    assert SENTENCES["RMSE"] in html.unescape(window.generator.caption.toolTip())
     drawn = np.full((16, 16, 4), 0.5, np.float32)
     truth = np.full((32, 32, 4), 0.5, np.float32)
     truth[:16, :16] = 0.3
@@ -75,6 +53,29 @@ def test_a_click_on_the_error_shows_where_it_is(make_window: Callable[..., MainW
     assert color(0.25, 0.25) != plain
     window.image_error.set_wanted(not window.image_error.is_wanted)
     assert color(0.25, 0.25) == plain
+    drawn = np.full((16, 16, 4), 0.5, np.float32)
+    truth = np.zeros((32, 64, 4), np.float32)
+    truth[:, 16:48] = 0.5
+    truth[:16, 16:48] = 0.3
+    window.generator.imageShown.emit(inputs, drawn)
+    window.reference.imageShown.emit(inputs, truth)
+    # Half of the square is .2 off, but for the seam between the halves.
+    error = float(window.generator.note.removeprefix("error "))
+    assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
+    window.state.move_view(View(70.0))
+    assert window.generator.note == ""
+    window.reference.imageShown.emit(window.state.inputs, truth)
+    # While something moves, and of other inputs, nothing is compared.
+    assert window.generator.note == ""
+    window.state.finish_view()
+    window.generator.imageShown.emit(window.state.inputs, drawn)
+    window.reference.imageShown.emit(inputs, truth)
+    assert window.generator.note == ""
+    (entry,) = (a for a in window.generator.caption.menu().actions() if "RMSE" in a.text())
+    entry.trigger()
+    (page,) = window.findChildren(QTextBrowser)
+    assert page.textCursor().selectedText() == "RMSE."
+    page.window().close()
 
 
 def test_a_saved_difference_is_that_of_the_screen(
@@ -124,20 +125,3 @@ def test_images_under_different_light_are_not_compared(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.generator.imageShown.emit(window.state.inputs, np.zeros((16, 16, 4), np.float32))
     assert window.generator.note == ""
-
-
-def test_what_the_error_is_stands_in_the_tooltip_and_behind_the_captions_menu(
-    make_window: Callable[..., MainWindow],
-) -> None:
-    window = make_window()
-    inputs = window.state.inputs
-    image = np.zeros((16, 16, 4), np.float32)
-    window.generator.imageShown.emit(inputs, image)
-    window.reference.imageShown.emit(inputs, image)
-    assert SENTENCES["RMSE"] in html.unescape(window.generator.caption.toolTip())
-    menu = window.generator.caption.menu()
-    (entry,) = (action for action in menu.actions() if "RMSE" in action.text())
-    entry.trigger()
-    (page,) = window.findChildren(QTextBrowser)
-    assert page.textCursor().selectedText() == "RMSE."
-    page.window().close()

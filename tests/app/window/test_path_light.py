@@ -59,8 +59,11 @@ def test_it_draws_while_the_light_is_path_traced(
     assert window.workspace.latent.pictures.drawer.learned_size == 16
 
 
-def test_a_ground_truth_of_one_sample_says_nothing_of_the_generators_error(
-    qtbot: QtBot, make_window: Callable[..., MainWindow]
+def test_live_questions_follow_live_images_and_leave_time_for_them(
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     window = make_window()
     window.workspace.reference.choose(lighting="path")
@@ -70,14 +73,6 @@ def test_a_ground_truth_of_one_sample_says_nothing_of_the_generators_error(
         window.generator.imageShown.emit(inputs, drawn)
         window.reference.imageShown.emit(inputs, truth)
         assert window.generator.note == note
-
-
-def test_live_questions_follow_live_images(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
-) -> None:
-    window = make_window()
-    window.workspace.reference.choose(lighting="path")
-    settle(qtbot, window)
     qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.answers.regions))
     asked = builders.analysts[-1].others
 
@@ -93,26 +88,14 @@ def test_live_questions_follow_live_images(
     window.state.finish_view()
     settle(qtbot, window)
     assert live() <= before + 2
-
-
-def test_live_questions_leave_time_for_images(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
     monkeypatch.setattr(sensitivity_dispatcher, "FOLLOW_S", 1e9)
-    window = make_window()
-    window.workspace.reference.choose(lighting="path")
-    settle(qtbot, window)
-    asked = builders.analysts[-1].others
+    before = live()
     for azimuth in (1.0, 2.0, 3.0):
         with qtbot.waitSignal(window.generator.client.images.answered):
             window.state.move_view(View(azimuth))
     window.state.finish_view()
     settle(qtbot, window)
-    live = [each for each in asked if isinstance(each, VisibilityRequest) and each.quality.live]
-    assert len(live) == 1
+    assert live() == before
 
 
 def test_without_the_network_or_the_denoiser_the_model_stays(

@@ -22,9 +22,13 @@ WindowMaker = Callable[..., MainWindow]
 
 
 def test_a_long_reading_is_told_and_cancelled(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
+    qtbot: QtBot,
+    make_window: WindowMaker,
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     window = make_window(model=None)
+    read = window.workspace.reading._opening._read_volume
     go_on, ended = threading.Event(), threading.Event()
 
     def read_slowly(path: Path) -> Volume:
@@ -55,19 +59,8 @@ def test_a_long_reading_is_told_and_cancelled(
     assert window.workspace.opened is not None
     assert window.workspace.opened.volume is not None
     assert window.windowTitle().startswith("ramp")
-
-
-@pytest.mark.parametrize("is_compiled", [False, True])
-def test_that_the_first_volume_takes_longer_is_said(
-    qtbot: QtBot,
-    make_window: WindowMaker,
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-    is_compiled: bool,
-) -> None:
-    window = make_window(model=None)
+    window.workspace.reading._opening._read_volume = read
     work = window.workspace.reference
-    monkeypatch.setattr(work, "_builders", replace(work._builders, is_compiled=lambda: is_compiled))
     said: list[str] = []
     start = work._reference.start
 
@@ -76,8 +69,13 @@ def test_that_the_first_volume_takes_longer_is_said(
         start(build, text, held)
 
     monkeypatch.setattr(work._reference, "start", start_and_note)
-    builders.volumes["other"] = make_volume("other")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("other"))
-    assert said[0].startswith("Preparing the volume")
-    assert ("The first time" in said[0]) is not is_compiled
+    for is_compiled in (False, True):
+        compiled = replace(work._builders, is_compiled=lambda is_compiled=is_compiled: is_compiled)
+        monkeypatch.setattr(work, "_builders", compiled)
+        name = f"other {is_compiled}"
+        builders.volumes[name] = make_volume(name, 300.0 + is_compiled)
+        said.clear()
+        with qtbot.waitSignal(window.workspace.volumeStarted):
+            window.workspace.reading.open(Path(name))
+        assert said[0].startswith("Preparing the volume")
+        assert ("The first time" in said[0]) is not is_compiled

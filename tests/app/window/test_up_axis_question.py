@@ -51,34 +51,23 @@ def test_it_is_asked_once_with_pictures(
     assert bar.isVisible() and window.state.up_axis == "+z"
     reopen(qtbot, window, "ramp")
     assert bar.isHidden() and window.state.up_axis == "-y"
-
-
-def test_who_leaves_it_is_not_asked_again(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    window = make_window()
-    window.up_axis_card.dismissed.emit()
-    reopen(qtbot, window, "ramp")
-    assert window.up_axis_card.isHidden()
-
-
-def test_a_file_that_says_it_is_believed(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    builders.volumes["ramp"] = replace(make_volume(), up="+y")
-    window = make_window()
-    assert window.up_axis_card.isHidden() and window.state.up_axis == "+y"
+    # Who leaves it, or chooses an axis elsewhere, is not asked again.
+    for name, answer in (
+        ("third", window.up_axis_card.dismissed.emit),
+        ("fourth", lambda: window.state.set_up_axis("-x")),
+    ):
+        builders.volumes[name] = make_volume(name, 400.0 + len(name))
+        reopen(qtbot, window, name)
+        assert bar.isVisible()
+        answer()
+        axis = window.state.up_axis
+        reopen(qtbot, window, "ramp")
+        reopen(qtbot, window, name)
+        assert bar.isHidden() and window.state.up_axis == axis
+    builders.volumes["said"] = replace(make_volume("said", 900.0), up="+y")
+    reopen(qtbot, window, "said")
+    assert bar.isHidden() and window.state.up_axis == "+y"
     window.state.set_up_axis("-x")
     reopen(qtbot, window, "ramp")
+    reopen(qtbot, window, "said")
     assert window.state.up_axis == "-x"
-
-
-def test_an_axis_that_is_chosen_elsewhere_is_an_answer(
-    qtbot: QtBot, make_window: Callable[..., MainWindow]
-) -> None:
-    window = make_window(model=None)
-    assert not window.up_axis_card.isHidden()
-    window.state.set_up_axis("-x")
-    assert window.up_axis_card.isHidden()
-    reopen(qtbot, window, "ramp")
-    assert window.up_axis_card.isHidden() and window.state.up_axis == "-x"
