@@ -161,7 +161,7 @@ class LatentBrowser(QWidget):
 
     def _show_map(self) -> None:
         self._grids.forget_zooms()
-        self.map.show_map()
+        self.map.reset()
         self._color()
         self._tell()
 

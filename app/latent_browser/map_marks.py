@@ -1,4 +1,4 @@
-"""Marks over the map's points: brush, present TF, lasso, legend."""
+"""Points of the map, and marks over them: brush, present TF, lasso, legend."""
 
 from __future__ import annotations
 
@@ -19,18 +19,51 @@ BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention
 LASSO = "#ffd866"
 HANDLE = 4.0
+RADIUS = 2
+"""Radius of a point at a zoom of 1, in pixels; closer points are larger."""
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
 BAR, BARS_HEIGHT, MOST_BARS = 11, 26, 16
 """Width of a singular value's bar with its gap, height of the largest, and most of them."""
 
 
-def paint_contours(painter: QPainter, frame: MapFrame, lines: list[NDArray[np.float64]]) -> None:
-    """Paint lines of equal density."""
-    color = QColor(theme.ON_IMAGE.text)
-    color.setAlpha(70)
-    painter.setPen(QPen(color, 1))
-    for line in lines:
-        painter.drawPolyline(QPolygonF([QPointF(x, y) for x, y in frame.pixels(line).tolist()]))
+def draw_points(
+    pixels: NDArray[np.float64], colors: NDArray[np.uint8], size: tuple[int, int], radius: float
+) -> QImage:
+    """Paint points as soft discs; later ones lie above earlier ones.
+
+    Ten thousand points take a few milliseconds, and moving the mouse over the map then costs
+    one picture.
+
+    Parameters
+    ----------
+    pixels : ndarray, shape (n, 2)
+    colors : ndarray of uint8, shape (n, 3)
+    size : tuple of int
+        Width and height of the picture.
+    radius : float
+        In pixels.
+    """
+    width, height = size
+    border = int(np.ceil(radius)) + 1
+    canvas = np.zeros((height + 2 * border, width + 2 * border, 4), dtype=np.uint8)
+    inside = ((pixels >= -border + 1) & (pixels < (width + border - 1, height + border - 1))).all(
+        axis=1
+    )
+    x, y = (np.floor(pixels[inside]).astype(np.int64) + border).T
+    colors = colors[inside]
+    reach = range(-border, border + 1)
+    steps = [(dx, dy, float(np.hypot(dx, dy))) for dx in reach for dy in reach]
+    # The rims first, so that no rim covers another point's disc.
+    for dx, dy, distance in sorted(steps, key=lambda step: -step[2]):
+        coverage = min(max(radius + 0.5 - distance, 0.0), 1.0)
+        if coverage:
+            column = np.clip(x + dx, 0, canvas.shape[1] - 1)
+            row = np.clip(y + dy, 0, canvas.shape[0] - 1)
+            canvas[row, column, :3] = colors * coverage
+            canvas[row, column, 3] = 255 * coverage
+    shown = np.ascontiguousarray(canvas[border:-border, border:-border])
+    format_ = QImage.Format.Format_RGBA8888_Premultiplied
+    return QImage(shown.data, width, height, 4 * width, format_).copy()
 
 
 def paint_brush(painter: QPainter, frame: MapFrame, brush: Brush, active: int | None) -> None:

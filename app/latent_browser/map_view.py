@@ -25,7 +25,6 @@ from app.latent_browser import map_marks as marks
 from app.latent_browser.brush_grips import Grip, cursor_of, dragged, grips_at
 from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import WHEEL_FACTOR, MapFrame
-from app.latent_browser.point_cloud import RADIUS, density_contours, draw_points
 from app.state.latent_drawer import LatentDrawer
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
@@ -38,8 +37,6 @@ KEY_STEP = 12
 """Pixels that an arrow key goes."""
 
 NEIGHBOURS = 8
-DENSITY_UNTIL = 1.3
-"""Zoom up to which density contours are painted."""
 
 
 class MapView(KeyedWidget):
@@ -63,7 +60,6 @@ class MapView(KeyedWidget):
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
         self._points: QImage | None = None
-        self._contours: list[NDArray[np.float64]] = []
         self._message = self._note = ""
         self._active_cell: int | None = None
         self._grips: tuple[Grip, ...] = ()
@@ -97,12 +93,6 @@ class MapView(KeyedWidget):
         if text != self._note:
             self._note = text
             self.update()
-
-    def show_map(self) -> None:
-        """Show the session's map as a whole."""
-        map_ = self._session.map
-        self._contours = [] if map_ is None else density_contours(map_.places)
-        self.reset()
 
     def show_shades(self, shades: Shades) -> None:
         """Colour the points."""
@@ -149,8 +139,6 @@ class MapView(KeyedWidget):
         if self._points is None:
             self._points = self._drawn_points(map_.places, self._shades)
         painter.drawImage(0, 0, self._points)
-        if self._frame.zoom <= DENSITY_UNTIL:
-            marks.paint_contours(painter, self._frame, self._contours)
         frame, latent = self._frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self._active_cell)
         if self._lasso or latent.lasso:
@@ -290,9 +278,9 @@ class MapView(KeyedWidget):
 
     def _drawn_points(self, places: NDArray[np.float32], shades: Shades) -> QImage:
         pixels = self._frame.pixels(places[shades.order])
-        radius = RADIUS * min(self._frame.zoom**0.5, 2.5) * 0.8
+        radius = marks.RADIUS * min(self._frame.zoom**0.5, 2.5) * 0.8
         size = self._frame.width, self._frame.height
-        return draw_points(pixels, shades.colors[shades.order], size, radius)
+        return marks.draw_points(pixels, shades.colors[shades.order], size, radius)
 
     def _is_in_sight(self, brush: Brush) -> bool:
         return QRectF(self.rect()).contains(self._frame.rectangle(brush))

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
-from PySide6.QtGui import QCursor
+from PySide6.QtCore import QObject, Qt, Signal
 
 from app import theme
 from app.sensitivity_view.peak_flag import PeakFlag, place_flags
@@ -30,12 +29,6 @@ FLAGS = 3
 
 UNIT = "  / .01"
 """At the top of the numbers, as they are changes by an edit of .01 of opacity."""
-
-NEAR = 40
-"""Distance of the mouse from a flag, in pixels, up to which flags stay where they are."""
-
-PATIENCE_MS, PATIENCE = 250, 16
-"""Time after which it is looked again where the mouse is, and how often at most."""
 
 
 class ResponseLayer(QObject):
@@ -86,10 +79,6 @@ class ResponseLayer(QObject):
             self._view.addItem(item, ignoreBounds=True)
         for curve in self._curves.values():
             curve.hide()
-        self._waiting: tuple[Interval, ...] | None = None
-        self._patience = 0
-        self._settle = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._settle.timeout.connect(self._take_waiting)
         self.flags = [PeakFlag(number + 1) for number in range(FLAGS)]
         for number, flag in enumerate(self.flags):
             flag.clicked.connect(lambda _=False, n=number: self.peakClicked.emit(n))
@@ -173,14 +162,14 @@ class ResponseLayer(QObject):
             of_all = strongest_intervals(values, scalar_range, FLAGS)
             low = self._interest[0]
             self.left_out = next((peak.value for peak in of_all if peak.value < low), None)
-        if found != (self.intervals if self._waiting is None else self._waiting):
+        if found != self.intervals:
             self.flag(found)
 
     def flag(self, intervals: tuple[Interval, ...]) -> None:
-        """Put flags at intervals, but not while somebody is about to click one."""
-        self._waiting = intervals
-        self._patience = PATIENCE if intervals else 0
-        self._take_waiting()
+        """Put flags at intervals."""
+        self.intervals = intervals
+        self._place_flags()
+        self.intervalsChanged.emit()
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write on each flag what its edit does, and name it by that in words."""
@@ -191,24 +180,6 @@ class ResponseLayer(QObject):
         # The plot is not painted anew with every view of a drag.
         if any(said):
             self._place_flags()
-
-    def _take_waiting(self) -> None:
-        if self._waiting is None:
-            return
-        if self._patience and self._is_mouse_near():
-            self._patience -= 1
-            self._settle.start()
-            return
-        self.intervals, self._waiting = self._waiting, None
-        self._place_flags()
-        self.intervalsChanged.emit()
-
-    def _is_mouse_near(self) -> bool:
-        viewport, shown = self._area.widget.viewport(), [f for f in self.flags if f.isVisible()]
-        if not (viewport.underMouse() or any(flag.underMouse() for flag in shown)):
-            return False
-        at = viewport.mapFromGlobal(QCursor.pos())
-        return any(f.geometry().adjusted(-NEAR, -NEAR, NEAR, NEAR).contains(at) for f in shown)
 
     @property
     def _is_shown(self) -> bool:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import safetensors
 import safetensors.torch
-import torch
 
 from model.errors import CheckpointError, reason
-from model.files import write_atomically
 from model.json_files import build, read_json
 from model.networks.codec import BrowserCodec
 from model.volume_files.shipped import RESOURCES
@@ -48,30 +45,6 @@ class CodecCard:
     digest: str = ""
 
 
-def save_codec(folder: Path, card: CodecCard, codec: BrowserCodec) -> None:
-    """Write a codec folder, with weights in half precision.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder cannot be written.
-    """
-    weights = {
-        name: value.detach().to(torch.float16).contiguous()
-        for name, value in codec.state_dict().items()
-    }
-    content = safetensors.torch.save(weights)
-    described = {"tfscope_codec": FORMAT, **asdict(card), "digest": _digest(content)}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_atomically(folder / WEIGHTS_FILE, content)
-        write_atomically(folder / CODEC_FILE, (json.dumps(described, indent=2) + "\n").encode())
-    except OSError as error:
-        raise CheckpointError(
-            f"{folder}: the codec cannot be written ({reason(error)}); choose another folder."
-        ) from error
-
-
 def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[CodecCard, BrowserCodec]:
     """Read a codec folder.
 
@@ -91,8 +64,7 @@ def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[CodecCard, BrowserCodec]:
         content = (folder / WEIGHTS_FILE).read_bytes()
     except OSError as error:
         raise CheckpointError(
-            f"{folder}: the folder holds no codec ({reason(error)}); "
-            "install tfscope again, or train one."
+            f"{folder}: the folder holds no codec ({reason(error)}); install tfscope again."
         ) from error
     except ValueError as error:
         raise CheckpointError(f"{folder / CODEC_FILE}: the file is not JSON ({error}).") from error

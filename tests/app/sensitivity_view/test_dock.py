@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 import pytest
@@ -60,29 +61,26 @@ def controls(parent: QWidget) -> list[QWidget]:
     return [w for kind in kinds for w in parent.findChildren(kind) if w.isVisible()]
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("has_panel", [False, True])
 def test_the_dock_has_a_third_of_the_window_and_nothing_is_cut(
-    qtbot: QtBot, window: MainWindow, size: tuple[int, int], has_panel: bool
+    qtbot: QtBot, window: MainWindow
 ) -> None:
-    window.sensitivity.findings.set_open(has_panel)
-    resize(qtbot, window, *size)
-    editor = window.editor
-    assert editor.height() == min(max(round(0.35 * size[1]), 220), 460)
-    least = 220 if size[1] >= 900 else 130
-    assert editor.area.opacity.height() >= least
-    for control in controls(editor):
-        if window.sensitivity.findings.isAncestorOf(control):
-            # In a low window, the panel scrolls.
-            assert box_of(control, editor).right() < editor.width()
-        elif not isinstance(control.parent(), QAbstractSpinBox):
-            assert editor.rect().contains(box_of(control, editor)), control.accessibleName()
-    hint = editor.minimumSizeHint()
-    assert hint.width() <= 1000 and hint.height() <= 224
-    # Controls of the header stand beside one another.
-    boxes = [box_of(w, editor) for w in controls(editor) if box_of(w, editor).bottom() < 34]
-    overlaps = [(a, b) for i, a in enumerate(boxes) for b in boxes[i + 1 :] if a.intersects(b)]
-    assert not overlaps
+    editor, findings = window.editor, window.sensitivity.findings
+    for size, has_panel in product(SIZES, (False, True)):
+        findings.set_open(has_panel)
+        resize(qtbot, window, *size)
+        assert editor.height() == min(max(round(0.35 * size[1]), 220), 460)
+        assert editor.area.opacity.height() >= (220 if size[1] >= 900 else 130)
+        for control in controls(editor):
+            if findings.isAncestorOf(control):
+                # In a low window, the panel scrolls.
+                assert box_of(control, editor).right() < editor.width()
+            elif not isinstance(control.parent(), QAbstractSpinBox):
+                assert editor.rect().contains(box_of(control, editor)), control.accessibleName()
+        hint = editor.minimumSizeHint()
+        assert hint.width() <= 1000 and hint.height() <= 224
+        # Controls of the header stand beside one another.
+        boxes = [box_of(w, editor) for w in controls(editor) if box_of(w, editor).bottom() < 34]
+        assert not [(a, b) for a, b in combinations(boxes, 2) if a.intersects(b)]
 
 
 def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(
@@ -134,26 +132,26 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot: QtBot, window: M
     assert findings.isVisible()
     QTest.keyClick(canvas, Qt.Key.Key_Escape)
     assert findings.isHidden()
+    # Regions of a volume that is opened again open no panel.
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
+    window.sensitivity.findings.set_open(False)
+    state.start_volume(object(), state.regions, 0, 1)
+    assert state.active == 0 and window.sensitivity.findings.isHidden()
 
 
-@pytest.mark.parametrize("size", SIZES[:2])
 def test_a_panel_that_scrolls_shows_its_rows_to_their_ends(
-    qtbot: QtBot, window: MainWindow, size: tuple[int, int]
-) -> None:
-    findings = window.sensitivity.findings
-    findings.set_open(True)
-    resize(qtbot, window, *size)
-    three = tuple(Interval(v, v - 5, v + 5, 0.4 - v / 1000) for v in (130.0, 160.0, 190.0))
-    window.sensitivity.responses.flag(three)
-    (scroll,) = findings.findChildren(QScrollArea)
-    bar = scroll.verticalScrollBar().sizeHint().width()
-    assert scroll.widget().minimumSizeHint().width() <= findings.width() - 1 - bar - 1
-
-
-def test_in_a_wide_window_the_panel_is_there_until_it_is_closed(
     qtbot: QtBot, window: MainWindow
 ) -> None:
     findings = window.sensitivity.findings
+    three = tuple(Interval(v, v - 5, v + 5, 0.4 - v / 1000) for v in (130.0, 160.0, 190.0))
+    for size in SIZES[:2]:
+        findings.set_open(True)
+        resize(qtbot, window, *size)
+        window.sensitivity.responses.flag(three)
+        (scroll,) = findings.findChildren(QScrollArea)
+        bar = scroll.verticalScrollBar().sizeHint().width()
+        assert scroll.widget().minimumSizeHint().width() <= findings.width() - 1 - bar - 1
+    # Two buttons close it, and it stays closed in a wide window.
     resize(qtbot, window, 1700, 900)
     assert findings.isVisible()
     window.sensitivity.chips.panel.click()
@@ -201,20 +199,6 @@ def test_flags_stand_beside_one_another_in_the_plot(qtbot: QtBot, seed: int) -> 
         assert abs(box.center().x() - centers[index]) <= 160
 
 
-def test_flags_stay_for_who_is_about_to_click(
-    qtbot: QtBot, window: MainWindow, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    layer = window.sensitivity.responses
-    qtbot.waitUntil(lambda: bool(layer.intervals))
-    before = layer.intervals
-    other = (Interval(180.0, 175.0, 185.0, 0.1),)
-    monkeypatch.setattr(layer, "_is_mouse_near", lambda: True)
-    layer.flag(other)
-    assert layer.intervals == before
-    monkeypatch.setattr(layer, "_is_mouse_near", lambda: False)
-    qtbot.waitUntil(lambda: layer.intervals == other)
-
-
 def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(
     qtbot: QtBot, window: MainWindow
 ) -> None:
@@ -238,6 +222,16 @@ def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(
             + area.second.scenePos()
         ).y()
         assert top + height * (1 - numbers[text]) == pytest.approx(y, abs=2)
+    # The same numbers are there as a table.
+    dialog = window.sensitivity.show_table()
+    table = dialog.table
+    assert table.rowCount() == 256 and table.columnCount() == 3
+    heads = [table.horizontalHeaderItem(i).text() for i in range(3)]
+    assert heads == ["Value", "Change per .01, exact", "Change per .01, learned"]
+    exact = window.sensitivity.responses.curve("exact")
+    written = [table.item(row, 1).text().replace("−", "-") for row in range(256)]
+    np.testing.assert_allclose([float(text) for text in written], exact, rtol=0.01, atol=1e-4)
+    dialog.reject()
     window.sensitivity.chips.change.click()
     assert area.second_labels.labels == ()
 
@@ -283,6 +277,14 @@ def test_voxels_fold_into_a_menu_and_chips_become_colours_beside_the_panel(
     QApplication.processEvents()
     assert chips.change.width() < wide - 20
     assert chips.change.accessibleName() == "Change" and chips.change.toolTip()
+    # The bar under the mouse says its voxels.
+    area = window.editor.area
+    free = area.pixel(area.opacity, 0.5, 0.95)
+    assert "voxels of" in area._said_at(free) or "voxel of" in area._said_at(free)
+    peak = window.editor.opacity.peaks[0]
+    assert area._said_at(area.widget.mapFromScene(peak.scenePos())) == ""
+    window.sensitivity.chips.voxels.click()
+    assert area._said_at(free) == ""
 
 
 def test_every_control_has_a_name_a_tooltip_and_can_be_hit(
@@ -305,14 +307,8 @@ def test_every_control_has_a_name_a_tooltip_and_can_be_hit(
     plot = window.editor.area.widget
     assert plot.accessibleDescription().startswith("Mode 3 of 3, value ")
     assert "opacity ." in plot.accessibleDescription()
-
-
-def test_tab_goes_from_the_header_to_the_plot_its_flags_its_card_and_the_panel(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    window.sensitivity.findings.set_open(True)
-    qtbot.waitUntil(lambda: window.sensitivity.responses.flags[0].isVisible())
-    window.editor.select_strongest()
+    # Tab goes from the header to the plot, its flags, its card and the panel.
+    window.sensitivity_state.unpin()
     resize(qtbot, window, 1280, 800)
     view, editor = window.sensitivity, window.editor
     reached: list[QWidget] = []
@@ -334,45 +330,18 @@ def test_tab_goes_from_the_header_to_the_plot_its_flags_its_card_and_the_panel(
     # All that takes clicks is among them.
     missing = [w for w in controls(editor) if w.isEnabled() and w not in mine]
     assert not [w.accessibleName() or w.toolTip() for w in missing]
-
-
-def test_enter_on_a_flag_makes_its_edit_in_one_step(qtbot: QtBot, window: MainWindow) -> None:
-    flag, state = window.sensitivity.responses.flags[0], window.state
-    qtbot.waitUntil(lambda: flag.isVisible() and flag.isEnabled())
-    count = len(state.transfer_function.opacity.modes)
-    flag.setFocus()
-    QTest.keyClick(flag, Qt.Key.Key_Return)
-    assert len(state.transfer_function.opacity.modes) == count + 1
-    assert state.edits.stack.count() == 1
-
-
-def test_buttons_of_a_row_are_drawn_where_mouse_or_focus_are(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    window.sensitivity.findings.set_open(True)
-    rows = window.sensitivity.findings.value_rows
-    for row in rows[:2]:
-        row.say(("1 to 2", "40 %"), "", share=0.4)
-        row.setEnabled(True)
-    # The first one, while nothing is pointed at.
-    assert [row.is_lit for row in rows[:2]] == [True, False]
+    # F6 goes through header, plot, card and panel.
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
-    window.sensitivity.findings.lowers[1].setEnabled(True)
-    window.sensitivity.findings.lowers[1].setFocus()
-    assert [row.is_lit for row in rows[:2]] == [False, True]
-
-
-def test_the_numbers_of_the_curve_are_there_as_a_table(qtbot: QtBot, window: MainWindow) -> None:
-    dialog = window.sensitivity.show_table()
-    table = dialog.table
-    assert table.rowCount() == 256 and table.columnCount() == 3
-    heads = [table.horizontalHeaderItem(i).text() for i in range(3)]
-    assert heads == ["Value", "Change per .01, exact", "Change per .01, learned"]
-    exact = window.sensitivity.responses.curve("exact")
-    written = [table.item(row, 1).text().replace("−", "-") for row in range(256)]
-    np.testing.assert_allclose([float(text) for text in written], exact, rtol=0.01, atol=1e-4)
-    dialog.reject()
+    window.reference.canvas.setFocus()
+    areas = [*window.editor.areas, window.sensitivity.findings]
+    reached = []
+    for _ in range(8):
+        QTest.keyClick(window, Qt.Key.Key_F6)
+        focus = QApplication.focusWidget()
+        inside = [n for n, area in enumerate(areas) if area is focus or area.isAncestorOf(focus)]
+        reached += inside[-1:]
+    assert reached[:4] == [0, 1, 2, 3]
 
 
 MACHADO_DEUTERANOPIA = np.array(
@@ -432,16 +401,14 @@ def test_a_flag_of_an_older_image_is_dim_and_adds_nothing(
         analyst.gate.release()
     qtbot.waitUntil(flag.isEnabled)
     analyst.gate = None
-
-
-def test_the_bar_under_the_mouse_says_its_voxels(window: MainWindow) -> None:
-    area = window.editor.area
-    free = area.pixel(area.opacity, 0.5, 0.95)
-    assert "voxels of" in area._said_at(free) or "voxel of" in area._said_at(free)
-    peak = window.editor.opacity.peaks[0]
-    assert area._said_at(area.widget.mapFromScene(peak.scenePos())) == ""
-    window.sensitivity.chips.voxels.click()
-    assert area._said_at(free) == ""
+    # Enter on one makes its edit in one step.
+    state = window.state
+    qtbot.waitUntil(lambda: flag.isVisible() and flag.isEnabled())
+    count = len(state.transfer_function.opacity.modes)
+    flag.setFocus()
+    QTest.keyClick(flag, Qt.Key.Key_Return)
+    assert len(state.transfer_function.opacity.modes) == count + 1
+    assert state.edits.stack.count() == 1
 
 
 def test_only_one_colour_bar_is_shown(qtbot: QtBot, window: MainWindow) -> None:
@@ -454,14 +421,6 @@ def test_only_one_colour_bar_is_shown(qtbot: QtBot, window: MainWindow) -> None:
     assert low.startswith("−") and end.startswith("+") and "learned" in end
     window.sensitivity_state.unpin()
     assert not any(bar.isVisible() for bar in bars)
-
-
-def test_regions_of_a_volume_that_is_opened_again_open_no_panel(window: MainWindow) -> None:
-    state = window.sensitivity_state
-    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
-    window.sensitivity.findings.set_open(False)
-    state.start_volume(object(), state.regions, 0, 1)
-    assert state.active == 0 and window.sensitivity.findings.isHidden()
 
 
 def test_values_that_no_longer_show_stay_only_for_who_edits_them(
@@ -492,22 +451,6 @@ def test_values_that_no_longer_show_stay_only_for_who_edits_them(
     window.state.edits.undo()
     qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
     assert dispatcher.answers.visibility is not None
-
-
-def test_f6_goes_through_header_plot_card_and_panel(qtbot: QtBot, window: MainWindow) -> None:
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    window.sensitivity.findings.set_open(True)
-    window.editor.select_strongest()
-    window.reference.canvas.setFocus()
-    areas = [*window.editor.areas, window.sensitivity.findings]
-    reached = []
-    for _ in range(8):
-        QTest.keyClick(window, Qt.Key.Key_F6)
-        focus = QApplication.focusWidget()
-        inside = [n for n, area in enumerate(areas) if area is focus or area.isAncestorOf(focus)]
-        reached += inside[-1:]
-    assert reached[:4] == [0, 1, 2, 3]
 
 
 def test_another_theme_is_taken_by_all_that_is_painted(
@@ -551,6 +494,19 @@ def test_the_tag_of_a_band_covers_neither_flags_nor_card_nor_handles(
         for handle in window.editor.opacity.peaks:
             at = window.editor.area.widget.mapFromScene(handle.scenePos())
             assert not box.contains(at)
+    # Buttons of a row are drawn where mouse or focus are.
+    window.sensitivity.findings.set_open(True)
+    rows = window.sensitivity.findings.value_rows
+    for row in rows[:2]:
+        row.say(("1 to 2", "40 %"), "", share=0.4)
+        row.setEnabled(True)
+    # The first one, while nothing is pointed at.
+    assert [row.is_lit for row in rows[:2]] == [True, False]
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    window.sensitivity.findings.lowers[1].setEnabled(True)
+    window.sensitivity.findings.lowers[1].setFocus()
+    assert [row.is_lit for row in rows[:2]] == [False, True]
 
 
 def test_a_peaks_label_covers_no_handle(

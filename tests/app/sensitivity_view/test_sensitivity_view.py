@@ -27,9 +27,9 @@ from app.engines.requests import (
 )
 from app.glosses import without_links
 from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.sensitivity_view.band_layer import _percent
 from app.sensitivity_view.held_button import CLICK_MS
 from app.state.sensitivity_answers import Agreement
-from app.window.gesture_table import help_text
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.crop import CropBox
@@ -122,6 +122,24 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
     (interval,) = responses.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
     assert "1   139.2" in window.sensitivity.findings.edit_rows[0].text
+    # Edits have the change that the curve predicts.
+    findings = window.sensitivity.findings
+    interval = Interval(139.2, 130.0, 150.0, -0.02)
+    responses.flag((interval,))
+    window.sensitivity_state.choose(height=0.4)
+    responses.flag((interval,))
+    assert findings.edit_rows[0].text.endswith("   −.8   darker")
+    assert responses.flags[0].text() == "1  −.8"
+    assert responses.flags[0].accessibleName() == "Edit 1 at 139.2, darker by .8; Enter adds it"
+    # Agreement in shape alone is not called good.
+    label = window.sensitivity.source
+    for learned, hint, said in (
+        (1.0, "", "cosine 1.00, good"),
+        (5.0, "", "5.0 times as strong"),
+        (1.0, "Far", "cosine 1.00"),
+    ):
+        label._take_hint(hint)
+        assert without_links(label._agreement_text(Agreement(1.0, learned))).endswith(said)
 
 
 def test_without_a_model_the_ray_caster_answers(qtbot: QtBot, make_window: WindowMaker) -> None:
@@ -165,6 +183,17 @@ def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(
     # Inside, the mouse turns the view.
     drag(generator, at(generator, 0.5, 0.7), at(generator, 0.6, 0.7))
     assert window.state.view != view
+    # Switching off ends a drag.
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
+    QTest.mousePress(generator, Qt.MouseButton.LeftButton, pos=at(generator, 0.4, 0.2))
+    QTest.mouseMove(generator, at(generator, 0.45, 0.3))
+    assert state.dragging
+    outline = state.outline
+    QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
+    assert not state.choices.shown and not state.dragging
+    state.choose(shown=True)
+    QTest.mouseMove(generator, at(generator, 0.6, 0.5))
+    assert state.outline == outline
 
 
 def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
@@ -190,6 +219,16 @@ def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
     QTest.keyClick(window, Qt.Key.Key_R)
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.5, 0.5))
     assert len(state.regions) == 1 and state.tool is None
+    # A region cannot be lost outside the image.
+    state.add_region(Outline.rectangle(0.4, 0.4, 0.6, 0.6))
+    state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
+    state.finish_region()
+    assert state.outline.mask(16).any()
+    state.pin(150.0)
+    window.sensitivity.band.tag.add.click()
+    assert window.state.edits.stack.undoText() == "add mode"
+    QTest.keyClick(window, Qt.Key.Key_W)
+    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
 
 
 def test_a_click_names_the_values_there_and_edits_them(
@@ -281,6 +320,21 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     QTest.keyPress(window, Qt.Key.Key_Control)
     assert state.band is not None and state.band.pinned and not state.band.effect
     QTest.keyRelease(window, Qt.Key.Key_Control)
+    # The tag names the values.
+    state.unpin()
+    tag = window.sensitivity.band
+    state.hover(150.3)
+    assert tag.text == "edit at 150.3"
+    state.hover(150.3, effect=False)
+    # Of the fake's peak, that is as good as nothing; all of it lies around bin 60.
+    assert tag.text == "150.3 visible 0 %"
+    state.drag_band(100.0, 150.0, effect=False)
+    assert tag.text == "100.0 to 150.0 visible 100 %"
+    state.finish_band()
+    state.pin(140.0, 199.96)
+    assert tag.text == "edit at 140.0 to 200.0"
+    state.choose(shown=False)
+    assert tag.text == ""
 
 
 def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
@@ -297,14 +351,6 @@ def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert not band.text.startswith("edit")
     qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.learned.caption)
-
-
-@pytest.mark.parametrize(
-    "words", ["where is this value visible?", "what would an edit there change?"]
-)
-def test_readme_and_gestures_say_it_in_the_same_words(words: str) -> None:
-    readme = (Path(__file__).parents[3] / "README.md").read_text()
-    assert words in " ".join(readme.split()) and words in help_text()
 
 
 def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
@@ -346,6 +392,11 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(
     state.finish_region()
     qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.regions.get("exact")))
     assert set(dispatcher.answers.regions) == {"exact"}
+    label = window.sensitivity.source
+    qtbot.waitUntil(lambda: "learned: not beside the model's image" in label.said)
+    state.choose(engine="exact")
+    qtbot.waitUntil(lambda: "exact" in label.said)
+    assert "not beside" not in label.said
 
 
 def test_exact_and_learned_fields_have_one_scale(
@@ -365,22 +416,6 @@ def test_exact_and_learned_fields_have_one_scale(
     edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
     highest = shown_field(np.full((16, 16, 3), 1.5 * 140.0), edit, "signed")
     qtbot.waitUntil(lambda: exact.scale == learned.scale == pytest.approx(scale_of(highest)))
-
-
-def test_who_moves_a_handle_sees_the_picture(qtbot: QtBot, window: MainWindow) -> None:
-    viewport, state = window.editor.area.widget.viewport(), window.state
-    (mode, *_) = state.transfer_function.opacity.modes
-    hover(window, 110.0)
-    assert window.sensitivity_state.band is not None
-    top = over_plot(window, mode.mean, mode.amplitude)
-    drag(viewport, top, over_plot(window, mode.mean + 5, mode.amplitude))
-    assert state.transfer_function.opacity.modes[0] != mode
-    hover(window, 110.0)
-    assert window.sensitivity_state.band is None
-    # Whoever comes back, or clicks beside the handles, asks again.
-    QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
-    hover(window, 112.0)
-    assert window.sensitivity_state.band is not None
 
 
 def test_an_arrow_says_where_a_curve_leaves_the_plot(window: MainWindow) -> None:
@@ -411,33 +446,37 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     QTest.keyClick(window, Qt.Key.Key_P)
     assert state.band is None and window.generator.canvas.cover is None
+    # Who moves a handle sees the picture.
+    (mode, *_) = window.state.transfer_function.opacity.modes
+    hover(window, 110.0)
+    assert window.sensitivity_state.band is not None
+    top = over_plot(window, mode.mean, mode.amplitude)
+    drag(viewport, top, over_plot(window, mode.mean + 5, mode.amplitude))
+    assert window.state.transfer_function.opacity.modes[0] != mode
+    hover(window, 110.0)
+    assert window.sensitivity_state.band is None
+    # Whoever comes back, or clicks beside the handles, asks again.
+    QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
+    hover(window, 112.0)
+    assert window.sensitivity_state.band is not None
 
 
-def test_a_double_click_asks_for_no_values(window: MainWindow) -> None:
-    canvas, state = window.reference.canvas, window.sensitivity_state
-    where = at(canvas, 0.5, 0.5)
-    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=where)
-    QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=where)
-    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=where)
-    assert state.place is None and window.state.view == window.state.home
-
-
-@pytest.mark.parametrize("how", ["escape in the plot", "escape in the image", "click"])
-def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow, how: str) -> None:
+def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow) -> None:
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     window.editor.select_strongest()
-    drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
-    qtbot.waitUntil(lambda: "Escape" in window.sensitivity.learned.caption)
-    assert window.sensitivity.band.tag.release.isVisible()
-    if how == "click":
-        QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=over_plot(window, 190.0, 0.7))
-        assert state.band is not None and not state.band.pinned
-        QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
-    else:
-        focused = window.editor.area.widget if "plot" in how else window.reference.canvas
-        QTest.keyClick(focused, Qt.Key.Key_Escape)
-    assert state.band is None and window.generator.canvas.cover is None
-    assert not window.sensitivity.band.tag.release.isVisible()
+    for how in ("escape in the plot", "escape in the image", "click"):
+        drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
+        qtbot.waitUntil(lambda: "Escape" in window.sensitivity.learned.caption)
+        assert window.sensitivity.band.tag.release.isVisible()
+        if how == "click":
+            QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=over_plot(window, 190.0, 0.7))
+            assert state.band is not None and not state.band.pinned
+            QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
+        else:
+            focused = window.editor.area.widget if "plot" in how else window.reference.canvas
+            QTest.keyClick(focused, Qt.Key.Key_Escape)
+        assert state.band is None and window.generator.canvas.cover is None
+        assert not window.sensitivity.band.tag.release.isVisible()
 
 
 def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
@@ -450,15 +489,19 @@ def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
         QTest.keyClick(window.reference.canvas, Qt.Key.Key_Escape)
     assert (state.tool, state.band, state.place) == (None, None, None)
     assert not window.sensitivity.escape()
-
-
-def test_dragging_a_mode_is_still_dragging_a_mode(window: MainWindow) -> None:
-    viewport = window.editor.area.widget.viewport()
-    mode = window.state.transfer_function.opacity.modes[0]
-    start = over_plot(window, mode.mean, mode.amplitude)
-    drag(viewport, start, start + QPoint(20, 0), start + QPoint(40, 0))
-    assert window.state.transfer_function.opacity.modes[0].mean > mode.mean
-    assert window.sensitivity_state.band is None or not window.sensitivity_state.band.pinned
+    # A double click asks for no values.
+    canvas = window.reference.canvas
+    where = at(canvas, 0.5, 0.5)
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=where)
+    QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=where)
+    QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=where)
+    assert state.place is None and window.state.view == window.state.home
+    # Who is to draw a region is told so in the image.
+    before = canvas.grab().toImage()
+    state.set_tool("rectangle")
+    assert canvas.grab().toImage() != before
+    state.set_tool(None)
+    assert canvas.grab().toImage() == before
 
 
 def test_a_field_is_never_over_another_image(
@@ -529,16 +572,12 @@ def test_another_volume_forgets_the_answers(
         500.0,
     )
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-
-
-def test_regions_stay_for_the_next_time_step_and_go_with_another_shape(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+    # Regions stay for the next time step, and go with another shape.
     state, region = window.sensitivity_state, Outline.rectangle(0.2, 0.3, 0.6, 0.7)
     state.add_region(region)
     builders.volumes["ramp 2"] = make_volume("ramp 2", 500.0)
-    builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
-    for name, outline in (("ramp 2", region), ("other", Outline())):
+    builders.volumes["flat"] = Volume(make_volume("other").scalars[:, :, :3], name="flat")
+    for name, outline in (("ramp 2", region), ("flat", Outline())):
         with qtbot.waitSignal(window.workspace.volumeOpened):
             window.workspace.reading.open(Path(name))
         assert state.outline == outline
@@ -607,9 +646,7 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     QTest.keyRelease(window, Qt.Key.Key_W)
     assert window.reference.canvas.cover is None
     assert caption.title == "Ground truth"
-
-
-def test_what_if_after_the_key_is_released_covers_nothing(qtbot: QtBot, window: MainWindow) -> None:
+    # After a short press nothing is covered.
     QTest.keyClick(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
     assert window.generator.canvas.cover is None
@@ -630,6 +667,34 @@ def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainW
     qtbot.wait(CLICK_MS + 50)
     QTest.mouseRelease(button, Qt.MouseButton.LeftButton)
     assert exact.cover is None and not button.isChecked()
+    # It follows the mouse while it is on.
+    what_if, state = window.sensitivity.what_if, window.sensitivity_state
+    qtbot.waitUntil(button.isEnabled)
+    button.click()
+    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
+    state.hover(170.0)
+    # The bin that is nearest to it.
+    qtbot.waitUntil(lambda: what_if.result.startswith("At 169.8"))
+    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
+    QTest.keyClick(window, Qt.Key.Key_Escape)
+    assert not what_if.button.isChecked()
+    # What was said of one value does not stay beside another.
+    state.hover(120.0)
+    assert what_if.result == ""
+    state.hover(None)
+    # It ends where the view turns, or another window comes.
+    for end in (
+        lambda: window.state.set_view(View(120.0, 5.0)),
+        lambda: QApplication.sendEvent(window, QEvent(QEvent.Type.ActivationChange)),
+    ):
+        qtbot.waitUntil(window.sensitivity.what_if.button.isEnabled)
+        qtbot.waitUntil(lambda: window.workspace.is_settled)
+        QTest.keyPress(window, Qt.Key.Key_W)
+        qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+        window.isActiveWindow = lambda: False
+        end()
+        assert window.reference.canvas.cover is None
+        QTest.keyRelease(window, Qt.Key.Key_W)
 
 
 def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:
@@ -661,19 +726,10 @@ def test_switched_off_nothing_is_asked_or_shown(
     assert not asked
     QTest.mouseClick(window.reference.canvas, Qt.MouseButton.LeftButton, pos=QPoint(60, 60))
     assert window.sensitivity_state.place is None
-
-
-def test_visibility_is_of_the_region_and_the_image(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    window.sensitivity_state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
-    window.sensitivity_state.finish_region()
-    qtbot.waitUntil(
-        lambda: (
-            asked(builders, VisibilityRequest)[-1].regions
-            == (window.sensitivity_state.outline, Outline())
-        )
-    )
+    # A button that is grey says why.
+    button = window.sensitivity.what_if.button
+    assert not button.isEnabled()
+    assert button.toolTip().startswith("Switch Change or Visible on")
 
 
 def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWindow) -> None:
@@ -749,11 +805,7 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     assert "no sensitivity" in window.notice.text
 
 
-@pytest.mark.parametrize("measure", ["change", "signed"])
-def test_a_click_on_the_colour_bar_locks_its_scale(
-    qtbot: QtBot, window: MainWindow, measure: str
-) -> None:
-    window.sensitivity_state.choose(measure=measure)
+def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWindow) -> None:
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     scale = window.sensitivity.exact.scale
@@ -806,17 +858,6 @@ def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
     analyst.gate = None
 
 
-def test_edits_have_the_change_that_the_curve_predicts(window: MainWindow) -> None:
-    findings, layer = window.sensitivity.findings, window.sensitivity.responses
-    interval = Interval(139.2, 130.0, 150.0, -0.02)
-    layer.flag((interval,))
-    window.sensitivity_state.choose(height=0.4)
-    layer.flag((interval,))
-    assert findings.edit_rows[0].text.endswith("   −.8   darker")
-    assert layer.flags[0].text() == "1  −.8"
-    assert layer.flags[0].accessibleName() == "Edit 1 at 139.2, darker by .8; Enter adds it"
-
-
 def test_flags_number_the_highest_peaks_of_the_curve(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -845,42 +886,6 @@ def test_flags_number_the_highest_peaks_of_the_curve(
     assert window.sensitivity.findings.edits_note.isHidden()
 
 
-def test_what_if_follows_the_mouse_while_it_is_on(qtbot: QtBot, window: MainWindow) -> None:
-    what_if, state = window.sensitivity.what_if, window.sensitivity_state
-    what_if.button.click()
-    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
-    state.hover(170.0)
-    # The bin that is nearest to it.
-    qtbot.waitUntil(lambda: what_if.result.startswith("At 169.8"))
-    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
-    QTest.keyClick(window, Qt.Key.Key_Escape)
-    assert not what_if.button.isChecked()
-    # What was said of one value does not stay beside another.
-    state.hover(120.0)
-    assert what_if.result == ""
-
-
-def test_who_is_to_draw_a_region_is_told_in_the_image(window: MainWindow) -> None:
-    canvas = window.reference.canvas
-    before = canvas.grab().toImage()
-    window.sensitivity_state.set_tool("rectangle")
-    assert canvas.grab().toImage() != before
-    window.sensitivity_state.set_tool(None)
-    assert canvas.grab().toImage() == before
-
-
-@pytest.mark.parametrize(
-    ("learned", "hint", "said"),
-    [(1.0, "", "cosine 1.00, good"), (5.0, "", "5.0 times as strong"), (1.0, "Far", "cosine 1.00")],
-)
-def test_agreement_in_shape_alone_is_not_called_good(
-    window: MainWindow, learned: float, hint: str, said: str
-) -> None:
-    label = window.sensitivity.source
-    label._take_hint(hint)
-    assert without_links(label._agreement_text(Agreement(1.0, learned))).endswith(said)
-
-
 def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     qtbot: QtBot, window: MainWindow
 ) -> None:
@@ -906,23 +911,16 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     qtbot.waitUntil(findings.lowers[0].isEnabled)
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert findings.isHidden() and state.active is None and len(state.regions) == 1
-
-
-def test_what_if_ends_when_the_view_turns_or_another_window_comes(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    for end in (
-        lambda: window.state.set_view(View(120.0, 5.0)),
-        lambda: QApplication.sendEvent(window, QEvent(QEvent.Type.ActivationChange)),
-    ):
-        qtbot.waitUntil(window.sensitivity.what_if.button.isEnabled)
-        qtbot.waitUntil(lambda: window.workspace.is_settled)
-        QTest.keyPress(window, Qt.Key.Key_W)
-        qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-        window.isActiveWindow = lambda: False
-        end()
-        assert window.reference.canvas.cover is None
-        QTest.keyRelease(window, Qt.Key.Key_W)
+    # A region takes the place of what was clicked.
+    state.pick((0.5, 0.5))
+    assert findings.values_heading.text() == "Values here"
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
+    state.finish_region()
+    assert findings.values_heading.text() == "Values visible" and state.place is None
+    assert findings.heading.full_text == "Region 2"
+    state.pick((0.5, 0.5))
+    state.activate(None)
+    assert state.place is None
 
 
 def test_a_field_of_another_band_is_not_saved(
@@ -940,31 +938,6 @@ def test_a_field_of_another_band_is_not_saved(
         builders.analysts[-1].gate.release()
     qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
     builders.analysts[-1].gate = None
-
-
-def test_a_region_cannot_be_lost_outside_the_image(qtbot: QtBot, window: MainWindow) -> None:
-    state = window.sensitivity_state
-    state.add_region(Outline.rectangle(0.4, 0.4, 0.6, 0.6))
-    state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
-    state.finish_region()
-    assert state.outline.mask(16).any()
-    state.pin(150.0)
-    window.sensitivity.band.tag.add.click()
-    assert window.state.edits.stack.undoText() == "add mode"
-    QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
-
-
-@pytest.mark.parametrize(
-    ("share", "text"), [(0.0, "0 %"), (0.0001, "0 %"), (0.002, "under 1 %"), (0.02, "2 %")]
-)
-def test_what_shows_a_little_is_not_said_to_show_nothing(
-    window: MainWindow, share: float, text: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    band = window.sensitivity.band
-    monkeypatch.setattr(band._visible, "share_of", lambda *_: share)
-    window.sensitivity_state.hover(150.3, effect=False)
-    assert band.text == f"150.3 visible {text}"
 
 
 def test_what_is_still_computed_is_not_called_nothing(
@@ -989,69 +962,6 @@ def test_what_is_still_computed_is_not_called_nothing(
     qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
 
 
-def test_the_value_under_the_mouse_is_named(window: MainWindow) -> None:
-    state, band = window.sensitivity_state, window.sensitivity.band
-    assert band.text == ""
-    state.hover(150.3)
-    assert band.text == "edit at 150.3"
-    state.hover(150.3, effect=False)
-    # Of the fake's peak, that is as good as nothing; all of it lies around bin 60.
-    assert band.text == "150.3 visible 0 %"
-    state.drag_band(100.0, 150.0, effect=False)
-    assert band.text == "100.0 to 150.0 visible 100 %"
-    state.finish_band()
-    state.pin(140.0, 199.96)
-    assert band.text == "edit at 140.0 to 200.0"
-    state.choose(shown=False)
-    assert band.text == ""
-
-
-def test_a_region_takes_the_place_of_what_was_clicked(qtbot: QtBot, window: MainWindow) -> None:
-    state, findings = window.sensitivity_state, window.sensitivity.findings
-    state.pick((0.5, 0.5))
-    assert findings.values_heading.text() == "Values here"
-    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
-    state.finish_region()
-    assert findings.values_heading.text() == "Values visible" and state.place is None
-    assert findings.heading.full_text == "Region 1"
-    state.pick((0.5, 0.5))
-    state.activate(None)
-    assert state.place is None
-
-
-def test_a_missing_answer_of_the_model_is_explained(qtbot: QtBot, window: MainWindow) -> None:
-    state, label = window.sensitivity_state, window.sensitivity.source
-    state.add_region(Outline.rectangle(-0.6, 0.2, 0.4, 0.4))
-    state.finish_region()
-    qtbot.waitUntil(lambda: "learned: not beside the model's image" in label.said)
-    state.choose(engine="exact")
-    qtbot.waitUntil(lambda: "exact" in label.said)
-    assert "not beside" not in label.said
-
-
-def test_a_button_that_is_grey_says_why(qtbot: QtBot, window: MainWindow) -> None:
-    button = window.sensitivity.what_if.button
-    qtbot.waitUntil(button.isEnabled)
-    assert button.toolTip().startswith("Show what a mode")
-    window.sensitivity_state.choose(shown=False)
-    assert not button.isEnabled()
-    assert button.toolTip().startswith("Switch Change or Visible on")
-
-
-def test_switching_off_ends_a_drag(window: MainWindow) -> None:
-    state, canvas = window.sensitivity_state, window.generator.canvas
-    state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
-    QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.4, 0.2))
-    QTest.mouseMove(canvas, at(canvas, 0.45, 0.3))
-    assert state.dragging
-    outline = state.outline
-    QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
-    assert not state.choices.shown and not state.dragging
-    state.choose(shown=True)
-    QTest.mouseMove(canvas, at(canvas, 0.6, 0.5))
-    assert state.outline == outline
-
-
 def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: FakeBuilders) -> None:
     window = MainWindow(builders.make(), None)
     qtbot.addWidget(window)
@@ -1064,3 +974,8 @@ def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: Fa
         button.click()
     assert window.sensitivity.result() is None
     window.close()
+
+
+def test_what_shows_a_little_is_not_said_to_show_nothing() -> None:
+    said = [_percent(share) for share in (0.0, 0.0001, 0.002, 0.02)]
+    assert said == ["0 %", "0 %", "under 1 %", "2 %"]
