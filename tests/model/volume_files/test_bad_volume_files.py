@@ -13,6 +13,7 @@ import tifffile
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from volume_writers import (
+    check,
     voxels,
     write_dicom,
     write_itk,
@@ -115,6 +116,11 @@ def tiff(pages, **kwargs):
     return lambda path: write_tiff(path.with_suffix(".tif"), pages, **kwargs)
 
 
+def complex_tiff(path):
+    tifffile.imwrite(path.with_suffix(".tif"), ARRAY.astype(np.complex64))
+    return path.with_suffix(".tif")
+
+
 def named(name, content):
     def build(path):
         path = path.parent / name
@@ -124,11 +130,21 @@ def named(name, content):
     return build
 
 
+def packed(path):
+    return named(f"{path.name}.gz", gzip.compress(path.read_bytes()))(path)
+
+
 def itk(suffix, array):
     return lambda path: write_itk(path.with_suffix(suffix), array)
 
 
 ARRAY_3D = "type: short\ndimension: 3\nencoding: raw\n"
+EMPTY_VTI = (
+    b'<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData '
+    b'WholeExtent="0 2 0 2 0 2" Origin="0 0 0" Spacing="1 1 1">'
+    b'<Piece Extent="0 2 0 2 0 2"><PointData/><CellData/></Piece></ImageData></VTKFile>'
+) + b" " * 99
+COLORS = voxels(shape=(5, 7, 3))
 WITH_NAN = np.full((3, 4, 5), np.nan, np.float32)
 
 BAD_FILES = {
@@ -140,72 +156,48 @@ BAD_FILES = {
     "one slice nrrd": (itk(".nrrd", FLAT[None]), r"flat image of 7 x 5 x 1"),
     "one slice vti": (lambda p: write_vti(p.with_suffix(".vti"), FLAT[None]), r"flat .* 7 x 5 x 1"),
     "one slice vtk": (lambda p: write_legacy(p.with_suffix(".vtk"), FLAT[None]), r"flat image"),
-    "rgb image nrrd": (
-        nrrd("kinds: RGB-color domain domain", "encoding: raw", array=voxels(shape=(5, 7, 3))),
-        r"flat image of 7 x 5",
-    ),
+    "rgb image nrrd": (nrrd("kinds: RGB-color domain domain", "encoding: raw", array=COLORS),
+        r"flat image of 7 x 5"),
     # Sizes that cannot be.
     "negative nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 -5 6"), r"7 x -5 x 6, which cannot be"),
     "zero nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 0 6"), r"7 x 0 x 6, which cannot be"),
     "zero raw": (named("a_7x0x6_uint8.raw", b"123"), r"7 x 0 x 6, which cannot be"),
-    "negative mha": (
-        lambda p: replaced(metaimage()(p), b"DimSize = 7 5", b"DimSize = 7 -5"),
-        r"7 x -5 x 6, which cannot be",
-    ),
+    "negative mha": (lambda p: replaced(metaimage()(p), b"DimSize = 7 5", b"DimSize = 7 -5"),
+        r"7 x -5 x 6, which cannot be"),
     "negative nii": (nifti(44, "<i2", -5), r"dimension 2 is negative"),
     "zero vti": (vti(b"0 6 0 4 0 5", b"0 6 0 -1 0 5"), r"7 x 0 x 6, which cannot be"),
     "negative vtk": (legacy(b"DIMENSIONS 7 5 6", b"DIMENSIONS 7 -5 6"), r"-5 x 6, which cannot be"),
-    "five axes nrrd": (
-        nrrd("encoding: raw", array=voxels(shape=(2, 2, 2, 2, 2))),
-        r"of 5 axes",
-    ),
+    "five axes nrrd": (nrrd("encoding: raw", array=voxels(shape=(2, 2, 2, 2, 2))), r"of 5 axes"),
     # More than the memory.
     "huge nrrd": (nrrd_header(ARRAY_3D + "sizes: 100000 100000 100000"), r"1819\.0 TiB.*memory"),
-    "huge gzip nrrd": (
-        nrrd_header(ARRAY_3D.replace("raw", "gzip") + "sizes: 100000 100000 100000"),
-        r"100000 x 100000 x 100000 voxels, 1819\.0 TiB",
-    ),
+    "huge gzip nrrd": (nrrd_header(ARRAY_3D.replace("raw", "gzip") + "sizes: 100000 100000 100000"),
+        r"100000 x 100000 x 100000 voxels, 1819\.0 TiB"),
     "absurd nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 30} 2 2"), r"of memory"),
     "overlong nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 5000} 2 2"), r"malformed 'sizes'"),
-    "huge mha": (
-        lambda p: replaced(metaimage()(p), b"DimSize = 7 5 6", b"DimSize = 100000 100000 100000"),
-        r"100000 x 100000 x 100000 voxels.*memory",
-    ),
+    "huge mha": (lambda p: replaced(metaimage()(p), b"= 7 5 6", b"= 100000 100000 100000"),
+        r"100000 x 100000 x 100000 voxels.*memory"),
     "huge nii": (nifti(42, "<i2", [32000, 32000, 32000]), r"32000 x 32000 x 32000.*memory"),
     "huge vti": (vti(b"0 6 0 4 0 5", b"0 99999 0 99999 0 99999"), r"100000 x .*memory"),
     "huge vtk": (legacy(b"DIMENSIONS 7 5 6", b"DIMENSIONS 100000 100000 100000"), r"memory"),
     "huge raw": (named("a_100000x100000x100000_float32.raw", b"1"), r"memory"),
     # More than the file, though it would fit the memory.
     "long nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 5 600"), r"420 of the 42000 bytes"),
-    "long gzip nrrd": (
-        nrrd("encoding: gzip", data=gzip.compress(ARRAY[:3].tobytes())),
-        r"210 of the 420 bytes",
-    ),
-    "short gzip nrrd": (
-        nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes() * 2)),
-        r"more voxels than its header says",
-    ),
-    "long mha": (
-        lambda p: replaced(metaimage()(p), b"DimSize = 7 5 6", b"DimSize = 7 5 600"),
-        r"420 of the 42000 bytes",
-    ),
+    "long gzip nrrd": (nrrd("encoding: gzip", data=gzip.compress(ARRAY[:3].tobytes())),
+        r"210 of the 420 bytes"),
+    "short gzip nrrd": (nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes() * 2)),
+        r"more voxels than its header says"),
+    "long mha": (lambda p: replaced(metaimage()(p), b"DimSize = 7 5 6", b"DimSize = 7 5 600"),
+        r"420 of the 42000 bytes"),
     "long nii": (nifti(46, "<i2", 600), r"420 of the 42000 bytes"),
-    "long nii.gz": (
-        lambda p: named("a.nii.gz", gzip.compress(nifti(46, "<i2", 600)(p).read_bytes()))(p),
-        r"truncated",
-    ),
+    "long nii.gz": (lambda p: packed(nifti(46, "<i2", 600)(p)), r"truncated"),
     "long vti": (vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599"), r"truncated"),
-    "long compressed vti": (
-        vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599", compressor="ZLib"),
-        r"VTK says '.*'",
-    ),
+    "long compressed vti": (vti(b"0 6 0 4 0 5", b"0 6 0 4 0 599", compressor="ZLib"),
+        r"VTK says '.*'"),
     "long vtk": (legacy(b"7 5 6", b"7 5 600"), r"truncated"),
     "longer vtk": (legacy(b"7 5 6", b"7 5 7"), r"VTK says"),
     "long raw": (named("a_7x5x6_uint16.raw", b"1" * 419), r"420 bytes .* the file has 419"),
-    "headed raw": (
-        named("a_7x5x6_uint16.raw", b"1" * 932),
-        r"512 bytes more than 7 x 5 x 6 voxels of uint16: a header\? Skip them.*offset=512",
-    ),
+    "headed raw": (named("a_7x5x6_uint16.raw", b"1" * 932),
+        r"512 bytes more than 7 x 5 x 6 voxels of uint16: a header\? Skip them.*offset=512"),
     "overlong raw": (named("a_7x5x6_uint16.raw", b"1" * 99999), r"or other data follow"),
     # Damaged, foreign and incomplete headers.
     "foreign nrrd": (named("a.nrrd", b"\x89PNG" + b"?" * 500), r"not a NRRD file"),
@@ -217,8 +209,7 @@ BAD_FILES = {
     "foreign vtk": (named("a.vtk", b"?" * 500), r"not a legacy VTK file"),
     "polygons in vtk": (
         named("a.vtk", b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n"),
-        r"holds polydata, not structured_points",
-    ),
+        r"holds polydata, not structured_points"),
     "foreign tif": (named("a.tif", b"?" * 500), r"not a TIFF file"),
     "foreign dcm": (named("a.dcm", b"?" * 500), r"not a DICOM file"),
     "nameless raw": (named("a.raw", b"?" * 500), r"into the name.*'raw': '256x256x110_uint8'"),
@@ -231,30 +222,23 @@ BAD_FILES = {
     "nrrd with word sizes": (nrrd_header(ARRAY_3D + "sizes: a b c"), r"malformed 'sizes'"),
     "nrrd without end": (named("a.nrrd", b"NRRD0004\ntype: short\n"), r"its header has no end"),
     "nrrd endian": (nrrd("endian: middle", "encoding: raw"), r"malformed 'endian'"),
-    "nrrd directions": (
-        nrrd("encoding: raw", "space directions: (1,0,0) (0,1,0)"),
-        r"malformed 'space directions'",
-    ),
+    "nrrd directions": (nrrd("encoding: raw", "space directions: (1,0,0) (0,1,0)"),
+        r"malformed 'space directions'"),
     "nrrd spacings": (nrrd("encoding: raw", "spacings: 1 2"), r"malformed 'spacings'"),
     "nrrd skip": (nrrd("encoding: raw", "byte skip: -7"), r"malformed 'line skip or byte skip'"),
     "nrrd block type": (nrrd("encoding: raw", kind="block"), r"NRRD type 'block' cannot be read"),
     "nrrd ascii": (nrrd("encoding: ascii"), r"'ascii' cannot be read here; save it as raw or gzip"),
     "nrrd list": (nrrd("encoding: raw", "data file: LIST\na.raw"), r"several data files"),
     "nrrd pattern": (nrrd("encoding: raw", "data file: s%02d.raw 1 6 1"), r"several data files"),
-    "nrrd without data": (
-        nrrd("encoding: raw", "data file: b.raw"),
-        r"data file b\.raw is missing",
-    ),
+    "nrrd without data": (nrrd("encoding: raw", "data file: b.raw"),
+        r"data file b\.raw is missing"),
     "nrrd bad gzip": (nrrd("encoding: gzip", data=b"?" * 99), r"compressed stream is invalid"),
     "nrrd bad bzip2": (nrrd("encoding: bzip2", data=b"?" * 99), r"compressed stream is invalid"),
-    "nrrd wrong sum": (
-        nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes())[:-8] + b"?" * 8),
-        r"compressed stream is invalid",
-    ),
+    "nrrd wrong sum": (nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes())[:-8] + b"?" * 8),
+        r"compressed stream is invalid"),
     "mha without size": (
         metaimage_header("ObjectType = Image\nNDims = 3\nElementDataFile = LOCAL\n"),
-        r"malformed 'DimSize'",
-    ),
+        r"malformed 'DimSize'"),
     "mha without end": (metaimage_header("ObjectType = Image\nNDims = 3\n"), r"header has no end"),
     "mha type": (metaimage(kind="MET_STRING"), r"'MET_STRING' cannot be read"),
     "mha ascii": (metaimage("BinaryData = False"), r"ASCII voxels cannot be read"),
@@ -264,28 +248,14 @@ BAD_FILES = {
     "mha spacing": (metaimage("ElementSpacing = 1 2"), r"malformed 'ElementSpacing'"),
     "mha matrix": (metaimage("TransformMatrix = 1 0 0 0"), r"malformed 'TransformMatrix'"),
     "mha bad zlib": (metaimage("CompressedData = True", data=b"?" * 99), r"stream is invalid"),
-    "mha cut zlib": (
-        metaimage("CompressedData = True", data=zlib.compress(ARRAY.tobytes())[:-2]),
-        r"compressed stream stops before the end",
-    ),
+    "mha cut zlib": (metaimage("CompressedData = True", data=zlib.compress(ARRAY.tobytes())[:-2]),
+        r"compressed stream stops before the end"),
     "nii type": (nifti(70, "<i2", 1), r"voxels of such a data type cannot be read"),
     "vti extent": (vti(b"0 6 0 4 0 5", b"0 6 0 4"), r"no extent of six numbers"),
     "vti syntax": (vti(b"<PointData", b"<PointDate"), r"VTK says"),
-    "vti without array": (
-        named(
-            "a.vti",
-            b'<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData '
-            b'WholeExtent="0 2 0 2 0 2" Origin="0 0 0" Spacing="1 1 1">'
-            b'<Piece Extent="0 2 0 2 0 2"><PointData/><CellData/></Piece></ImageData></VTKFile>'
-            + b" "
-            * 99,
-        ),
-        r"holds no values",
-    ),
-    "vti format": (
-        vti(b'"appended"', b'"appendix"', compressor="ZLib"),
-        r"does not say where its values are",
-    ),
+    "vti without array": (named("a.vti", EMPTY_VTI), r"holds no values"),
+    "vti format": (vti(b'"appended"', b'"appendix"', compressor="ZLib"),
+        r"does not say where its values are"),
     "vti cut": (vti(b"</VTKFile>", b""), r"closing tag is missing"),
     "vti many blocks": (vti_blocks([1 << 31, 32768, 420]), r"claims 2147483648 compressed blocks"),
     "vti long block": (vti_blocks([1, 32768, 420, 1 << 30]), r"blocks are longer than the file"),
@@ -296,30 +266,18 @@ BAD_FILES = {
     "vtk without size": (legacy(b"DIMENSIONS", b"DIMENSION"), r"no dimensions"),
     # Kinds that are not read.
     "tif half tiled": (tiff(ARRAY, fields=[(322, 16)]), r"damaged or foreign"),
-    "tif complex": (
-        lambda p: (
-            tifffile.imwrite(p.with_suffix(".tif"), ARRAY.astype(np.complex64))
-            or p.with_suffix(".tif")
-        ),
-        r"TIFF of complex64 voxels cannot be read here",
-    ),
+    "tif complex": (complex_tiff, r"TIFF of complex64 voxels cannot be read here"),
     "tif pages differ": (tiff([FLAT, FLAT.T]), r"slices differ in size, type or storage"),
-    "tif types differ": (
-        tiff([FLAT, FLAT.astype("u1")]),
-        r"slices differ in size, type or storage",
-    ),
-    "tif short strip": (
-        lambda p: patched(tiff(ARRAY)(p), 8 + 70 + 2 + 12 * 8 + 8, "<u4", 3),
-        r"fewer pixels than its size says",
-    ),
+    "tif types differ": (tiff([FLAT, FLAT.astype("u1")]),
+        r"slices differ in size, type or storage"),
+    "tif short strip": (lambda p: patched(tiff(ARRAY)(p), 8 + 70 + 2 + 12 * 8 + 8, "<u4", 3),
+        r"fewer pixels than its size says"),
     # Voxels that show nothing.
     "all nan": (itk(".nrrd", WITH_NAN), r"every voxel is NaN or infinite"),
     "constant": (itk(".nrrd", np.full((3, 4, 5), 7, np.int16)), r"every voxel has the value 7"),
-    "constant but nan": (
-        itk(".nrrd", np.where(np.arange(60).reshape(3, 4, 5) < 9, np.nan, 2.0)),
-        r"every voxel has the value 2",
-    ),
-}
+    "constant but nan": (itk(".nrrd", np.where(np.arange(60).reshape(3, 4, 5) < 9, np.nan, 2.0)),
+        r"every voxel has the value 2"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BAD_FILES)
@@ -331,9 +289,9 @@ def test_bad_file(tmp_path, capfd, case):
     assert capfd.readouterr() == ("", "")
 
 
-def test_missing_file(tmp_path):
-    assert "there is no such file or folder" in refusal(tmp_path / "a.nrrd")
-    assert "there is no such file or folder" in refusal(tmp_path / "folder" / "a.nrrd")
+@pytest.mark.parametrize("name", ["a.nrrd", "folder/a.nrrd"])
+def test_missing_file(tmp_path, name):
+    assert "there is no such file or folder" in refusal(tmp_path / name)
 
 
 def test_unreadable_file(tmp_path, monkeypatch):
@@ -369,7 +327,7 @@ def test_memory_that_runs_out_while_reading(tmp_path, monkeypatch):
 def test_a_system_that_does_not_tell_its_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "physical_memory", lambda: None)
     path = write_itk(tmp_path / "a.nrrd", ARRAY)
-    np.testing.assert_array_equal(read_volume(path).scalars, ARRAY)
+    check(read_volume(path), ARRAY)
 
 
 def test_vtk_speaks_again_after_a_bad_file(tmp_path, capfd):
@@ -450,16 +408,12 @@ DICOM_CHANGES = {
     "no pixels": (lambda d: d[: d.index(b"\xe0\x7f\x10\x00")], r"002\.dcm: .*it has no pixels"),
     "cut tag": (lambda d: d[:500], r"002\.dcm: the file is truncated"),
     "foreign": (lambda d: b"?" * 900, r"002\.dcm: this is not a DICOM file"),
-    "bits stored": (
-        lambda d: d.replace(b"(\0\x01\x01\x02\0\0\0\x10", b"(\0\x01\x01\x02\0\0\0\x13"),
-        r"bits stored exceed",
-    ),
-    "compressed": (
-        lambda d: d.replace(b"1.2.840.10008.1.2\0", b"1.2.840.10008.9.9\0"),
-        r"pixels compressed as .*gdcmconv",
-    ),
+    "bits stored": (lambda d: d.replace(b"(\0\x01\x01\x02\0\0\0\x10", b"(\0\x01\x01\x02\0\0\0\x13"),
+        r"bits stored exceed"),
+    "compressed": (lambda d: d.replace(b"1.2.840.10008.1.2\0", b"1.2.840.10008.9.9\0"),
+        r"pixels compressed as .*gdcmconv"),
     "same place": (lambda d: d.replace(b"10\\-20\\36", b"10\\-20\\30"), r"lie at one position"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", DICOM_CHANGES)
@@ -478,17 +432,18 @@ def test_single_dicom_slice_is_flat(tmp_path):
 # --- options ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("component", "text"), [(3, "choose 0 to 2"), (-1, "choose 0 to 2")])
-def test_component_that_is_not_there(tmp_path, component, text):
-    path = write_itk(tmp_path / "a.mha", voxels("float32", (4, 5, 6, 3)), vector=True)
-    message = refusal(path, component=component)
-    assert f"no component {component}" in message
-    assert text in message
-
-
-def test_component_of_a_scalar_volume(tmp_path):
-    path = write_itk(tmp_path / "a.mha", ARRAY)
-    assert "the volume has one, number 0" in refusal(path, component=1)
+@pytest.mark.parametrize(
+    ("shape", "component", "text"),
+    [
+        ((4, 5, 6, 3), 3, "no component 3; choose 0 to 2"),
+        ((4, 5, 6, 3), -1, "no component -1; choose 0 to 2"),
+        ((4, 5, 6), 1, "the volume has one, number 0"),
+    ],
+)
+def test_component_that_is_not_there(tmp_path, shape, component, text):
+    array = voxels("float32", shape)
+    path = write_itk(tmp_path / "a.mha", array, vector=len(shape) > 3)
+    assert text in refusal(path, component=component)
 
 
 def test_layouts_that_cannot_be():
@@ -534,7 +489,7 @@ def test_a_file_cut_anywhere_is_refused_or_reads_equal(tmp_path, whole_files, na
     path = tmp_path / name
     path.write_bytes(whole[: int(share * len(whole))])
     with contextlib.suppress(VolumeError):
-        np.testing.assert_array_equal(read_volume(path).scalars, ARRAY)
+        check(read_volume(path), ARRAY)
 
 
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -585,7 +540,15 @@ def test_a_tiff_that_made_vtk_crash(tmp_path):
     path = write_tiff(tmp_path / "a.tif", list(array), resolution=(1, 1))
     resolution, least = (struct.pack("<HHI", tag, 5, 1) for tag in (282, 280))
     path.write_bytes(path.read_bytes().replace(resolution, least))
-    np.testing.assert_array_equal(read_volume(path).voxels, array)
+    check(read_volume(path), array)
+
+
+def write_header(folder, kind, name):
+    """Write a header of voxels in another file."""
+    path, fields = folder / f"a.{kind}", ["encoding: raw", f"data file: {name}"]
+    if kind == "nhdr":
+        return write_nrrd(path, ARRAY, *fields, data=b"")
+    return write_metaimage(path, ARRAY, data=b"", file=name)
 
 
 @pytest.mark.parametrize(
@@ -593,39 +556,26 @@ def test_a_tiff_that_made_vtk_crash(tmp_path):
 )
 @pytest.mark.parametrize("kind", ["nhdr", "mhd"])
 def test_no_header_leads_out_of_its_folder(tmp_path, kind, name):
-    array = voxels()
-    (tmp_path / "secret.raw").write_bytes(array.tobytes())
     folder = tmp_path / "data"
     (folder / "sub").mkdir(parents=True)
+    for path in (tmp_path / "secret.raw", folder / "sub" / "inside.raw"):
+        path.write_bytes(ARRAY.tobytes())
     (folder / "link").symlink_to(tmp_path / "secret.raw")
-    name, path = name.format(tmp=tmp_path), folder / f"a.{kind}"
-    if kind == "nhdr":
-        write_nrrd(path, array, "endian: little", "encoding: raw", f"data file: {name}", data=b"")
-    else:
-        write_metaimage(path, array, data=b"", file=name)
+    path = write_header(folder, kind, name.format(tmp=tmp_path))
     with pytest.raises(VolumeError, match="outside the header's folder"):
         read_volume(path)
-    name = "sub/inside.raw"
-    (folder / name).write_bytes(array.tobytes())
-    if kind == "nhdr":
-        write_nrrd(path, array, "endian: little", "encoding: raw", f"data file: {name}", data=b"")
-    else:
-        write_metaimage(path, array, data=b"", file=name)
-    np.testing.assert_array_equal(read_volume(path).voxels, array)
+    check(read_volume(write_header(folder, kind, "sub/inside.raw")), ARRAY)
 
 
 @pytest.mark.parametrize("kind", ["dicom", "tiff"])
 def test_no_folder_of_slices_leads_elsewhere(tmp_path, kind):
     elsewhere, folder = tmp_path / "elsewhere", tmp_path / "data"
-    elsewhere.mkdir()
-    folder.mkdir()
-    if kind == "dicom":
-        write_dicom(folder, voxels())
-        write_dicom(elsewhere, voxels())
-    else:
-        for place in (folder, elsewhere):
-            for number in range(3):
-                write_tiff(place / f"{number}.tif", [FLAT])
+    for place in (folder, elsewhere):
+        place.mkdir()
+        if kind == "dicom":
+            write_dicom(place, voxels())
+        for number in range(3 if kind == "tiff" else 0):
+            write_tiff(place / f"{number}.tif", [FLAT])
     expected = read_volume(folder).voxels
     # A link inside the folder, and one without a slice's name, harm nobody.
     (first, *_) = sorted(folder.iterdir())
@@ -633,7 +583,7 @@ def test_no_folder_of_slices_leads_elsewhere(tmp_path, kind):
     first.rename(folder / "sub/kept")
     first.symlink_to("sub/kept")
     (folder / "notes").symlink_to(sorted(elsewhere.iterdir())[0])
-    np.testing.assert_array_equal(read_volume(folder).voxels, expected)
+    check(read_volume(folder), expected)
     stranger = sorted(elsewhere.iterdir())[0]
     (folder / f"z{stranger.suffix}").symlink_to(stranger)
     assert "a link that leads out of its folder" in refusal(folder)
