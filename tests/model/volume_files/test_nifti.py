@@ -9,9 +9,8 @@ import nibabel as nib
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
-from volume_writers import SPACING, check, voxels, write_itk
+from volume_writers import SPACING, check, refused, voxels, write_itk
 
-from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
 
 CASES = Path(__file__).parent / "cases" / "nifti"
@@ -98,8 +97,7 @@ def test_a_name_of_another_kind_and_a_lost_mark(tmp_path):
     path.write_bytes(content[:344] + b"xxx" + content[347:])
     check(read_volume(path), ARRAY, "lacks the mark")
     path.write_bytes(content[:70] + b"\x09\0" + content[72:])
-    with pytest.raises(VolumeError, match="its data type 9 is none of NIfTI-1's"):
-        read_volume(path)
+    refused(path, "its data type 9 is none of NIfTI-1's")
 
 
 WRITERS = {
@@ -134,8 +132,7 @@ def test_one_of_several_times(tmp_path, time, suffix):
     volume = read_volume(path, choice=Choice(time=str(time)))
     check(volume, array[time])
     assert [content.is_read for content in volume.file.contents] == [k == time for k in range(4)]
-    with pytest.raises(VolumeError, match="no time step '4'"):
-        read_volume(path, choice=Choice(time="4"))
+    refused(path, "no time step '4'", choice=Choice(time="4"))
 
 
 def test_colours_are_components(tmp_path):
@@ -188,8 +185,7 @@ def test_an_offset_that_is_left_out(tmp_path):
 def test_a_pair_without_its_half(tmp_path):
     path = save(tmp_path / "a.img", kind=nib.Nifti1Pair)
     (tmp_path / "a.hdr").unlink()
-    with pytest.raises(VolumeError, match=r"needs the file a\.hdr beside it"):
-        read_volume(path)
+    refused(path, r"needs the file a\.hdr beside it")
 
 
 def test_a_stream_that_is_cut_or_longer(tmp_path):
@@ -198,5 +194,4 @@ def test_a_stream_that_is_cut_or_longer(tmp_path):
     path.write_bytes(gzip.compress(whole + b"more of it"))
     check(read_volume(path), ARRAY)
     path.write_bytes(gzip.compress(whole)[:-9])
-    with pytest.raises(VolumeError, match="truncated"):
-        read_volume(path)
+    refused(path, "truncated")

@@ -18,7 +18,6 @@ from volume_writers import (
     write_itk,
     write_legacy,
     write_nrrd,
-    write_tiff,
     write_vti,
 )
 
@@ -328,18 +327,3 @@ def test_tiff_by_itk(tmp_path, dtype, compressed):
     # ITK writes the size of pixels, but no distance of slices.
     said = "The file gives no voxel spacing along z; 0.5 is assumed"
     check(volume, voxels(dtype), said, spacing=(0.5, 2, 0.5), origin=(0, 0, 0))
-
-
-@pytest.mark.parametrize("order", ["<", ">"])
-@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint32", "int32", "float32"])
-def test_tiff_by_hand(tmp_path, dtype, order):
-    volume = read_volume(write_tiff(tmp_path / "a.tiff", voxels(dtype), order))
-    check(volume, voxels(dtype), spacing=(1, 1, 1), origin=(0, 0, 0))
-
-
-def test_folder_of_tiff_slices_in_numeric_order(tmp_path):
-    array = voxels(shape=(12, 5, 7))
-    for z, plane in enumerate(array):
-        write_tiff(tmp_path / f"slice{z}.tif", [plane])
-    (tmp_path / "notes.txt").write_text("not a slice")
-    check(read_volume(tmp_path), array, name=tmp_path.name.replace("_", " "))

@@ -13,6 +13,9 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
+from model.errors import VolumeError
+from model.volume_files import read_volume
+
 SPACING = (0.5, 2.0, 3.0)
 ORIGIN = (10.0, -20.0, 30.0)
 INTEGER_TYPES = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"]
@@ -154,7 +157,13 @@ def write_dicom(folder: Path, array, *, series="1.2.3", names=None, heights=None
     return folder
 
 
-def check(volume, array, said="", *, spacing=None, origin=None, **facts):
+def refused(path, match, **options):
+    """Read what must be refused with a sentence that holds some words."""
+    with pytest.raises(VolumeError, match=match):
+        read_volume(path, **options)
+
+
+def check(volume, array, said="", *, spacing=None, origin=None, rtol=0.0, **facts):
     """Compare a volume with what was written.
 
     Parameters
@@ -164,7 +173,10 @@ def check(volume, array, said="", *, spacing=None, origin=None, **facts):
     facts
         Attributes of the volume or of its file.
     """
-    np.testing.assert_array_equal(volume.voxels, array)
+    if rtol:
+        np.testing.assert_allclose(volume.voxels, array, rtol=rtol)
+    else:
+        np.testing.assert_array_equal(volume.voxels, array)
     if spacing is not None:
         assert volume.spacing == pytest.approx(spacing)
     if origin is not None:
