@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.typed_numbers import MINUS
+MINUS = "\N{MINUS SIGN}"
 
 SMALLEST, LARGEST = 1e-4, 1e5
 """Numbers between which no power of ten is written."""

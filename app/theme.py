@@ -215,9 +215,6 @@ QAbstractSpinBox, QLineEdit {{
 QAbstractSpinBox::up-button, QAbstractSpinBox::down-button {{ width: 0; border: none; }}
 QAbstractSpinBox:focus, QLineEdit:focus {{ border-color: {c.change}; }}
 QAbstractSpinBox[refused="true"] {{ border-color: {c.error}; }}
-QLabel[role="refusal"] {{
-    background: {c.panel}; color: {c.text}; border: 1px solid {c.error}; padding: 4px 6px;
-}}
 QAbstractSpinBox:disabled {{ color: {c.disabled}; background: {c.panel}; }}
 QPushButton {{
     background: {c.field}; border: 1px solid {c.line}; border-radius: 4px; padding: 4px 12px;

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 
 from app.controls import ElidedLabel, text_button
 from app.icons import IconButton
+from app.number_box import NumberBox
 from app.sensitivity_view.add_button import AddButton
 from app.sensitivity_view.edit_actions import EditActions, Emphasis
 from app.sensitivity_view.listed_values import ListedValues
@@ -29,7 +30,6 @@ from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import HEADER_HEIGHT
-from app.tf_editor.number_box import NumberBox
 from model.scene.value_text import range_text, value_text
 from model.sensitivity.contributions import percentages
 
@@ -341,7 +341,7 @@ def _row_button(text: str, width: int, tip: str) -> QToolButton:
 
 def _height_box(height: float) -> NumberBox:
     """Return the box with the opacity of modes whose effect is listed."""
-    box = NumberBox(is_short=True)
+    box = NumberBox()
     box.setFixedSize(44, 22)
     box.setAccessibleName("Opacity of the edits")
     box.show_value(height)

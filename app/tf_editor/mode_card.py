@@ -11,11 +11,11 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
 
 from app import theme
 from app.icons import IconButton
+from app.number_box import NumberBox
 from app.state.viewer_state import ViewerState
 from app.tf_editor.card_place import free_corner
 from app.tf_editor.color_layer import PIN_PLACE
 from app.tf_editor.moves import HandleMoves
-from app.tf_editor.number_box import NumberBox
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
@@ -65,7 +65,9 @@ class ModeCard(QFrame):
         # Between its fields, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
-        self.value, self.width_box, self.height_box = (NumberBox(is_short=True) for _ in range(3))
+        self.value, self.width_box, self.height_box = (
+            NumberBox(meaning=text) for text in (VALUE_MEANING, WIDTH_MEANING, OPACITY_MEANING)
+        )
         self._captions: dict[QWidget, QLabel] = {}
         self.color_button = QToolButton()
         self.color_button.setFixedSize(24, 24)
@@ -84,7 +86,6 @@ class ModeCard(QFrame):
         state.tf_input.changed.connect(self.refresh)
         # Once more when a drag is over, and the plot has taken the numbers away.
         state.tf_input.changeFinished.connect(self.refresh)
-        selection.changed.connect(self._forget_refused)
         selection.changed.connect(self.refresh)
         for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
             changed.connect(self.place)
@@ -106,20 +107,14 @@ class ModeCard(QFrame):
         self._row = row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 4, 0)
         row.setSpacing(4)
-        texts = (
-            ("value", VALUE_MEANING), ("width", WIDTH_MEANING), ("opacity", OPACITY_MEANING),
-        )  # fmt: skip
-        for box, (text, meaning) in zip(self.fields, texts, strict=True):
-            box.explain(meaning)
+        for box, text in zip(self.fields, ("value", "width", "opacity"), strict=True):
             box.setAccessibleName(text.capitalize())
             box.setProperty("role", "card")
             box.setFixedHeight(22)
             box.lineEdit().setTextMargins(0, 0, 0, 0)
-            # What is refused is said below: beside it are the other fields.
-            box.entry.is_below = True
             caption = QLabel(text)
             caption.setProperty("role", "dim")
-            caption.setToolTip(meaning)
+            caption.setToolTip(box.meaning)
             self._captions[box] = caption
             row.addWidget(caption)
             row.addWidget(box)
@@ -146,11 +141,6 @@ class ModeCard(QFrame):
             self._area.widget.setFocus(Qt.FocusReason.OtherFocusReason)
         else:
             super().keyPressEvent(event)
-
-    def _forget_refused(self) -> None:
-        """Let go of numbers that were refused: they were another handle's."""
-        for box in self.fields:
-            box.entry.forget()
 
     def refresh(self) -> None:
         """Show the present numbers of the selected handle."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QPoint, Qt, QTimer
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QWidget
 
-from app.number_entry import first_refused
+from app.number_box import NumberBox
 from app.state.viewer_state import ViewerState
-from app.tf_editor.number_box import NumberBox
 from app.tf_editor.range_layer import RangeLayer
 from model.scene.transfer_function import Range
 from model.scene.value_scale import values_at
@@ -42,8 +41,7 @@ class RangePopup(QFrame):
         self.high.valueChanged.connect(lambda high: self._typed((state.scalar_range[0], high)))
         state.tf_input.changed.connect(self._refresh)
         for box in (self.low, self.high):
-            # Once the box has given its keys away, as it does after each number.
-            box.lineEdit().returnPressed.connect(lambda: QTimer.singleShot(0, self, self._finish))
+            box.lineEdit().returnPressed.connect(self.close)
 
     def open_at(self, point: QPoint, data_range: Range) -> None:
         """Open at a point of the screen, for a volume with these values."""
@@ -69,11 +67,6 @@ class RangePopup(QFrame):
         self.high.set_limits(min(lo + least, hi), last + span, scale)
         self.low.show_value(lo)
         self.high.show_value(hi)
-
-    def _finish(self) -> None:
-        """Close, or go to the number that cannot be taken."""
-        if first_refused(self) is None:
-            self.close()
 
     def _typed(self, scalar_range: Range) -> None:
         if scalar_range[0] < scalar_range[1]:

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.icons import IconButton
-from app.number_entry import WholeNumberBox
+from app.number_box import WholeNumberBox
 from app.state.crop_planes import (
     WITHOUT_VOLUME,
     axis_name,
@@ -94,7 +94,6 @@ class CropCard(QFrame):
         for axis, count in enumerate(dimensions):
             self.sliders[axis].set_steps(place_of(1, count), least_length(count))
             for box in self.planes[axis]:
-                box.entry.forget()
                 box.set_limits(0, count - 1)
                 box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
         self._name()

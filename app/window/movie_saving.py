@@ -18,7 +18,6 @@ from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import PictureRequest
 from app.engines.states import EngineState
-from app.number_entry import first_refused
 from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from app.wheel_guard import WheelGuard
@@ -100,11 +99,6 @@ class MovieDialog(QDialog):
         """Return what is chosen; the sides are even numbers, as movies' have to be."""
         width, height = (side // 2 * 2 for side in self.chooser.size_chosen)
         return MovieChoice(width, height, self.seconds_box.value(), self.rate_box.value())
-
-    def accept(self) -> None:
-        """Close, unless a typed size cannot be taken."""
-        if first_refused(self) is None:
-            super().accept()
 
 
 @dataclass

@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import list_box
-from app.number_entry import first_refused
 from app.window.figure import FigureLook, Which
 from app.window.size_chooser import BackgroundBox, Size, SizeChooser
 from model.rendering.scale_bar import DEPTH_TEXT
@@ -117,11 +116,6 @@ class PictureDialog(QDialog):
             self.which_box.currentData(),
             self.samples_box.currentData() if self.samples_box else 0,
         )
-
-    def accept(self) -> None:
-        """Close, unless a typed size cannot be taken."""
-        if first_refused(self) is None:
-            super().accept()
 
     def _lay_out(self, button: str) -> None:
         form = QFormLayout()

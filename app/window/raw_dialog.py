@@ -20,9 +20,8 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.controls import list_box
-from app.number_entry import WholeNumberBox, first_refused
+from app.number_box import NumberBox, WholeNumberBox
 from app.state.latest_call import LatestCall
-from app.tf_editor.number_box import NumberBox
 from app.window.slice_preview import SlicePreview
 from model.volume_files.checks import readable_size
 from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout
@@ -99,11 +98,6 @@ class RawDialog(QDialog):
     def fit_text(self) -> str:
         """Sentence on the bytes that the layout needs."""
         return self._fit.text()
-
-    def accept(self) -> None:
-        """Close, unless a typed number cannot be taken."""
-        if first_refused(self) is None:
-            super().accept()
 
     def done(self, result: int) -> None:
         """Close, and end what runs in a thread."""

@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 
 from app.controls import list_box
 from app.image_view.picture import LARGEST_SIZE, Background
-from app.number_entry import WholeNumberBox
+from app.number_box import WholeNumberBox
 from app.wheel_guard import WheelGuard
 
 LEAST_SIZE = 16

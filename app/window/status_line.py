@@ -11,9 +11,8 @@ from PySide6.QtWidgets import QLabel, QStackedWidget, QStatusBar
 
 from app import theme
 from app.controls import ElidedLabel, announce
-from app.short_numbers import without_zero
+from app.short_numbers import MINUS, without_zero
 from app.state.viewer_state import ViewerState
-from app.typed_numbers import MINUS
 
 HEIGHT = 24
 

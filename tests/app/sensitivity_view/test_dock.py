@@ -306,7 +306,7 @@ def test_every_control_has_a_name_a_tooltip_and_can_be_hit(
     assert all(c.accessibleName() for c in icons)
     plot = window.editor.area.widget
     assert plot.accessibleDescription().startswith("Mode 3 of 3, value ")
-    assert "opacity ." in plot.accessibleDescription()
+    assert "opacity 0." in plot.accessibleDescription()
     # Tab goes from the header to the plot, its flags, its card and the panel.
     window.sensitivity_state.unpin()
     resize(qtbot, window, 1280, 800)

@@ -159,27 +159,6 @@ def test_f2_types_the_value_tab_goes_on_and_escape_returns(
     assert editor.area.widget.hasFocus()
 
 
-def test_what_is_refused_is_said_below_its_field_and_goes_along(
-    qtbot: QtBot, make_editor: EditorMaker, state: ViewerState
-) -> None:
-    editor = make_editor(mean=130.0)
-    card = editor.card
-    QTest.keyClick(editor, Qt.Key.Key_F2)
-    qtbot.waitUntil(card.value.hasFocus)
-    QTest.keyClicks(card.value, "1e6")
-    QTest.keyClick(card.value, Qt.Key.Key_Return)
-    (reason,) = (w for w in card.value.findChildren(QLabel) if w.isVisible())
-    field = QRect(card.value.mapToGlobal(QPoint()), card.value.size())
-    assert "above the limits" in reason.text()
-    assert reason.y() >= field.bottom() and abs(reason.x() - field.x()) <= 2
-    assert state.transfer_function.opacity.modes[0].mean == 130.0
-    # Another size of the plot moves the card, and what is said at it.
-    editor.resize(1000, 315)
-    qtbot.waitUntil(
-        lambda: abs(reason.x() - card.value.mapToGlobal(QPoint()).x()) <= 2 and reason.isVisible()
-    )
-
-
 def test_captions_go_where_there_is_little_room(make_editor: EditorMaker) -> None:
     editor = make_editor(CAPTIONED_FROM)
     wide = editor.card.width()

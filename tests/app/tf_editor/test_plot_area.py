@@ -7,10 +7,10 @@ from PySide6.QtGui import QFocusEvent
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
+from app.short_numbers import MINUS
 from app.tf_editor.plot_area import HEADROOM, LEFT_MARGIN, RIGHT_MARGIN, PlotArea
 from app.tf_editor.plot_labels import PlotLabels
 from app.tf_editor.unit_axis import ScalarAxis
-from app.typed_numbers import read_number
 
 
 @pytest.mark.parametrize(("height", "axis"), [(281, 225), (190, 134), (218, 162)])
@@ -49,14 +49,18 @@ def test_both_ends_are_labelled_and_the_unit_is_said_once(
     axis = ScalarAxis.over(full)
     for place, text in labels[1:-1]:
         assert "HU" not in text
-        assert axis.value(place) == pytest.approx(read_number(text), abs=1e-3 * (full[1] - full[0]))
+        assert axis.value(place) == pytest.approx(
+            float(text.replace(MINUS, "-")), abs=1e-3 * (full[1] - full[0])
+        )
 
 
 def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of() -> None:
     marks = ScalarAxis.over((-3.0, 2.0), labels="log").marks("K")
     assert marks[0] == (0.0, "0.001") and marks[-1] == (1.0, "100 K")
     for place, text in marks[1:-1]:
-        assert 10.0 ** (-3.0 + 5.0 * place) == pytest.approx(read_number(text), rel=1e-3)
+        assert 10.0 ** (-3.0 + 5.0 * place) == pytest.approx(
+            float(text.replace(MINUS, "-")), rel=1e-3
+        )
 
 
 def test_no_two_numbers_overlap_and_those_at_the_ends_are_there(qtbot: QtBot) -> None:

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from app.controls import list_box
-from app.number_entry import WholeNumberBox
+from app.number_box import WholeNumberBox
 from app.wheel_guard import WheelGuard
 from app.window.main_window import MainWindow
 from app.window.movie_saving import MovieDialog

@@ -1,0 +1,161 @@
+"""Number boxes that keep each digit that is typed, and leave the window its keys."""
+
+from __future__ import annotations
+
+import math
+
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
+from PySide6.QtGui import QKeyEvent, QValidator
+from PySide6.QtWidgets import QDoubleSpinBox, QSpinBox, QWidget
+
+from app.wheel_guard import WheelGuard
+from model.scene.value_scale import ValueScale, place_of, value_at
+
+CHARACTERS = set("0123456789+-.,eE ")
+"""Of which numbers are typed. A comma is none of a number, but to swallow it would make another."""
+
+MOST_DECIMALS = 320
+"""So many that no number is rounded to them."""
+
+SHOWN_DIGITS = 6
+"""Digits of a number that are shown, beside those that both limits share."""
+
+HARDLY = 0.05
+"""Part of a digit that does not count: limits such as 1 and 255 share none."""
+
+
+class WholeNumberBox(QSpinBox):
+    """Spin box for whole numbers that lets any be typed; one outside its limits is not taken.
+
+    Qt's own box swallows the digits that lead out of its range, and takes 40 for 400.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        _Typing(self)
+
+    def set_limits(self, lowest: int, highest: int) -> None:
+        """Set the range without emitting a signal."""
+        with QSignalBlocker(self):
+            self.setRange(lowest, highest)
+
+    def show_value(self, value: int) -> None:
+        """Show a value without emitting a signal."""
+        with QSignalBlocker(self):
+            self.setValue(value)
+
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        """Accept numbers within the range, and let others be typed."""
+        try:
+            fits = self.minimum() <= self.valueFromText(text) <= self.maximum()
+        except ValueError:
+            fits = False
+        return _state(text.removesuffix(self.suffix()), fits), text, position
+
+    def valueFromText(self, text: str) -> int:
+        """Read a number that is accepted."""
+        return int(text.removesuffix(self.suffix()))
+
+    def fixup(self, text: str) -> str:
+        """Make no other number of it, as by leaving out a comma."""
+        return text
+
+
+class NumberBox(QDoubleSpinBox):
+    """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
+
+    On a logarithmic scale its value is the logarithm of the number that is shown and typed.
+    `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
+
+    Attributes
+    ----------
+    meaning : str
+        Said in the tooltip, above the limits.
+    """
+
+    def __init__(self, parent: QWidget | None = None, meaning: str = "") -> None:
+        super().__init__(parent)
+        self.meaning = meaning
+        self._digits = SHOWN_DIGITS
+        self._scale: ValueScale = "linear"
+        self.setKeyboardTracking(False)
+        self.setDecimals(MOST_DECIMALS)
+        _Typing(self)
+        self.set_limits(0.0, 1.0)
+
+    def set_limits(self, lo: float, hi: float, scale: ValueScale = "linear") -> None:
+        """Set the range, on a scale, and a step of 1/200 of it, without emitting a signal."""
+        self._scale = scale
+        # Leading digits shared by both limits, as in 1,000,000 and 1,000,001, do not count.
+        span = hi - lo if scale == "linear" else 1.0
+        common = math.log10(max(abs(lo), abs(hi), span) / span) if scale == "linear" else 0.0
+        self._digits = min(SHOWN_DIGITS + math.ceil(common - HARDLY), 17)
+        with QSignalBlocker(self):
+            self.setRange(lo, hi)
+        self.setSingleStep((hi - lo) / 200)
+        limits = f"From {self.textFromValue(lo)} to {self.textFromValue(hi)}"
+        self.setToolTip(f"{self.meaning}\n{limits}" if self.meaning else limits)
+
+    def show_value(self, value: float) -> None:
+        """Show a value without emitting a signal."""
+        with QSignalBlocker(self):
+            self.setValue(value)
+
+    def textFromValue(self, value: float) -> str:
+        """Format a value with its relevant digits, and never as "-0"."""
+        return f"{value_at(value, self._scale) + 0.0:.{self._digits}g}"
+
+    def valueFromText(self, text: str) -> float:
+        """Read a number; an unchanged text keeps the exact value."""
+        if text == self.textFromValue(self.value()):
+            return self.value()
+        number = float(text)
+        return place_of(number, self._scale) if number > 0 or self._scale == "linear" else -math.inf
+
+    def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
+        """Accept numbers within the range, and let others be typed."""
+        try:
+            fits = self.minimum() <= self.valueFromText(text) <= self.maximum()
+        except ValueError:
+            fits = False
+        return _state(text, fits), text, position
+
+
+def _state(text: str, fits: bool) -> QValidator.State:
+    if not CHARACTERS.issuperset(text):
+        return QValidator.State.Invalid
+    return QValidator.State.Acceptable if fits else QValidator.State.Intermediate
+
+
+class _Typing(QObject):
+    """Marks a text that is not taken; Escape brings the last number back, as leaving the box does.
+
+    After Enter all keys are the window's again, so that Ctrl+Z undoes what the number has changed.
+    """
+
+    def __init__(self, box: QSpinBox | QDoubleSpinBox) -> None:
+        super().__init__(box)
+        self._box = box
+        WheelGuard(box)
+        box.installEventFilter(self)
+        box.lineEdit().textChanged.connect(self._mark)
+        box.editingFinished.connect(self._mark)
+        box.lineEdit().returnPressed.connect(box.clearFocus)
+
+    def eventFilter(self, _box: QObject, event: QEvent) -> bool:
+        """Take no Enter after what is not taken, and Escape after what is not entered."""
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.KeyPress:
+            return False
+        line = self._box.lineEdit()
+        if event.key() == Qt.Key.Key_Escape and line.isModified():
+            with QSignalBlocker(self._box):
+                self._box.setValue(self._box.value())  # type: ignore[arg-type]
+            self._box.selectAll()
+            self._mark()
+            return True
+        is_enter = event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter)
+        return is_enter and not self._box.hasAcceptableInput()
+
+    def _mark(self) -> None:
+        self._box.setProperty("refused", not self._box.hasAcceptableInput())
+        self._box.style().polish(self._box)
