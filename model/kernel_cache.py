@@ -20,12 +20,11 @@ SOURCES = (
 
 PREPARED = (
     ("uint8", "path"),
-    ("uint8", "shadows"),
-    ("float32", "shadows"),
     ("uint8", "soft"),
+    ("float32", "soft"),
+    ("int16", "soft"),
     ("uint8", "direct"),
     ("float32", "direct"),
-    ("int16", "direct"),
     ("uint8", "none"),
     ("float32", "none"),
 )

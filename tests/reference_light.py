@@ -1,4 +1,4 @@
-"""The light of the second ray caster, in 64-bit arithmetic: gradient shading, shadows, soft light.
+"""The light of the second ray caster, in 64-bit arithmetic: gradient shading and soft light.
 
 Plain NumPy on whole arrays of samples, from what :mod:`model.rendering.raycast` says of each light;
 none of its code, and none of what makes it fast: every sample is shaded itself, and every ray goes
@@ -28,7 +28,6 @@ from tests.reference_raycaster import (
     alphas_of,
     at_bins,
     cast,
-    composite_segments,
     correct,
     interpolated,
     unit_field,
@@ -90,19 +89,9 @@ def picture(
         rgb = np.stack([at_bins(rays.bins, c) for c in color.T], axis=-1).astype(per_sample.dtype)
         if glow is not None:
             rgb = rgb * _at_nodes(glow, rays.places, volume.dimensions)[..., None]
-        elif lighting in ("direct", "shadows"):
-            diffuse, gloss, slope = _reflected(volume, field, rays, travel, inputs.crop)
-            if lighting == "shadows":
-                arriving = _arriving(volume, field, rays, travel, per_sample, sample_distance)
-                values = field.max() - field.min()
-                sharpness = volume.voxel_size / values
-                scattered = np.exp(-slope * sharpness * at_bins(rays.bins, per_sample))
-                diffuse = diffuse + scattered * (DIFFUSE * arriving - diffuse)
-                gloss = (1 - scattered) * gloss
+        elif lighting == "direct":
+            diffuse, gloss = _reflected(volume, field, rays, travel, inputs.crop)
             rgb = rgb * diffuse[..., None] + gloss[..., None]
-            if lighting == "shadows":
-                whole_step = (rays.shares == 1)[..., None]
-                rgb = np.where(whole_step & (rgb.real > 1), 1, rgb)
         rows = slice(tile.top - raster.top, tile.bottom - raster.top)
         columns = slice(tile.left - raster.left, tile.right - raster.left)
         whole[rows, columns, :3] = (weight[..., None] * rgb).sum(axis=-2)
@@ -110,30 +99,10 @@ def picture(
     return whole if np.iscomplexobj(whole) else np.clip(whole, 0, 1)
 
 
-def preintegrated(
-    volume: Volume, inputs: SceneInputs, size: int | Raster, sample_distance: float
-) -> Array:
-    """Draw an unlit picture with the TF integrated over each step; see :func:`picture`."""
-    raster = Raster.of(size)
-    opacity, color = (
-        tf.sample(volume.scalar_range).astype(np.float64)
-        for tf in (inputs.opacity_tf, inputs.color_tf)
-    )
-    field, step = unit_field(volume), sample_distance * volume.voxel_size
-    whole = np.zeros((*raster.shape, 4))
-    for tile in raster.tiles(raster.columns, max(RAYS_AT_ONCE // raster.columns, 1)):
-        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop)
-        back = rays.shares[..., :1] * step * rays.towards / np.array(volume.spacing)
-        entry = np.clip(255 * interpolated(field, rays.places[..., 0, :] - back), 0, 255)
-        drawn = composite_segments(rays, entry, opacity, color, sample_distance)
-        whole[tile.top - raster.top : tile.bottom - raster.top] = drawn
-    return np.clip(whole, 0, 1)
-
-
 def _reflected(
     volume: Volume, field: Array, rays: Rays, travel: Array, crop: CropBox | None
-) -> tuple[Array, Array, Array]:
-    """Factor of the colour, white gloss and slope of each sample, by gradient shading."""
+) -> tuple[Array, Array]:
+    """Factor of the colour, and white gloss of each sample, by gradient shading."""
     places, spacing = rays.places, np.array(volume.spacing)
     steps = np.stack(
         [interpolated(field, places + e) - interpolated(field, places - e) for e in np.eye(3)], -1
@@ -165,46 +134,7 @@ def _reflected(
     some = np.where(total > 0, total, 1)
     flat = DIFFUSE * (near * np.abs(travel)).sum(axis=-1) / some
     shine = SPECULAR * (near * shines).sum(axis=-1) / some
-    return diffuse + most * (flat - diffuse), gloss + most * (shine - gloss), slope
-
-
-def _arriving(
-    volume: Volume,
-    field: Array,
-    rays: Rays,
-    travel: Array,
-    per_sample: Numbers,
-    sample_distance: float,
-) -> Numbers:
-    """Share of the light that arrives at each sample along a ray towards it."""
-    counts, extent = np.array(volume.dimensions), np.array(volume.extent)
-    step = sample_distance * volume.voxel_size
-    towards = -travel / extent
-    towards *= counts / np.linalg.norm(towards)
-    view_step = rays.towards * step / np.array(volume.spacing)
-    h = np.linalg.norm(view_step / counts, axis=-1)[..., None, None]
-    one = h * towards
-    first = rays.places + one
-    face = np.where(towards > 0, counts - 0.5, -0.5)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ahead = np.where(one != 0, (face - first) / one, np.inf).min(axis=-1)
-    diagonal = math.sqrt(3)
-    reach = diagonal - (diagonal - step / extent.max()) * 0.5**0.33
-    number = np.where(ahead >= 1, np.ceil(np.minimum(ahead, reach / h[..., 0])), 0)
-    number = np.where(rays.shares > 0, number, 0)
-    through = np.ones(number.shape, dtype=per_sample.dtype)
-    hidden = volume.hidden
-    for j in range(int(number.max(initial=0))):
-        on = number > j
-        places = (first + j * one)[on]
-        bins = np.clip(255 * interpolated(field, places), 0, 255)
-        alpha = at_bins(bins, per_sample)
-        if hidden is not None:
-            last = counts - 1
-            x, y, z = np.clip(np.floor(np.clip(places, 0, last) + 0.5), 0, last).astype(int).T
-            alpha = np.where(hidden[z, y, x], 0, alpha)
-        through[on] *= 1 - alpha
-    return through
+    return diffuse + most * (flat - diffuse), gloss + most * (shine - gloss)
 
 
 def _soft_grid(

@@ -27,9 +27,6 @@ from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume
 
-LEAST_CLEAR = 1e-30
-"""Least transparency of a voxel's length, where the extinction itself is composited."""
-
 Array = NDArray[np.float64]
 Numbers = NDArray[Any]
 """Of float64, or of complex128 where a derivative is wanted."""
@@ -183,55 +180,6 @@ def composite(bins: Array, shares: Array, per_sample: Numbers, color: Array) -> 
     """
     weight = weights_of(alphas_of(bins, shares, per_sample))
     channels = [(weight * at_bins(bins, c)).sum(axis=-1) for c in color.T]
-    return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
-
-
-def composite_segments(
-    rays: Rays, entry: Array, opacity: Array, color: Array, step: float
-) -> Array:
-    """Composite whole segments between samples, with the extinction's mean over their values.
-
-    Parameters
-    ----------
-    entry : ndarray, shape (rows, columns)
-        Bin where each ray enters.
-    opacity : ndarray, shape (256,)
-        Of a voxel's length.
-    color : ndarray, shape (256, 3)
-    step : float
-        Sample distance in voxels.
-
-    Returns
-    -------
-    ndarray, shape (rows, columns, 4)
-        RGBA, premultiplied; colours are weighted by extinction within a segment.
-    """
-    pieces = 64 * (TF_SAMPLES - 1)
-    ends, bins = np.linspace(0, TF_SAMPLES - 1, pieces + 1), np.arange(TF_SAMPLES)
-    clear = np.maximum(1 - np.interp(ends, bins, opacity), LEAST_CLEAR)
-    first, last = clear[:-1], clear[1:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = 1 - (last * np.log(last) - first * np.log(first)) / (last - first)
-    alike = abs(last - first) <= 1e-5 * np.maximum(first, last)
-    # Of a faint opacity the logarithm's argument has no digits left.
-    middle = (ends[:-1] + ends[1:]) / 2
-    known = -np.log1p(-np.minimum(np.interp(middle, bins, opacity), 1 - 1e-16))
-    mean = np.where(alike, np.where(first > 1e-15, known, -np.log(first)), mean)
-    sums = [mean * np.interp(middle, bins, c) for c in (np.ones(TF_SAMPLES), *color.T)]
-    integrals = [np.concatenate([[0], np.cumsum(s)]) / 64 for s in sums]
-    before = np.concatenate([entry[..., None], rays.bins[..., :-1]], axis=-1)
-    low, high = np.minimum(before, rays.bins), np.maximum(before, rays.bins)
-    # Of a single value the mean is over a sixteenth of a bin around it.
-    narrow = high - low < 1 / 16
-    low = np.where(narrow, np.clip((low + high) / 2 - 1 / 32, 0, 255 - 1 / 16), low)
-    high = np.where(narrow, low + 1 / 16, high)
-    kept = np.isfinite(low) & (rays.shares > 0)
-    low, high = np.where(kept, low, 0), np.where(kept, high, 1)
-    depth, *lit = (np.interp(high, ends, i) - np.interp(low, ends, i) for i in integrals)
-    alpha = np.where(kept, -np.expm1(-step * rays.shares * depth / (high - low)), 0)
-    weight = weights_of(alpha)
-    some = np.where(depth > 0, depth, 1)
-    channels = [(weight * part / some).sum(axis=-1) for part in lit]
     return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
 
 

@@ -163,13 +163,6 @@ def render(
             help="Draw voxels of which the file says that nothing was measured there.",
         ),
     ] = False,
-    preintegrated: Annotated[
-        bool,
-        typer.Option(
-            "--preintegrated",
-            help="The unlit ray caster misses no narrow peaks of the TF: more exact, and slower.",
-        ),
-    ] = False,
     sample_distance: Annotated[
         float | None,
         typer.Option(
@@ -209,7 +202,6 @@ def render(
         rate=rate,
         brightness=brightness,
         draws_missing=missing,
-        preintegrated=preintegrated,
         sample_distance=sample_distance,
         device=device,
         backend=backend,

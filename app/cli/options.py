@@ -127,7 +127,7 @@ LightingName = Annotated[
     typer.Option(
         "--lighting",
         help="Emission-absorption alone, gradient shading, shadows and ambient light from a "
-        "grid (ray caster), a shadow of each sample, or light scattered many times (path tracer).",
+        "grid (ray caster), or light scattered many times (path tracer).",
     ),
 ]
 LightAngles = Annotated[

@@ -151,15 +151,13 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
     name = cast(RendererName, order.renderer)
     if lighting != "path":
         _refuse_of_paths(order)
-    if lighting == "path" and not order.preintegrated:
+    if lighting == "path":
         return _path_drawer(order, volume, tf, light, scene)
     renderer: Renderer
-    if name == "vtk" and not order.preintegrated:
+    if name == "vtk":
         renderer = FallbackRenderer(volume, lighting, light, step)
     else:
-        renderer = open_renderer(
-            name, volume, lighting, light, step, preintegrated=order.preintegrated
-        )
+        renderer = open_renderer(name, volume, lighting, light, step)
     inputs = order.inputs(tf)
     size = scene.image_size if scene else DEFAULT_SIZE
     raster = order.size or Raster(size, size)
@@ -174,8 +172,7 @@ def _volume_drawer(order: RenderOrder) -> Drawer:
         return image
 
     def drawn_by() -> str:
-        by = "the ray caster" if told or name == "raycast" else "VTK"
-        return f"{by}, pre-integrated" if order.preintegrated else by
+        return "the ray caster" if told or name == "raycast" else "VTK"
 
     light = order.light or light
     return Drawer(
@@ -202,13 +199,8 @@ def _other_distance(distance: float, lighting: Lighting) -> float:
     Raises
     ------
     RenderError
-        In shadows and in path-traced light.
+        In path-traced light.
     """
-    if lighting == "shadows":
-        raise RenderError(
-            "In shadows the length of a step is part of the light; leave --sample-distance out, or "
-            "choose another light."
-        )
     if lighting == "path":
         raise RenderError(
             "Path-traced light has no steps along a ray; leave --sample-distance out, or give "
@@ -343,8 +335,6 @@ def _refuse_for_a_model(order: RenderOrder) -> None:
             "Samples, error and denoising are the path tracer's; leave them out, or choose its "
             "light."
         )
-    if order.preintegrated:
-        raise RenderError("Pre-integration is the ray caster's; give --renderer raycast.")
     if order.sample_distance is not None:
         raise RenderError(
             "A model's images have no samples along rays; leave --sample-distance out, or give "

@@ -50,7 +50,6 @@ class RenderOrder(Look):
     size: Raster | None
     brightness: float | None
     draws_missing: bool
-    preintegrated: bool
     sample_distance: float | None
     device: str
     backend: str
@@ -87,7 +86,7 @@ class Drawer:
         Returns the image of a view: float32 (H, W, 4).
     volume : Volume or None
         None where a generator draws of which only the scene is known.
-    lighting : {"none", "direct", "soft", "shadows", "path"}
+    lighting : {"none", "direct", "soft", "path"}
     light : LightDirection or None
         None where it is unlit.
     drawn_by : callable

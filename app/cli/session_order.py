@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from app.cli.console import warn
 from app.cli.render_order import RenderOrder
 from app.state.kept_inputs import KEPT_INPUTS, input_of
+from app.state.known_volume import FORMER_LIGHT, FORMER_TOLD
 from app.state.session import Session
 from model.errors import RenderError
 from model.volume_files.choice import Choice
@@ -37,6 +39,9 @@ def of_session(order: RenderOrder, path: Path, has_view: bool) -> RenderOrder:
     lighting = order.lighting
     if lighting is None and look.get("lighting", "auto") != "auto":
         lighting = look["lighting"]
+        if lighting == FORMER_LIGHT:
+            lighting = "soft"
+            warn(FORMER_TOLD)
     is_lit = lighting not in (None, "none")
     seen = {name: input_of(name, look.get(name, ())) for name in KEPT_INPUTS}
     is_model = order.renderer == "generator"

@@ -70,7 +70,7 @@ class ReferenceSettings:
 
     Attributes
     ----------
-    lighting : {"none", "direct", "soft", "shadows", "path"}
+    lighting : {"none", "direct", "soft", "path"}
     light : LightDirection or None
     sample_distance : float
         Sample distance of VTK's final images and of derivatives, in voxels; see

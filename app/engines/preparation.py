@@ -43,7 +43,7 @@ def prepare(voxels: str, lighting: str) -> None:
     ----------
     voxels : str
         Type of the voxels.
-    lighting : {"none", "direct", "soft", "shadows", "path"}
+    lighting : {"none", "direct", "soft", "path"}
     """
     volume = _ball(voxels)
     settings = ReferenceSettings(cast("Lighting", lighting), renderer="raycast")

@@ -104,7 +104,7 @@ class ExactnessSlider(QWidget):
         name, stop = NAMES[number].capitalize(), STOPS[NAMES[number]]
         rest = f"path-traced light is refined until its error is {error_text(stop.error)}"
         if stop.distance is not None:
-            rest += ", and in other light but shadows samples lie twice as close"
+            rest += ", and in other light samples lie twice as close"
         self.slider.setAccessibleName(f"From fast to exact: {name}")
         tip = (
             f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "

@@ -17,18 +17,16 @@ from app.image_view.light_ball import LightBall
 from app.state.brightness import Brightness
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
-from app.state.slow_lights import SLOW_SHADOWS_S
 from app.state.viewer_state import ViewerState
 from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange
 from model.scene.scene import RENDERER_NAMES
 
 LIGHTINGS = {
-    "auto": "Automatic: shadows or direct, or as the model beside",
+    "auto": "Automatic: soft where that is fast, or as the model beside",
     "none": "None",
     "direct": "Direct: shaded surfaces",
     "soft": "Soft: shadows and ambient light",
-    "shadows": "Shadows: cast by every sample",
     "path": "Path traced: light scattered many times",
 }
 
@@ -36,7 +34,6 @@ LIGHT_NAMES = {
     "none": "None",
     "direct": "Direct",
     "soft": "Soft",
-    "shadows": "Shadows",
     "path": "Path traced",
 }
 """Light that there is, on the button."""
@@ -90,13 +87,6 @@ class ReferenceControls(QObject):
         """Add the kinds of light, and the brightness."""
         self._add_choices(menu, "lighting", LIGHTINGS)
         menu.addSeparator()
-        self._add_switch(
-            menu,
-            "shadows_first",
-            "Open volumes in shadows where that is fast",
-            f"Automatic light is shadows where an image takes less than {SLOW_SHADOWS_S:g} s "
-            "here, else direct light.",
-        )
         self._add_switch(
             menu,
             "denoises",

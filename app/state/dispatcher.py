@@ -37,7 +37,7 @@ LONGEST_SECONDS = 120.0
 there are as many as half of it allows."""
 
 FIRST_SCALE = 0.25
-"""Scale of the first image in soft light and shadows, before it is known how long pixels take."""
+"""Scale of the first image where it takes long, before it is known how long pixels take."""
 
 SOON_SECONDS = 0.3
 """Time of VTK's image at rest from which the ray caster's is shown until then."""

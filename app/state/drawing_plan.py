@@ -30,8 +30,7 @@ class DrawingPlan:
         Whether the ray caster may draw in VTK's place.
     begins_coarse : bool
         Whether the first image at rest follows one of few pixels, as it takes long. Coarse
-        images keep the sample distance then: shadows depend on it, and surfaces that
-        are lit at 2 voxels lie in the dark at half a voxel.
+        images keep the sample distance then.
     most_samples : int
         Of each pixel in path-traced light, which images at rest come to in several steps; 1 for
         other light.

@@ -23,10 +23,6 @@ REST_SIZE = 256
 REST_SECONDS = 1.5
 """Time that a region at rest may take, where fewer pixels would do."""
 
-SLOW_REGION_SIZE = 96
-"""Size for the first region in shadows."""
-
-
 SLOW_SECONDS = 0.5
 """Expected time from which the other engine answers, if there is one."""
 
@@ -44,8 +40,6 @@ class EngineChooser:
     ----------
     exact_source : {"exact", "stand-in"} or None
         How the ray caster answers under the present light; None without a volume.
-    begins_small : bool
-        Whether a region takes long under the present light, as far as is known before the first.
     learned_size : int or None
         Image size of the generator; None without one that fits the volume.
     picture : Raster
@@ -58,7 +52,6 @@ class EngineChooser:
     def __init__(self, asked: SensitivityState) -> None:
         self._asked = asked
         self.exact_source: Source | None = None
-        self.begins_small = False
         self.learned_size: int | None = None
         self.picture = Raster(REST_SIZE, REST_SIZE)
         self.patience = 1.0
@@ -102,11 +95,9 @@ class EngineChooser:
         if question in ("field", "seen"):
             return self._sized(self.picture.shorter)
         largest = min(REST_SIZE, self.picture.shorter)
-        if question in REGION_QUESTIONS:
-            if self.pace.expected((name, question), largest) is not None:
-                largest = self.pace.live_size((name, question), largest, REST_SECONDS)
-            elif self.begins_small:
-                largest = min(SLOW_REGION_SIZE, largest)
+        is_known = self.pace.expected((name, question), largest) is not None
+        if question in REGION_QUESTIONS and is_known:
+            largest = self.pace.live_size((name, question), largest, REST_SECONDS)
         return self._sized(largest)
 
     def in_common(self, quality: Quality, names: Sequence[EngineName]) -> Quality:

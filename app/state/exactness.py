@@ -44,9 +44,9 @@ class Exactness:
     def distance_in(self, lighting: Lighting) -> float | None:
         """Return the distance between samples under a light; None for the usual one.
 
-        In shadows the length of a step is part of the light, and paths have no steps.
+        Paths have no steps.
         """
-        return None if lighting in ("shadows", "path") else self.distance
+        return None if lighting == "path" else self.distance
 
 
 STOPS: dict[Stop, Exactness] = {

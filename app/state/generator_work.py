@@ -26,7 +26,6 @@ LIGHTS: dict[Lighting, str] = {
     "none": "no light",
     "direct": "direct light",
     "soft": "soft light",
-    "shadows": "shadows",
     "path": "path-traced light",
 }
 
@@ -216,7 +215,7 @@ class GeneratorWork(QObject):
 
         Parameters
         ----------
-        drawn : {"none", "direct", "soft", "shadows", "path"}
+        drawn : {"none", "direct", "soft", "path"}
             Lighting of the reference.
         """
         scene = self.scene_for(opened)

@@ -30,6 +30,11 @@ MOST_MARKS, MOST_POINTS = 1000, 100_000
 LightingChoice = Literal["auto"] | Lighting
 """A lighting of the reference image, or the one that suits model and machine."""
 
+FORMER_LIGHT: str = "shadows"
+"""Light that volumes and sessions of the first version may be remembered in."""
+
+FORMER_TOLD = "It was seen in a light that is not there, “Shadows”; soft light is shown."
+
 Scale = Literal["linear", "logarithmic"]
 
 
@@ -47,7 +52,7 @@ class KnownRegion:
     points: tuple[tuple[float, float], ...]
 
 
-_lighting = one_of("none", "direct", "soft", "shadows", "path")
+_lighting = one_of("none", "direct", "soft", "path")
 recent_texts = list_of(text, MOST_RECENT)
 """Check of a list of paths, the newest first."""
 
@@ -89,7 +94,7 @@ class KnownVolume:
         Layout to read a headerless file with, see :meth:`RawLayout.parse`; empty for none.
     view : tuple of float
         Values of the last :class:`~model.scene.view.View`; empty if unknown.
-    lighting : {"auto", "none", "direct", "soft", "shadows", "path"}
+    lighting : {"auto", "none", "direct", "soft", "path"}
         Of the reference image.
     light : tuple of float
         Azimuth and elevation of the light that the user has moved, in degrees; else empty.
@@ -121,7 +126,9 @@ class KnownVolume:
     raw_layout: str = kept(text, "", in_session=True)
     models: tuple[str, ...] = kept(recent_texts, (), merging="newest_first")
     view: tuple[float, ...] = kept(input_check("view"), (), in_session=True)
-    lighting: LightingChoice = kept(either(one_of("auto"), _lighting), "auto", in_session=True)
+    lighting: LightingChoice = kept(
+        either(one_of("auto", FORMER_LIGHT), _lighting), "auto", in_session=True
+    )
     light: tuple[float, ...] = kept(input_check("light"), (), in_session=True)
     brightness: float | None = kept(either(one_of(None), number(0.25, 4.0)), None, in_session=True)
     crop: tuple[float, ...] = kept(input_check("crop"), (), in_session=True)

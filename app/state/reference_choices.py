@@ -27,14 +27,12 @@ class ReferenceChoices:
 
     Attributes
     ----------
-    lighting : {"auto", "none", "direct", "soft", "shadows", "path"}
+    lighting : {"auto", "none", "direct", "soft", "path"}
     drawing : {"auto", "vtk", "raycast"}
     stop : {"fast", "balanced", "exact"}
         Of the slider from fast to exact. Samples lie as far apart as in the model's training
         images, or :data:`USUAL_DISTANCE`, where that has no other distance.
     size : {"pane", "generator"} or int
-    shadows_first : bool
-        Whether volumes open in shadows where these do not take long; else in direct light.
     denoises : bool
         Whether path-traced pictures are denoised.
     """
@@ -43,7 +41,6 @@ class ReferenceChoices:
     drawing: Drawing = "auto"
     stop: Stop = USUAL
     size: SizeChoice = "pane"
-    shadows_first: bool = True
     denoises: bool = True
 
     def settings(
@@ -88,7 +85,7 @@ class ReferenceChoices:
             return self.lighting
         if scene is not None:
             return scene.lighting
-        # VTK alone, on a processor, takes ten times as long in shadows as the ray caster.
-        if self.shadows_first and self.drawing != "vtk" and "shadows" not in slow_lights:
-            return "shadows"
+        # VTK has no soft light.
+        if self.drawing != "vtk" and "soft" not in slow_lights:
+            return "soft"
         return "none" if "direct" in slow_lights else "direct"

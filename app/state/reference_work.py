@@ -14,7 +14,7 @@ from app.engines.messages import Result
 from app.state.dispatcher import Dispatcher
 from app.state.drawing_plan import NO_MODEL_SIZE
 from app.state.exactness import STOPS, Stop
-from app.state.known_volume import LightingChoice
+from app.state.known_volume import FORMER_LIGHT, LightingChoice
 from app.state.light_keeper import LightKeeper
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
@@ -77,6 +77,8 @@ class ReferenceWork(QObject):
     """Emitted when the analyst has been started anew: its answers no longer hold."""
     resized = Signal(object)
     """Emitted with the :class:`Raster` of the image."""
+    lightReplaced = Signal()
+    """Emitted when a volume was seen last in a light that there is not, and soft light is shown."""
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
     volumeStarted = Signal()
@@ -178,7 +180,6 @@ class ReferenceWork(QObject):
                 drawing=choices.drawing,
                 stop=choices.stop,
                 reference_size=None if choices.size == "pane" else choices.size,
-                shadows_first=choices.shadows_first,
                 denoises=choices.denoises,
             )
         self.choicesChanged.emit(choices)
@@ -199,6 +200,9 @@ class ReferenceWork(QObject):
         """
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
+        is_replaced = self._preferences.volume(volume.fingerprint).lighting == FORMER_LIGHT
+        if is_replaced:
+            self._preferences.note_volume(volume.fingerprint, lighting="soft")
         if is_new:
             self._slow_lights = SlowLights()
             self.light.start(volume.fingerprint)
@@ -208,6 +212,8 @@ class ReferenceWork(QObject):
         self._take_settings()
         self._dispatcher.forget_times()
         self.volumeStarted.emit()
+        if is_replaced:
+            self.lightReplaced.emit()
         # Over another range, the last image stays until the first new one.
         preparing = PREPARING if self._builders.is_compiled() else PREPARING_FIRST
         self._start_reference(preparing if is_new else "")
@@ -277,7 +283,7 @@ class ReferenceWork(QObject):
             exactness=exactness,
             most_samples=exactness.samples if is_path else 1,
             draws_live=is_path and is_clean,
-            begins_coarse=self.settings.lighting in ("soft", "shadows", "path"),
+            begins_coarse=self.settings.lighting in ("soft", "path"),
         )
         self.resized.emit(dispatcher.final_raster)
 
@@ -338,6 +344,5 @@ def _remembered(preferences: Preferences) -> ReferenceChoices:
         values.drawing,
         values.stop,
         size,
-        values.shadows_first,
         values.denoises,
     )

@@ -60,8 +60,6 @@ class Remembered:
         Of the slider from fast to exact.
     reference_size : None, int or "generator"
         Pixels of the reference image, 16 to 8192; None for as many as its pane has.
-    shadows_first : bool
-        Whether volumes open in shadows where these do not take long.
     denoises : bool
         Whether path-traced pictures are denoised.
     trackball : bool
@@ -93,7 +91,6 @@ class Remembered:
     reference_size: ReferenceSize = kept(
         either(one_of(None, "generator"), whole_number(16, 8192)), None, in_session=True
     )
-    shadows_first: bool = kept(flag, True)
     denoises: bool = kept(flag, True, in_session=True)
     trackball: bool = kept(flag, False)
     colors_follow_modes: bool = kept(flag, True)

@@ -131,7 +131,7 @@ class SensitivityDispatcher(QObject):
         """Whether there is a generator for this volume."""
         return self.chooser.learned_size is not None
 
-    def start_volume(self, window: Range, source: Source, begins_small: bool = False) -> None:
+    def start_volume(self, window: Range, source: Source) -> None:
         """Forget all answers, for another volume or light.
 
         Parameters
@@ -140,10 +140,7 @@ class SensitivityDispatcher(QObject):
             The scalar values of interest.
         source : {"exact", "stand-in"}
             How the ray caster answers under this light.
-        begins_small : bool
-            Whether that takes long; see :class:`.engine_chooser.EngineChooser`.
         """
-        self.chooser.begins_small = begins_small
         self.window, self.chooser.exact_source = window, source
         self.chooser.pace = Pace()
         self._forget()

@@ -8,6 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from app.state.kept_inputs import KEPT_INPUTS, input_of, numbers_of
+from app.state.known_volume import FORMER_LIGHT
 from app.state.latent_state import LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
@@ -180,10 +181,11 @@ class SessionWork(QObject):
         self._preferences.set(**session.window)
         size = self._preferences.value("reference_size")
         reference = self._workspace.reference
+        lighting = session.look.get("lighting", "auto")
         # It is noted of the volume already, and no edit that could be undone.
         reference.choose(
             keep=False,
-            lighting=session.look.get("lighting", "auto"),
+            lighting="soft" if lighting == FORMER_LIGHT else lighting,
             drawing=self._preferences.value("drawing"),
             stop=self._preferences.value("stop"),
             denoises=self._preferences.value("denoises"),

@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from app.engines.messages import Result
 from app.engines.requests import ImageRequest
-from app.state.dispatcher import FIRST_SIZE
+from app.state.dispatcher import FIRST_SCALE, FIRST_SIZE
 from model.rendering.raster import Raster
 from model.scene.scene import Lighting
 
-SLOW_SHADOWS_S = 1.5
-"""Time of an image at rest from which nobody is given shadows who has not asked for them."""
-
-FEWER = 1.5
-"""Factor of the pixels of an image from which one with fewer is coarse."""
-
-CERTAINLY = 2.0
-"""Factor by which a coarse image must foretell more than that time to be believed: what is
-prepared for each image weighs more in it."""
+SLOW_SOFT_S = 0.1
+"""Time of an image while something moves, from which nobody is given soft light who has not asked
+for it: 10 images a second."""
 
 SLOW_LIGHT_S = 3.0
 """Time of the ray caster's image in direct light from which nobody is given light who has not asked
@@ -38,13 +32,14 @@ class SlowLights:
     def __init__(self) -> None:
         self.found: frozenset[Lighting] = frozenset()
         self._judged: frozenset[Lighting] = frozenset()
+        self._is_loaded = False
 
     def judge(self, lighting: Lighting, result: Result, whole: Raster) -> float:
         """Note how long an image took in a light.
 
         Parameters
         ----------
-        lighting : {"none", "direct", "soft", "shadows", "path"}
+        lighting : {"none", "direct", "soft", "path"}
         result : Result
             Of an image, or of another request, which tells nothing.
         whole : Raster
@@ -60,24 +55,24 @@ class SlowLights:
             return 0.0
         if not isinstance(request, ImageRequest) or request.is_measured:
             return 0.0
-        if lighting == "shadows":
-            return self._judge_shadows(result, whole)
+        if lighting == "soft":
+            return self._judge_soft(result, whole)
         if lighting == "none" or not request.stands_in or request.quality.live:
             return 0.0
         self._judged |= {lighting}
         share = min(1.0, FIRST_SIZE**2 / _count(request.quality.pixels))
         return self._found(lighting, result.seconds * share, SLOW_LIGHT_S)
 
-    def _judge_shadows(self, result: Result, whole: Raster) -> float:
-        request = result.request
-        if request.quality.coarseness > 1:
+    def _judge_soft(self, result: Result, whole: Raster) -> float:
+        """Judge by as many pixels as an image has while something moves."""
+        moving = FIRST_SCALE**2 * _count(whole)
+        seconds = result.seconds * min(1.0, moving / _count(result.request.quality.pixels))
+        if seconds > SLOW_SOFT_S and not self._is_loaded:
+            # With the first image, what draws it was loaded or compiled.
+            self._is_loaded = True
             return 0.0
-        factor = _count(whole) / _count(request.quality.pixels)
-        is_coarse = factor > FEWER
-        if not is_coarse:
-            self._judged |= {"shadows"}
-        limit = SLOW_SHADOWS_S * (CERTAINLY if is_coarse else 1.0)
-        return self._found("shadows", result.seconds * factor, limit)
+        self._judged |= {"soft"}
+        return self._found("soft", seconds, SLOW_SOFT_S)
 
     def _found(self, lighting: Lighting, seconds: float, limit: float) -> float:
         if seconds <= limit:

@@ -26,7 +26,7 @@ class WindowStart:
         A model's folder.
     tf : Path or None
         A TF file.
-    lighting : {"none", "direct", "soft", "shadows", "path"} or None
+    lighting : {"none", "direct", "soft", "path"} or None
     light : LightDirection or None
         Direction of the light where it is movable.
     renderer : {"auto", "vtk", "raycast"} or None
@@ -40,7 +40,7 @@ class WindowStart:
         What to read of a volume's file that holds several.
     session : Path or None
         A session's file; its volume is `volume`.
-    proposed : {"none", "direct", "soft", "shadows", "path"} or None
+    proposed : {"none", "direct", "soft", "path"} or None
         Light of a volume that was seen in none before.
     size : tuple of int, or None
         Width and height of the window in pixels.

@@ -360,7 +360,7 @@ class Workspace(QObject):
         if self._opened is not None:
             lighting = self.reference.settings.lighting
             source: Source = "exact" if lighting in EXACT_LIGHTINGS else "stand-in"
-            self.sensitivity.start_volume(self._opened.window, source, lighting == "shadows")
+            self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()
 

@@ -1,4 +1,4 @@
-"""Says over the images that they are drawn without light, and offers it."""
+"""Says over the images that they are drawn without light, or in another one than last time."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from functools import partial
 from PySide6.QtCore import QObject
 
 from app.controls import Action
+from app.state.known_volume import FORMER_TOLD
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.window.notices import Notices
@@ -22,6 +23,7 @@ class LightNotice(QObject):
         self._work = work
         self._notices = notices
         work.lightWentOut.connect(self._tell)
+        work.lightReplaced.connect(partial(notices.tell, FORMER_TOLD))
         work.choicesChanged.connect(self._follow)
         work.volumeStarted.connect(partial(notices.clear, KEY))
 

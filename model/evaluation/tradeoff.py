@@ -99,13 +99,9 @@ def settings_of(lighting: Lighting, vtk: bool = True, denoises: bool = False) ->
             for count in SAMPLES
             for each in (1.0, 1 / 4)
         ]
-    # In shadows the step is part of the light: fewer pixels are all that is saved.
-    distances = (0.5,) if lighting == "shadows" else DISTANCES
-    found = [Setting("raycast", d, each) for d in distances for each in PIXELS]
-    if lighting == "none":
-        found += [Setting("raycast", d, preintegrated=True) for d in DISTANCES if d >= 0.5]
+    found = [Setting("raycast", d, each) for d in DISTANCES for each in PIXELS]
     if vtk and lighting != "soft":
-        found += [Setting("vtk", d) for d in distances if d >= 0.5]
+        found += [Setting("vtk", d) for d in DISTANCES if d >= 0.5]
     return [setting for setting in found if setting != Setting.exact(lighting)]
 
 

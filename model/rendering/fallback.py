@@ -55,8 +55,8 @@ class FallbackRenderer:
         self._software = ""
         if lighting in ("soft", "path"):
             self.remark = {
-                "soft": "Soft light is the ray caster's; VTK has shadows instead.",
-                "path": "The path tracer draws; VTK has shadows instead.",
+                "soft": "Soft light is the ray caster's.",
+                "path": "The path tracer draws.",
             }[lighting]
             self._renderer = open_renderer("raycast", *self._place)
             return

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -50,8 +49,6 @@ def open_renderer(
     light: LightDirection | None = None,
     sample_distance: float = 0.5,
     threads: int | None = None,
-    device: Literal["cpu", "cuda"] = "cpu",
-    preintegrated: bool = False,
 ) -> Renderer:
     """Create a renderer by name, importing only the libraries that it needs.
 
@@ -63,39 +60,20 @@ def open_renderer(
     threads : int, optional
         Number of the ray caster's CPU threads, one per processor by default;
         ignored by VTK.
-    device : {"cpu", "cuda"}
-        Device of the ray caster; ignored by VTK.
-    preintegrated : bool
-        See :class:`model.rendering.raycast.renderer.RaycastRenderer`.
 
     Raises
     ------
     RenderError
-        When the renderer cannot run on this machine, or is not pre-integrated.
+        When the renderer cannot run on this machine.
     """
     if name == "vtk":
-        if preintegrated:
-            raise RenderError("Pre-integration is the ray caster's; choose that, or leave it out.")
         from model.rendering.vtk_renderer import VtkRenderer
 
         return VtkRenderer(volume, lighting, light, sample_distance)
     if lighting == "path":
-        if preintegrated or device != "cpu":
-            raise RenderError(
-                "Path-traced light is there on the CPU and without pre-integration only; "
-                "choose those, or another light."
-            )
         from model.rendering.path_tracing.renderer import PathTracer
 
         return PathTracer(volume, light, sample_distance, threads=threads)
     from model.rendering.raycast.renderer import RaycastRenderer
 
-    return RaycastRenderer(
-        volume,
-        lighting,
-        light,
-        sample_distance,
-        threads=threads,
-        preintegrated=preintegrated,
-        device=device,
-    )
+    return RaycastRenderer(volume, lighting, light, sample_distance, threads=threads)

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from model.rendering.path_tracing.cleaning import Cleaning
     from model.rendering.path_tracing.renderer import PathTracer
 
-FINEST_DISTANCE, FINEST_LIT = 1 / 16, 1 / 64
-"""Sample distance of the exact picture, in voxels; lit, where the volume is read at every fourth
-sample. Unlit, samples are pre-integrated."""
+FINEST_DISTANCE = 1 / 64
+"""Sample distance of the exact picture, in voxels; the volume is read at every fourth sample."""
 
 SMOOTH = 5
 """Samples of the ray caster's final pictures for each one of what they are compared with."""
@@ -55,8 +54,6 @@ class Setting:
         Drawn for each pixel shown, above 0 and at most 1; the rest is interpolated.
     samples : int
         Of each pixel in path-traced light.
-    preintegrated : bool
-        Whether the ray caster integrates the TF over each step; only unlit.
     denoised : bool
         Whether a path-traced picture is cleaned while that brings it nearer.
     other : str
@@ -68,26 +65,15 @@ class Setting:
     sample_distance: float = 0.5
     pixels: float = 1.0
     samples: int = 1
-    preintegrated: bool = False
     denoised: bool = False
     other: str = ""
 
     @classmethod
     def exact(cls, lighting: Lighting = "none") -> Setting:
-        """Return the setting that errors under a lighting are measured against.
-
-        In shadows it is the ray caster's at half a voxel: the length of a step is part of that
-        light's formula, so that finer samples draw another light.
-        """
-        if lighting == "shadows":
-            return cls()
+        """Return the setting that errors under a lighting are measured against."""
         if lighting == "path":
             return cls(samples=EXACT_SAMPLES)
-        # Sums of samples approach the integral with their distance, pre-integrated ones with its
-        # square.
-        if lighting == "none":
-            return cls(sample_distance=FINEST_DISTANCE, preintegrated=True)
-        return cls(sample_distance=FINEST_LIT)
+        return cls(sample_distance=FINEST_DISTANCE)
 
     def raster(self, shown: Raster) -> Raster:
         """Return the pixels that are drawn where others are shown, or a part of them."""
@@ -107,8 +93,6 @@ class Setting:
         else:
             name = "VTK" if self.renderer == "vtk" else "ray caster"
             words = [f"{name}, {self.sample_distance:g} voxels"]
-        if self.preintegrated:
-            words.append("pre-integrated")
         if self.denoised:
             words.append("denoised")
         if self.pixels != 1:
@@ -126,10 +110,10 @@ def smooth_distance(distance: float, lighting: Lighting) -> float:
     ----------
     distance : float
         Of VTK's pictures of the scene, of models' training images and of derivatives.
-    lighting : {"none", "direct", "soft", "shadows", "path"}
-        In shadows the step is part of the light's formula, and paths have no steps: it is kept.
+    lighting : {"none", "direct", "soft", "path"}
+        Paths have no steps: it is kept.
     """
-    return distance if lighting in ("shadows", "path") else distance / SMOOTH
+    return distance if lighting == "path" else distance / SMOOTH
 
 
 class SettingRenderer:
@@ -209,7 +193,7 @@ class SettingRenderer:
     def _renderer(self, setting: Setting) -> Renderer:
         is_path = self._lighting == "path"
         samples = setting.samples if is_path else 0
-        key = setting.renderer, setting.preintegrated, setting.denoised, samples
+        key = setting.renderer, setting.denoised, samples
         known = self._renderers.get(key)
         if known is None:
             if is_path:
@@ -225,7 +209,6 @@ class SettingRenderer:
                     self._lighting,
                     self._light,
                     threads=self._threads,
-                    preintegrated=setting.preintegrated,
                 )
             self._renderers[key] = known
         return known

@@ -31,7 +31,7 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import CannotDrawError, RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import per_sample
-from model.rendering.opengl import offscreen_window, software_name
+from model.rendering.opengl import offscreen_window
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
 from model.rendering.vtk_errors import drawing_errors
@@ -63,13 +63,6 @@ occurrence.
 NOISE = 3.0
 """Gradient, in standard deviations of the noise, at which its direction counts for a half."""
 
-SCATTERING_BLEND, SHADOW_REACH = 1.0, 0.5
-"""Shadows: what is faint scatters light, what has an edge reflects it; rays of half the volume."""
-
-MOST_ITERATIONS = 60_000
-"""Iterations of a shader's loops in one drawing: Mesa's programs end a shader after 65,536 of them,
-and its pixel stays black and transparent."""
-
 NATIVE_TYPES = (np.uint16, np.int16)
 """Scalar types that are rendered without conversion."""
 
@@ -85,9 +78,8 @@ class VtkRenderer:
     volume : Volume
         TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
         beyond it looks as its ends do.
-    lighting : {"none", "direct", "soft", "shadows", "path"}
-        Emission-absorption only, with gradient shading, or with a shadow of each sample; "soft" and
-        "path" are refused.
+    lighting : {"none", "direct", "soft", "path"}
+        Emission-absorption only, or with gradient shading; "soft" and "path" are refused.
     light : LightDirection, optional
         Default direction of the distant light relative to the view, for inputs
         without a light; ignored when unlit.
@@ -111,7 +103,9 @@ class VtkRenderer:
     ) -> None:
         if lighting in ("soft", "path"):
             name = "soft" if lighting == "soft" else "path-traced"
-            raise CannotDrawError(f"VTK has no {name} light; choose shadows, or the ray caster.")
+            raise CannotDrawError(
+                f"VTK has no {name} light; choose direct light or the ray caster."
+            )
         self.sample_distance = sample_distance
         self._volume = volume
         self._crop: CropBox | None = None
@@ -141,8 +135,7 @@ class VtkRenderer:
         if volume.hidden is not None:
             self._mapper.SetMaskInput(_image_data(volume, (~volume.hidden).astype(np.uint8)))
             self._mapper.SetMaskTypeToBinary()
-            for replacement in _hiding(volume):
-                actor.GetShaderProperty().AddFragmentShaderReplacement(*replacement)
+            actor.GetShaderProperty().AddFragmentShaderReplacement(*_hiding(volume))
         if texture_range != tf_range:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_table_mapping(texture_range, tf_range)
@@ -150,7 +143,6 @@ class VtkRenderer:
         self._light = light or LightDirection()
         self._lamp = _camera_light()
         self._light_up(actor, lighting, texture_range[1] - texture_range[0])
-        self._counts_iterations = lighting == "shadows" and bool(software_name())
         self._window = offscreen_window()
         self._window.AddRenderer(self._renderer)
 
@@ -164,10 +156,6 @@ class VtkRenderer:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_solid_lighting(self._volume, NOISE * noise)
             )
-        if lighting == "shadows":
-            self._mapper.SetVolumetricScatteringBlending(SCATTERING_BLEND)
-            self._mapper.SetGlobalIlluminationReach(SHADOW_REACH)
-            actor.GetShaderProperty().AddFragmentShaderReplacement(*_SOME_SAMPLES)
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
@@ -184,8 +172,8 @@ class VtkRenderer:
         Returns
         -------
         ndarray of float32, shape (rows, columns, 4)
-            RGBA in [0, 1] in steps of 1/255, or finer where shadows take several drawings; colour
-            premultiplied by opacity on black; row 0 at the top.
+            RGBA in [0, 1] in steps of 1/255; colour premultiplied by opacity on black; row 0 at
+            the top.
         """
         scalar_range = self._volume.scalar_range
         distance = sample_distance or self.sample_distance
@@ -196,40 +184,14 @@ class VtkRenderer:
             TF_SAMPLES,
             inputs.color_tf.sample(scalar_range).ravel().tolist(),
         )
-        step = distance
-        self._mapper.SetSampleDistance(step)
+        self._mapper.SetSampleDistance(distance)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
-        self._properties.SetScalarOpacityUnitDistance(step)
+        self._properties.SetScalarOpacityUnitDistance(distance)
         raster = Raster.of(size)
-        rows, columns = raster.rows, raster.columns
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.crop)
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
-        image = np.zeros((rows, columns, 4), dtype=np.float32)
-        for first, last in self._sample_ranges(step, inputs.crop or CropBox()):
-            self._uniforms.SetUniformf("in_firstSample", first)
-            self._uniforms.SetUniformf("in_lastSample", last)
-            image += (1 - image[..., 3:]) * self._drawn(rows, columns)
-        return image
-
-    def _sample_ranges(self, step: float, crop: CropBox) -> list[tuple[float, float]]:
-        """First sample of a ray, and the one after the last, of each drawing that an image takes.
-
-        Parameters
-        ----------
-        step : float
-            Between samples, in voxel sizes.
-        """
-        if not self._counts_iterations:
-            return [(0.0, 1e9)]
-        extent = _extent(self._volume)
-        shown = extent * (np.array(crop.high) - crop.low)
-        samples = math.ceil(np.linalg.norm(shown) / step) + 1
-        # A step is shortest in texture coordinates along the longest side.
-        reach = math.sqrt(3) * (1 - (1 - SHADOW_REACH) ** 0.33)
-        along_shadow = math.ceil(reach * extent.max() / step) + 2
-        at_once = max((MOST_ITERATIONS - samples) // along_shadow, 1)
-        return [(float(k), float(k + at_once)) for k in range(0, samples, at_once)]
+        return self._drawn(raster.rows, raster.columns)
 
     def _drawn(self, rows: int, columns: int) -> NDArray[np.float32]:
         """Draw what is set, as RGBA in steps of 1/255, row 0 at the top."""
@@ -411,27 +373,14 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
     )
 
 
-_SOME_SAMPLES = (
-    "if (g_srcColor.a > 0.0)",
-    False,
-    "if (g_srcColor.a > 0.0 && g_currentT >= in_firstSample && g_currentT < in_lastSample)",
-    True,
-)
-"""Shader replacement by which only samples of a range along each ray are shaded and composited."""
+def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
+    """Return a shader replacement by which samples whose nearest voxel is hidden are transparent.
 
-
-def _hiding(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
-    """Return shader replacements by which samples whose nearest voxel is hidden are transparent.
-
-    VTK itself would interpolate the mask, and would have hidden voxels cast shadows.
+    VTK itself would interpolate the mask.
     """
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
-    nearest = f"texture3D(in_mask, (floor({{}} * {count}) + 0.5) / {count}).r"
-    shadow = "shadow *= 1.0 - opacity;"
-    return (
-        ("texture3D(in_mask, g_dataPos)", False, f"vec4({nearest.format('g_dataPos')})", True),
-        (shadow, False, f"if ({nearest.format('sampled_point')} > 0.0) {shadow}", True),
-    )
+    nearest = f"texture3D(in_mask, (floor(g_dataPos * {count}) + 0.5) / {count}).r"
+    return "texture3D(in_mask, g_dataPos)", False, f"vec4({nearest})", True
 
 
 def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]:
@@ -484,10 +433,7 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
 
 
 def _extent(volume: Volume) -> NDArray[np.float64]:
-    """A volume's lengths along x, y and z in voxel sizes, in which VTK gets all lengths.
-
-    What it draws in shadows depends on the unit of length otherwise.
-    """
+    """A volume's lengths along x, y and z in voxel sizes, in which VTK gets all lengths."""
     return np.array(volume.extent) / volume.voxel_size
 
 

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -45,7 +44,6 @@ def make_renderer(
     volume: Volume,
     scene: Scene,
     threads: int | None = 1,
-    device: Literal["cpu", "cuda"] = "cpu",
 ) -> Renderer:
     """Create the renderer of a scene.
 
@@ -54,8 +52,6 @@ def make_renderer(
     threads : int, optional
         Number of the ray caster's threads; one by default, for parallel renderers;
         None for one per processor.
-    device : {"cpu", "cuda"}
-        Device of the ray caster.
 
     Raises
     ------
@@ -70,7 +66,6 @@ def make_renderer(
         scene.light,
         scene.sample_distance,
         threads,
-        device,
     )
 
 

@@ -22,12 +22,11 @@ from model.scene.volume import Triple, Volume
 FORMAT_VERSION = 5
 """Version of the scene's format in stores and models."""
 
-Lighting = Literal["none", "direct", "soft", "shadows", "path"]
+Lighting = Literal["none", "direct", "soft", "path"]
 """Emission-absorption only; gradient shading; shadows and ambient light from a grid, which the ray
-caster alone draws; gradient shading and a shadow of each sample, as VTK casts it; or light
-scattered many times, by the path tracer."""
+caster alone draws; or light scattered many times, by the path tracer."""
 
-EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft", "shadows")
+EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft")
 """Lightings under which the ray caster has the exact derivative of images by the TF."""
 
 PATH_CURVES: Lighting = "none"
@@ -67,7 +66,7 @@ class Scene:
         Range of the means of random opacity modes, on the scale.
     image_size : int
         Width and height of the colour image in pixels, 16 to 4096.
-    lighting : {"none", "direct", "soft", "shadows", "path"}
+    lighting : {"none", "direct", "soft", "path"}
     light : LightDirection or None
         None exactly when the lighting is "none".
     light_range : LightRange or None
@@ -115,8 +114,7 @@ class Scene:
         window_lo, window_hi = self.scalar_window
         if self.lighting not in get_args(Lighting):
             raise TfscopeError(
-                f"The lighting '{self.lighting}' is unknown; "
-                "choose none, direct, soft, shadows or path."
+                f"The lighting '{self.lighting}' is unknown; choose none, direct, soft or path."
             )
         if self.renderer not in get_args(RendererName):
             raise TfscopeError(f"The renderer '{self.renderer}' is unknown; choose vtk or raycast.")
@@ -155,11 +153,6 @@ class Scene:
             raise TfscopeError(
                 f"The volume's dimensions {counts} must be three whole numbers from 2."
             )
-
-    @property
-    def is_scattering(self) -> bool:
-        """Whether samples of the images cast shadows."""
-        return self.lighting in ("shadows", "path")
 
     @property
     def window_samples(self) -> slice:

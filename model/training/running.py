@@ -86,14 +86,12 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
     scene = job.scene_of(volume)
     # A GPU that trains is not to wait for the interpreter's lock, which rendering threads hold.
     in_processes = device == "cuda" and (job.workers or os.cpu_count() or 1) >= MANY_WORKERS
-    on_gpu = device == "cuda" and scene.renderer == "raycast" and _is_drawn_on_gpu()
     return StreamSource(
         volume,
         scene,
         job.seed,
         job.reuse,
         job.workers,
-        device="cuda" if on_gpu and not in_processes else "cpu",
         processes=in_processes,
     )
 
@@ -114,10 +112,3 @@ def _check_resumption(job: TrainingJob) -> None:
             f"{job.out}: the run is finished; train longer in another folder, from this model.",
             start_from=str(job.out),
         )
-
-
-def _is_drawn_on_gpu() -> bool:
-    # Late: who trains on the CPU does without.
-    from model.rendering.raycast.cuda import is_available
-
-    return is_available()

@@ -20,7 +20,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 from model.training.sources import SampleSource
 
-DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "soft": 8.0, "shadows": 8.0}
+DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "soft": 8.0}
 """Uses per sample by lighting; rendering then takes at most a quarter of a run on a CPU."""
 
 FIRST_SAMPLES = 512
@@ -98,7 +98,6 @@ class StreamSource(SampleSource):
         reuse: float | None = None,
         threads: int | None = None,
         ring_samples: int | None = None,
-        device: Literal["cpu", "cuda"] = "cpu",
         processes: bool = False,
     ) -> None:
         self.scene = scene
@@ -107,8 +106,7 @@ class StreamSource(SampleSource):
         self.rendering_seconds = 0.0
         self._lock = threading.Lock()
         self._volume = volume
-        self._threads = threads or (1 if device == "cuda" else os.cpu_count() or 1)
-        self._device: Literal["cpu", "cuda"] = device
+        self._threads = threads or os.cpu_count() or 1
         self._processes = processes
         most, image_bytes = PROCESS_RINGS if processes else 1, 4 * scene.image_size**2
         self._capacity = ring_samples or min(most * RING_SAMPLES, most * RING_BYTES // image_bytes)
@@ -193,7 +191,7 @@ class StreamSource(SampleSource):
             return None
         # "spawn", as torch's threads do not survive a fork.
         context = multiprocessing.get_context("spawn")
-        arguments = self._volume, scene, self.seed, self._device
+        arguments = self._volume, scene, self.seed
         return ProcessPoolExecutor(self._threads, context, _start_worker, arguments)
 
     def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
@@ -204,7 +202,7 @@ class StreamSource(SampleSource):
             if pool is not None:
                 render = partial(_from_worker, pool)
             else:
-                own = make_renderer(self._volume, scene, device=self._device)
+                own = make_renderer(self._volume, scene)
                 renderer, render = closing(own), partial(_timed, own, scene, self.seed)
             with renderer:
                 while (block := ring.next_block()) is not None:
@@ -232,11 +230,11 @@ _own: Callable[[range], tuple[SampleBatch, float]]
 """How a rendering process renders samples."""
 
 
-def _start_worker(volume: Volume, scene: Scene, seed: int, device: Literal["cpu", "cuda"]) -> None:
+def _start_worker(volume: Volume, scene: Scene, seed: int) -> None:
     global _own
     # The training handles Ctrl-C and ends the processes.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _own = partial(_timed, make_renderer(volume, scene, device=device), scene, seed)
+    _own = partial(_timed, make_renderer(volume, scene), scene, seed)
 
 
 def _work(indices: range) -> tuple[SampleBatch, float]:

@@ -60,7 +60,7 @@ def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path)
 
 
 def test_a_light_is_proposed(builders: FakeBuilders, tmp_path: Path) -> None:
-    for proposed, lighting in ((None, "shadows"), ("path", "path")):
+    for proposed, lighting in ((None, "soft"), ("path", "path")):
         start = WindowStart(Path("ramp"), proposed=proposed)
         assert run_window(start, FASTEST, tmp_path / "window.png", builders.make()) == 0
         assert builders.settings[-1].lighting == lighting

@@ -134,7 +134,7 @@ class PictureScene:
     ----------
     volume, tf : str
         Of :data:`VOLUMES` and :data:`TFS`.
-    lighting : {"none", "direct", "soft", "shadows"}
+    lighting : {"none", "direct", "soft"}
     view : View
     light : LightDirection or None
     crop : CropBox or None
@@ -175,26 +175,20 @@ SCENES: dict[str, PictureScene] = {
     "bytes": PictureScene("bytes"),
     "bytes-direct": PictureScene("bytes", lighting="direct"),
     "bytes-soft": PictureScene("bytes", lighting="soft"),
-    "bytes-shadows": PictureScene("bytes", lighting="shadows"),
     "light-from-below": PictureScene("bytes", "solid", "direct", light=BELOW),
-    "shadows-to-the-front": PictureScene("bytes", "veils", "shadows", light=BEHIND),
     "light-from-behind": PictureScene("bytes", "veils", "soft", light=BEHIND),
     "floats": PictureScene("floats", "veils", view=View(-60.0, 40.0, 0.0, 0.8)),
     "floats-direct": PictureScene("floats", "solid", "direct", View(-60.0, 40.0, 0.0, 0.8)),
     "floats-soft": PictureScene("floats", "haze", "soft", View(-60.0, 40.0, 0.0, 0.8)),
-    "floats-shadows": PictureScene("floats", "haze", "shadows", View(-60.0, 40.0, 0.0, 0.8)),
     "anisotropic": PictureScene("anisotropic", "haze", view=View(110.0, -20.0, -5.0, 0.7)),
     "anisotropic-direct": PictureScene("anisotropic", "veils", "direct"),
     "anisotropic-soft": PictureScene("anisotropic", "solid", "soft"),
-    "anisotropic-shadows": PictureScene("anisotropic", "solid", "shadows"),
     "missing": PictureScene("missing"),
     "missing-direct": PictureScene("missing", "solid", "direct"),
     "missing-soft": PictureScene("missing", "solid", "soft"),
-    "missing-shadows": PictureScene("missing", "solid", "shadows"),
     "crop": PictureScene("bytes", crop=CORNER),
     "crop-direct": PictureScene("bytes", "haze", "direct", crop=CORNER),
     "crop-soft": PictureScene("bytes", "solid", "soft", crop=CORNER),
-    "crop-shadows": PictureScene("bytes", "solid", "shadows", crop=CORNER),
     "hard-steps": PictureScene("bytes", "hard", view=View(-40.0, 10.0, 0.0, 0.6)),
     "thin-peaks": PictureScene("floats", "thin", view=View(20.0, -35.0, 0.0, 0.9)),
     "long-steps": PictureScene("floats", "veils", step=2.0),

@@ -1,7 +1,6 @@
 """Every scene, drawn by every renderer, against one stored picture.
 
-The ray caster draws the stored pictures. Where another renderer means to draw something else, it
-is compared with a picture of its own.
+The ray caster draws the stored pictures.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from compare import Tolerance
 from numpy.typing import NDArray
 from scenes import SCENES, PictureScene, volume_of
 
-from model.rendering.raycast import cuda
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.scene import Lighting
@@ -30,15 +28,12 @@ TOLERANCES: dict[str, dict[Lighting, Tolerance]] = {
     "raycast": dict.fromkeys(LIGHTINGS, ROUNDING),
     # Without skipping of empty space and early termination.
     "every-sample": dict.fromkeys(LIGHTINGS, ROUNDING),
-    "cuda": dict.fromkeys(LIGHTINGS, ROUNDING),
     # A second ray caster, of the tests: slow, in float64, by NumPy.
     "float64": {"none": ROUNDING},
-    "preintegrated": {"none": Tolerance(0.008, 0.1)},
     # Its own pictures have 8 bits, and OpenGL interpolates with weights of 8 bits.
     "vtk": {
         "none": Tolerance(0.003, 0.012),
         "direct": Tolerance(0.004, 0.04),
-        "shadows": Tolerance(0.004, 0.04),
     },
 }
 """Largest differences of each renderer from a stored picture, under each light."""
@@ -47,18 +42,8 @@ EXCEPTIONS: dict[tuple[str, str], Tolerance] = {
     # The ray caster looks TFs up in a table, in which a step is 1/16 of a bin wide.
     ("hard-steps", "float64"): Tolerance(0.0013, 0.016),
     ("thin-peaks", "float64"): Tolerance(0.0025, 0.012),
-    # Pre-integration misses nothing between two samples.
-    ("hard-steps", "preintegrated"): Tolerance(0.016, 0.16),
-    ("thin-peaks", "preintegrated"): ROUNDING,
-    ("long-steps", "preintegrated"): ROUNDING,
 }
-"""Scenes in which a renderer may be further away, or is compared with a picture of its own."""
-
-OWN = {
-    ("thin-peaks", "preintegrated"),
-    ("long-steps", "preintegrated"),
-}
-"""Scenes and renderers with a picture of their own."""
+"""Scenes in which a renderer may be further away."""
 
 
 def is_drawn(name: str, renderer: str) -> bool:
@@ -68,7 +53,7 @@ def is_drawn(name: str, renderer: str) -> bool:
         return False
     if renderer == "float64":
         return scene.crop is None and scene.volume != "missing" and scene.width == scene.height
-    return renderer != "cuda" or cuda.is_available()
+    return True
 
 
 CASES = [
@@ -92,8 +77,6 @@ def draw(scene: PictureScene, kind: str) -> NDArray[np.float32]:
         volume,
         scene.lighting,
         sample_distance=scene.step,
-        device="cuda" if kind == "cuda" else "cpu",
-        preintegrated=kind == "preintegrated",
     )
     if kind == "every-sample":
         assert isinstance(renderer, RaycastRenderer)
@@ -108,14 +91,11 @@ def draw(scene: PictureScene, kind: str) -> NDArray[np.float32]:
 def test_a_renderer_draws_what_is_stored(name: str, kind: str, regenerates: bool) -> None:
     scene = SCENES[name]
     drawn = compare.side_by_side(draw(scene, kind))
-    is_own = (name, kind) in OWN
-    picture = f"{name}-{kind}" if is_own else name
-    if regenerates and (kind == "raycast" or is_own):
-        compare.store(picture, drawn)
+    if regenerates and kind == "raycast":
+        compare.store(name, drawn)
     tolerance = EXCEPTIONS.get((name, kind), TOLERANCES[kind][scene.lighting])
-    compare.check(picture, drawn, tolerance, kind)
+    compare.check(name, drawn, tolerance, kind)
 
 
 def test_no_stored_picture_is_left_over() -> None:
-    known = {*SCENES, *("-".join(case) for case in OWN)}
-    assert {path.stem for path in compare.STORED.glob("*.png")} == known
+    assert {path.stem for path in compare.STORED.glob("*.png")} == set(SCENES)

@@ -30,7 +30,7 @@ from model.rendering.path_tracing.scattering import (
     surface_at,
 )
 from model.rendering.path_tracing.tracking import CLEAREST, track
-from model.rendering.raycast.batch import HALF, fetch, stack_batch
+from model.rendering.raycast.batch import BATCH, HALF, fetch, stack_batch
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.trilinear import clamp
 
@@ -87,7 +87,7 @@ def trace_rows(
         Input and output: sums of the even and of the odd samples.
     """
     columns = opacity.shape[1]
-    levels, staging, _ = stack_batch(medium.voxels)
+    levels, staging = stack_batch(medium.voxels, BATCH)
     count = samples[1] - samples[0]
     targets, order = np.empty(count, np.float32), np.empty(count, np.int32)
     hits, places = np.empty(count, np.int32), np.empty(count, np.float32)

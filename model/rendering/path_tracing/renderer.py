@@ -30,13 +30,9 @@ from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import travel_direction
-from model.rendering.raycast.renderer import NATIVE_TYPES
-from model.rendering.raycast.tables import (
-    LEVELS,
-    LEVELS_PER_BIN,
-    color_table,
-    opacity_table,
-)
+from model.rendering.raycast.renderer import NATIVE_TYPES, NO_DEPTH, NOTHING_MISSING
+from model.rendering.raycast.scene_light import UNLIT
+from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, opacity_table
 from model.rendering.scalars import renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -143,14 +139,9 @@ class PathTracer:
         scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
         self._voxels = scalars.reshape(-1)
         hidden = volume.hidden
-        self._missing = None if hidden is None else np.ravel(hidden).view(np.uint8)
+        self._missing = NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
         per_bin = (TF_SAMPLES - 1) / (hi - lo)
-        self._scale = (
-            np.float32(lo),
-            np.float32(per_bin * LEVELS_PER_BIN),
-            np.float32(0),
-            np.float32(LEVELS - 1),
-        )
+        self._scale = np.float32(lo), np.float32(per_bin * LEVELS_PER_BIN)
         self._noise = noise_of(scalars)
         self._steepness = 1 / _typical_difference(scalars, hi - lo)
         self._cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
@@ -175,7 +166,7 @@ class PathTracer:
         samples: int,
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
-        depth: NDArray[np.float32] | None = None,
+        depth: NDArray[np.float32] = NO_DEPTH,
     ) -> Iterator[Estimate]:
         """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
@@ -289,15 +280,15 @@ class PathTracer:
         seen: _Seen,
         raster: Raster,
         wanted: Callable[[], bool],
-        depth: NDArray[np.float32] | None = None,
+        depth: NDArray[np.float32] = NO_DEPTH,
     ) -> NDArray[np.float32] | None:
         unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
         draw: Any = draw_rows
         ends = np.float32(LARGEST_ERROR / 2)
         looks = color_table(inputs.color_tf, self._volume.scalar_range, seen.alphas)
-        tables = (seen.alphas, looks, None, None, None, ends, seen.camera, seen.step)
+        tables = (seen.alphas, looks, *UNLIT, ends, seen.camera, seen.step)
         arguments = (*seen.medium[:7], *tables)
-        if not self._run(lambda rows: draw(*arguments, rows, unlit, depth), raster, wanted):
+        if not self._run(lambda rows: draw(*arguments, rows, unlit, depth, False), raster, wanted):
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 

@@ -66,18 +66,18 @@ class Medium(NamedTuple):
 
 
 @inlined
-def level_at(medium: Any, missing: Any, x: Any, y: Any, z: Any) -> Any:
+def level_at(medium: Any, x: Any, y: Any, z: Any) -> Any:
     """Return the level of the tables at a place inside the volume."""
     place, fx, fy, fz = locate(medium.shape, x, y, z)
     row = np.uint64(medium.shape[0])
     layer = np.uint64(medium.shape[0] * medium.shape[1])
-    if missing is not None:
+    if len(medium.missing) > 0:
         nearest = place + np.uint64(fx >= HALF)
         if fy >= HALF:
             nearest += row
         if fz >= HALF:
             nearest += layer
-        if missing[nearest]:
+        if medium.missing[nearest]:
             return np.int32(NOTHING)
     voxels = medium.voxels
     value = blend(
@@ -170,7 +170,6 @@ def track(medium: Any, place: Any, direction: Any, state: Any, transmits: bool) 
             depth = -ONE
             level = level_at(
                 medium,
-                medium.missing,
                 clamp(x + t * dx, medium.shape[0]),
                 clamp(y + t * dy, medium.shape[1]),
                 clamp(z + t * dz, medium.shape[2]),

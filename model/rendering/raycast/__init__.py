@@ -1,1 +1,1 @@
-"""The ray caster: Numba kernels for CPU threads and CUDA, and the renderer that runs them."""
+"""The ray caster: Numba kernels for CPU threads, and the renderer that runs them."""

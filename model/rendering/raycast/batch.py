@@ -21,12 +21,10 @@ from numba.extending import intrinsic
 
 from model.compilation import inlined
 from model.rendering.raycast.compositing import GROUP
-from model.rendering.raycast.tables import NOTHING
+from model.rendering.raycast.tables import LEVELS, NOTHING
 from model.rendering.raycast.trilinear import (
     blend,
-    clamp,
     halves,
-    interpolate,
     load_pair,
     locate,
     pair_type,
@@ -38,8 +36,9 @@ BATCH = 32
 CLOSE = 0.125
 """Sample distance, in voxels, up to which the volume is read at every fourth sample only."""
 
-HALF = np.float32(0.5)
-ONE = np.float32(1)
+ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
+
+HIGHEST = np.float32(LEVELS - 1)
 
 SHORT = np.float32(1e-6)
 """Part of a step by which can be divided."""
@@ -103,13 +102,13 @@ def one_by_one(_context: Any) -> Any:
 
 
 @inlined
-def stack_batch(voxels: Any, close: Any = None) -> Any:
-    """Allocate stack memory for one ray on a CPU: `levels`, `staging` and `total` of `march`.
+def stack_batch(voxels: Any, count: int) -> Any:
+    """Allocate stack memory for one ray: `levels` of a batch of samples, and `staging`.
 
     Parameters
     ----------
-    close : bool, optional
-        Given where samples are close: a batch is four times as many.
+    count : int
+        Samples of a batch: :data:`BATCH`, or four times as many close ones.
     """
     staging = Staging(
         carray(_stack(np.uint64), BATCH + 1),
@@ -121,16 +120,13 @@ def stack_batch(voxels: Any, close: Any = None) -> Any:
         carray(_stack(voxels), BATCH + 1),
         carray(_stack(voxels), BATCH + 1),
     )
-    total = carray(_stack(np.float32), 4)
-    if close is not None:
-        return carray(_stack(np.int32), GROUP * BATCH), staging, total
-    return carray(_stack(np.int32), BATCH), staging, total
+    return carray(_stack(np.int32), count), staging
 
 
 @inlined
-def stack_scratch() -> Any:
-    """Allocate stack memory for shadow rays on a CPU: `scratch` of `march`."""
-    return carray(_stack(np.int32), BATCH), carray(_stack(np.float32), BATCH + 1)
+def stack_pixel() -> Any:
+    """Allocate stack memory for RGBA."""
+    return carray(_stack(np.float32), 4)
 
 
 @inlined
@@ -143,8 +139,6 @@ def fetch(
     k: int,
     levels: Any,
     staging: Any,
-    beyond: Any = None,
-    close: Any = None,
 ) -> None:
     """Interpolate a batch of samples of a ray, starting with sample k.
 
@@ -154,34 +148,25 @@ def fetch(
         x fastest.
     shape : tuple of 3 int
         Number of voxels along x, y and z.
-    scale : tuple of 4 float32
-        Lowest scalar value, levels per unit of scalar value, and the lowest and highest level.
-    missing : ndarray of uint8, 1-D, or None
-        Not 0 for voxels that are transparent whatever the TF is; see :func:`hide`.
+    scale : tuple of 2 float32
+        Lowest scalar value, and levels per unit of scalar value.
+    missing : ndarray of uint8, 1-D
+        Not 0 for voxels that are transparent whatever the TF is, see :func:`_hide`; empty where
+        there are none.
     levels : ndarray of int32
         Output: levels of the look-up tables; :data:`NOTHING` beyond the ray's end, and for
-        samples nearest to a missing voxel.
-    staging : Staging or None
-        None to process one sample at a time, as a GPU thread does.
-    beyond : bool, optional
-        Given for rays that go on beyond the outermost voxels, whose values reach as far as these.
-    close : bool, optional
-        Given where samples are close, on a CPU: `levels` are those of four times as many.
+        samples nearest to a missing voxel. Longer than :data:`BATCH` where samples are close.
+    staging : Staging
     """
     # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
-    if staging is None:
-        for m in range(len(levels)):
-            x, y, z = _position(ray, shape, min(first + np.float32(np.int32(m)), ray.last), beyond)
-            level = level_of(interpolate(voxels, shape, x, y, z), scale)
-            levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
-    elif close is None:
-        _read(voxels, shape, ray, k, ONE, BATCH, staging, beyond)
+    if len(levels) == BATCH:
+        _read(voxels, shape, ray, k, ONE, BATCH, staging)
         for m in range(BATCH):
             level = level_of(_value(voxels, staging, m), scale)
             levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
     else:
-        _read(voxels, shape, ray, k, np.float32(GROUP), BATCH + 1, staging, beyond)
+        _read(voxels, shape, ray, k, np.float32(GROUP), BATCH + 1, staging)
         for m in range(BATCH + 1):
             staging.x[m] = _value(voxels, staging, m)
         for m in range(BATCH):
@@ -190,19 +175,18 @@ def fetch(
                 levels[GROUP * m + n] = level_of(staging.x[m] + np.float32(n) * slope, scale)
         if first + np.float32(GROUP * BATCH) > last:
             _end(ray, k, scale, levels, staging)
-    if missing is not None:
-        hide(missing, shape, ray, k, levels, NOTHING, beyond)
+    if len(missing) > 0:
+        _hide(missing, shape, ray, k, levels)
 
 
 @inlined
-def _position(ray: Any, shape: Any, t: Any, beyond: Any) -> Any:
+def _position(ray: Any, t: Any) -> Any:
     """Return the position on a ray, t steps behind the first sample."""
-    x = ray.start[0] + t * ray.step[0]
-    y = ray.start[1] + t * ray.step[1]
-    z = ray.start[2] + t * ray.step[2]
-    if beyond is not None:
-        x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
-    return x, y, z
+    return (
+        ray.start[0] + t * ray.step[0],
+        ray.start[1] + t * ray.step[1],
+        ray.start[2] + t * ray.step[2],
+    )
 
 
 @inlined
@@ -214,13 +198,12 @@ def _read(
     stride: Any,
     count: int,
     staging: Any,
-    beyond: Any,
 ) -> None:
     """Load the voxels around sample k and around each one that is `stride` samples further."""
     first = np.float32(k)
     for m in range(count):
         t = min(first + stride * np.float32(np.int32(m)), ray.last)
-        x, y, z = _position(ray, shape, t, beyond)
+        x, y, z = _position(ray, t)
         staging.place[m], staging.x[m], staging.y[m], staging.z[m] = locate(shape, x, y, z)
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     for m in range(count):
@@ -262,22 +245,15 @@ def _end(ray: Any, k: int, scale: Any, levels: Any, staging: Any) -> None:
 
 
 @inlined
-def hide(
-    missing: Any, shape: Any, ray: Any, k: int, levels: Any, level: int, beyond: Any = None
-) -> None:
-    """Set the level of samples of a batch whose nearest voxel is missing.
+def _hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any) -> None:
+    """Make samples of a batch transparent whose nearest voxel is missing.
 
     So a missing voxel takes away what is nearer to it than to any other, and as its value was
     replaced by that of those around it, samples beside it are what was measured there.
     """
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     for m in range(len(levels)):
-        t = min(np.float32(k) + np.float32(np.int32(m)), ray.last)
-        x = ray.start[0] + t * ray.step[0]
-        y = ray.start[1] + t * ray.step[1]
-        z = ray.start[2] + t * ray.step[2]
-        if beyond is not None:
-            x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
+        x, y, z = _position(ray, min(np.float32(k) + np.float32(np.int32(m)), ray.last))
         place, fx, fy, fz = locate(shape, x, y, z)
         place += np.uint64(fx >= HALF)
         if fy >= HALF:
@@ -285,11 +261,11 @@ def hide(
         if fz >= HALF:
             place += layer
         if missing[place]:
-            levels[m] = np.int32(level)
+            levels[m] = np.int32(NOTHING)
 
 
 @inlined
 def level_of(value: Any, scale: Any) -> Any:
     """Round a value to the nearest level, clamped to the lowest and highest one."""
-    level = min(max((value - scale[0]) * scale[1], scale[2]), scale[3])
+    level = min(max((value - scale[0]) * scale[1], ZERO), HIGHEST)
     return np.int32(level + HALF)

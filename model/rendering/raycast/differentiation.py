@@ -1,4 +1,4 @@
-"""Derivatives of image regions' energy by the opacity of samples at each bin of the TF.
+"""Derivatives of image windows by the opacity of samples at each bin of the TF; on CPU threads.
 
 A pixel is composited from samples front to back, with transparency T_i in
 front of sample i and colour B_{i+1} composited behind it:
@@ -8,13 +8,13 @@ front of sample i and colour B_{i+1} composited behind it:
 B is computed back to front. There is no division by 1 - alpha_i, so that the
 derivative also holds at opaque samples. Transparent samples are included, since an
 edit may make them visible. Under direct light c_i is the colour under that light, which
-does not depend on the TF.
+does not depend on the TF. In soft light it does: the pixel's derivative by the light of its
+samples is added up at the nodes of the light's grid, and taken back from there for all pixels at
+once, by the sweeps' adjoint.
 
-In shadows it does, by the sample's own opacity, which decides how much of its light is scattered,
-and by the light that other samples take away. The latter is collected along the view ray, as the
-pixel's derivative by the light that arrives at some of its samples, and taken back to the samples
-of the shadow rays from there. In soft light, it is added up at the nodes of the light's grid, and
-taken back from there for all pixels at once, by the sweeps' adjoint.
+One walk along each ray gives a pixel's slopes, by bin and channel. From these come the derivative
+of the windows' energy, or the squared change of the windows by every edit of a family. Edits are
+applied before the square, pixel by pixel, as changes of one edit at several bins may cancel.
 """
 
 from __future__ import annotations
@@ -22,31 +22,21 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.compilation import compiled, inlined
-from model.rendering.raycast.batch import fetch, stack_batch
-from model.rendering.raycast.marching import FAINT, opacity_of_part, shade, slope_of_part
+from model.rendering.raycast.batch import BATCH, fetch, stack_batch
+from model.rendering.raycast.marching import opacity_of_part, shade, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.shading import corner_of, light_place
-from model.rendering.raycast.shadow_derivatives import (
-    SPAN,
-    light_at,
-    pass_back,
-    shade_with_slopes,
-    take_light,
-)
-from model.rendering.raycast.shadows import UNKNOWN
 from model.rendering.raycast.tables import LEVELS_PER_BIN, NOTHING
 from model.scene.transfer_function import TF_SAMPLES
 
 NEGLIGIBLE = np.float32(1e-6)
 """Transparency below which further samples are neglected."""
 
-NEGLIGIBLE_LIT = np.float32(2e-4)
-"""The same in shadows, where a sample costs more."""
-
-FAINT_BEAM = np.float32(3e-4)
-"""Share of a pixel's derivative by light, below which that of one sample is neglected."""
+BAND = 16
+"""Largest number of edits that change one bin; a constant, so that it fills vector registers."""
 
 
 class Path(NamedTuple):
@@ -59,38 +49,46 @@ class Path(NamedTuple):
         Transparency in front of each sample.
     colors : ndarray of float32, shape (n, 3)
         Lit, not premultiplied.
-    turns : ndarray of float32, shape (n, 3)
-        In shadows, the derivative of the colour by the sample's opacity, times that opacity.
-    known : ndarray of float32, shape (n,)
-        In shadows, the light that arrives at some samples.
     beams : ndarray of float32, shape (n, 3)
-        In shadows and soft light, the derivative of the pixel by the light of samples.
-    shadow : ndarray of int32, shape (n,)
-        Scratch memory for levels along a shadow ray.
+        In soft light, the derivative of the pixel by the light of samples.
     """
 
     levels: Any
     clear: Any
     colors: Any
-    turns: Any
-    known: Any
     beams: Any
-    shadow: Any
 
 
 @inlined
-def make_path(longest: int) -> Any:
-    """Allocate memory for rays of up to `longest` samples."""
-    count = longest + 2 * SPAN
+def make_path(count: int) -> Any:
+    """Allocate memory for rays of up to `count` samples."""
     return Path(
         np.empty(count, dtype=np.int32),
         np.empty(count, dtype=np.float32),
         np.empty((count, 3), dtype=np.float32),
-        np.zeros((count, 3), dtype=np.float32),
-        np.empty(count, dtype=np.float32),
         np.empty((count, 3), dtype=np.float32),
-        np.empty(2 * count, dtype=np.int32),
     )
+
+
+def band_of(edits: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """Return edits (n, 256) by bin, without those that do not change it.
+
+    Returns
+    -------
+    band : ndarray of float32, shape (256, BAND)
+        Each bin's change by edits that follow one another.
+    begin : ndarray of int64, shape (256,)
+        The first of them; those behind the n edits given are zero.
+    """
+    touched = edits != 0
+    begin = touched.argmax(axis=0)
+    end = np.where(touched.any(axis=0), len(edits) - touched[::-1].argmax(axis=0), 0)
+    if (end - begin).max() > BAND:
+        raise ValueError(f"{(end - begin).max()} edits change one bin; at most {BAND} may")
+    padded = np.zeros((len(edits) + BAND, TF_SAMPLES), dtype=np.float32)
+    padded[: len(edits)] = edits
+    places = begin[:, None] + np.arange(BAND)
+    return padded[places, np.arange(TF_SAMPLES)[:, None]], begin
 
 
 @compiled
@@ -106,7 +104,6 @@ def differentiate_windows(
     colors: Any,
     light: Any,
     glow: Any,
-    shadows: Any,
     least: Any,
     camera: Any,
     step: float,
@@ -116,13 +113,19 @@ def differentiate_windows(
     gradients: Any,
     energies: Any,
     nodes: Any,
+    edits: Any,
+    begin: Any,
+    turns: Any,
+    squares: Any,
 ) -> None:
-    """Differentiate half the energy (sum of squared pixel values) of windows of an image.
+    """Differentiate half the energy of windows of an image, or square their changes by edits.
+
+    The energy is the sum of squared pixel values.
 
     Parameters
     ----------
-    missing : ndarray of uint8, 1-D, or None
-        Voxels that are transparent whatever the TF is: no edit changes them.
+    missing : ndarray of uint8, 1-D
+        Voxels that are transparent whatever the TF is: no edit changes them. May be empty.
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample at each level.
     colors : ndarray of float32, shape (4 levels,)
@@ -131,8 +134,6 @@ def differentiate_windows(
         Parameters of gradient shading.
     glow : LightGrid or None
         Soft light.
-    shadows : Shadows or None
-        Parameters of shadow rays.
     least : float32
         Transparency of a sample below which the derivative is clamped.
     size : int
@@ -143,73 +144,73 @@ def differentiate_windows(
         First row, row after the last, first column, column after the last.
     gradients : ndarray of float64, shape (n, 256)
         Output: sum of I dI / d alpha over the pixels and channels of a window,
-        alpha being the opacity of one sample at each bin of the TF.
+        alpha being the opacity of one sample at each bin of the TF. Not of edits.
     energies : ndarray of float64, shape (n,)
         Output: sum of I squared.
-    nodes : ndarray of float64, 1-D, or None
+    nodes : ndarray of float64, 1-D
         In soft light, the sum of I dI over all windows by the light at each of its nodes; added
-        to. It is not in `gradients`.
+        to. It is not in `gradients`. Not of edits.
+    edits : ndarray of float32, shape (256, BAND)
+        Change of the opacity of a sample at each bin by edits after one another.
+    begin : ndarray of int64, shape (256,)
+        The first of these edits.
+    turns : LightGrid or None
+        Change of soft light by each edit, (nodes, n); its nodes may be others than the light's.
+    squares : ndarray of float64, shape (edits,)
+        Sum of dI squared over the pixels and channels of all windows; added to. Empty where the
+        energy is to be differentiated.
     """
-    levels, staging, _ = stack_batch(voxels)
+    levels, staging = stack_batch(voxels, BATCH)
     path = make_path(longest)
     image = np.empty(3, dtype=np.float32)
     gradient = np.empty(TF_SAMPLES + 1)
+    slopes = np.zeros((TF_SAMPLES + 1, 3), dtype=np.float32)
+    changes = np.empty((3, len(squares)), dtype=np.float32)
+    is_edited = len(squares) > 0
     for n in range(len(windows)):
         gradient[:] = 0
         energy = 0.0
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):
                 ray, _ = make_ray(camera, step, column, row, size)
-                if misses(ray, cells, cell_shape, shift):
+                # A black pixel has a change by edits, but its energy has no derivative.
+                if ray.count == 0 or (not is_edited and _misses(ray, cells, cell_shape, shift)):
                     continue
-                count = look(
-                    voxels, shape, scale, missing, cells, cell_shape, shift,
-                    alphas, colors, light, glow, shadows, ray, levels, staging, path, image,
+                count = _look(
+                    voxels, shape, scale, missing, alphas, colors, light, glow, ray, levels,
+                    staging, path, image,
                 )  # fmt: skip
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
-                _look_back(missing, alphas, least, ray, path, count, image, gradient)
-                if glow is not None:
-                    for k in range(count):
-                        beam = path.beams[k]
-                        weight = beam[0] * image[0] + beam[1] * image[1] + beam[2] * image[2]
-                        if weight != ZERO:
-                            _divide_light(glow, ray, np.float32(k), weight, nodes)
-                if shadows is not None:
-                    beams, red, green, blue = path.beams, image[0], image[1], image[2]
-                    enough = FAINT_BEAM * strength_of(beams, count)
-                    for k in range(count + SPAN):
-                        if abs(beams[k, 0]) + abs(beams[k, 1]) + abs(beams[k, 2]) > enough:
-                            weight = beams[k, 0] * red + beams[k, 1] * green + beams[k, 2] * blue
-                            take_light(
-                                voxels, shape, scale, missing, alphas, shadows, ray, k, weight,
-                                levels, staging, path.shadow, gradient,
-                            )  # fmt: skip
+                first, last = _slopes_by_bin(missing, alphas, least, ray, path, count, slopes)
+                if first > last:
+                    continue
+                if not is_edited:
+                    for bin_ in range(np.uint64(first), np.uint64(last + 1)):
+                        gradient[bin_] += (
+                            image[0] * slopes[bin_, 0]
+                            + image[1] * slopes[bin_, 1]
+                            + image[2] * slopes[bin_, 2]
+                        )
+                        slopes[bin_, 0] = slopes[bin_, 1] = slopes[bin_, 2] = ZERO
+                    if glow is not None:
+                        _add_to_nodes(glow, ray, path.beams, count, image, nodes)
+                elif glow is not None:
+                    changes[:] = ZERO
+                    _add_light(turns, ray, path.beams, count, changes)
+                    _add_edits(slopes, first, last, edits, begin, changes)
+                    for edit in range(len(squares)):
+                        for channel in range(3):
+                            squares[edit] += changes[channel, edit] ** 2
+                else:
+                    _add_squares(slopes, first, last, edits, begin, changes, squares)
         # One more behind the last bin, for what is above it by nothing.
         gradients[n] = gradient[:TF_SAMPLES]
         energies[n] = energy
 
 
 @inlined
-def _divide_light(glow: Any, ray: Any, k: Any, weight: Any, nodes: Any) -> None:
-    """Add a derivative by the light of sample k to the nodes that it is interpolated between."""
-    place, fx, fy, fz = light_place(glow, ray, min(k, ray.last))
-    for corner in range(8):
-        at, share = corner_of(glow, place, fx, fy, fz, corner)
-        nodes[at] += share * weight
-
-
-@inlined
-def strength_of(beams: Any, count: int) -> Any:
-    """Return the sum of a pixel's derivatives by light."""
-    total = ZERO
-    for k in range(count + SPAN):
-        total += abs(beams[k, 0]) + abs(beams[k, 1]) + abs(beams[k, 2])
-    return total
-
-
-@inlined
-def misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
-    """Return True if a ray meets only empty cells: its pixel is black, its derivative zero."""
+def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
+    """Return True if a ray meets only empty cells: its pixel is black."""
     k = 0
     while k < ray.count:
         behind = skip_empty(ray, k, cells, cell_shape, shift)
@@ -220,19 +221,15 @@ def misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
 
 
 @inlined
-def look(
+def _look(
     voxels: Any,
     shape: Any,
     scale: Any,
     missing: Any,
-    cells: Any,
-    cell_shape: Any,
-    shift: int,
     alphas: Any,
     colors: Any,
     light: Any,
     glow: Any,
-    shadows: Any,
     ray: Any,
     levels: Any,
     staging: Any,
@@ -249,61 +246,21 @@ def look(
     """
     image[:] = ZERO
     through = without_one = ONE
-    negligible = NEGLIGIBLE
-    if shadows is not None:
-        negligible = NEGLIGIBLE_LIT
-        for k in range(ray.count + 2 * SPAN):
-            path.known[k] = UNKNOWN
-            path.beams[k, 0] = path.beams[k, 1] = path.beams[k, 2] = ZERO
     k = 0
-    while k < ray.count and without_one > negligible:
+    while k < ray.count and without_one > NEGLIGIBLE:
         fetch(voxels, shape, scale, missing, ray, k, levels, staging)
-        is_empty = True
         for m in range(min(ray.count - k, len(levels))):
-            path.levels[k + m] = levels[m]
-            is_empty = is_empty and alphas[np.uint64(np.uint32(levels[m]))] <= FAINT
-        for _ in range(min(ray.count - k, len(levels))):
-            level = np.uint64(np.uint32(path.levels[k]))
-            whole = a = alphas[level]
+            path.levels[k] = levels[m]
+            level = np.uint64(np.uint32(levels[m]))
+            a = alphas[level]
             if k == ray.count - 1:
-                a = opacity_of_part(whole, ray.rest)
+                a = opacity_of_part(a, ray.rest)
             path.clear[k] = through
             at = np.uint64(4) * level
             red, green, blue = colors[at], colors[at + np.uint64(1)], colors[at + np.uint64(2)]
             weight = through * a
             # Samples behind an opaque one count, too: its derivative has what is behind it.
-            if shadows is not None:
-                is_visible = without_one * a > FAINT
-                # The last sample shares light with none.
-                sharing = ONE if k == ray.count - 1 else a
-                arriving = light_at(
-                    voxels, shape, scale, missing, cells, cell_shape, shift, alphas, shadows,
-                    ray, k, sharing, is_empty, path.known, levels, staging,
-                )  # fmt: skip
-                if is_visible:
-                    d, s, dd, ds, by_light = shade_with_slopes(
-                        voxels, shape, light, shadows, ray, np.float32(k), whole, arriving
-                    )
-                    limit = np.float32(np.inf) if k == ray.count - 1 else ONE
-                    pr = ONE if d * red + s < limit else ZERO
-                    pg = ONE if d * green + s < limit else ZERO
-                    pb = ONE if d * blue + s < limit else ZERO
-                    beam = weight * by_light
-                    dd += by_light * pass_back(
-                        path.known, k, sharing, pr * red * beam, pg * green * beam,
-                        pb * blue * beam, path.beams,
-                    )  # fmt: skip
-                    path.turns[k, 0] = a * pr * (dd * red + ds)
-                    path.turns[k, 1] = a * pg * (dd * green + ds)
-                    path.turns[k, 2] = a * pb * (dd * blue + ds)
-                    red = min(d * red + s, limit)
-                    green = min(d * green + s, limit)
-                    blue = min(d * blue + s, limit)
-                else:
-                    arriving *= shadows.diffuse
-                    red, green, blue = arriving * red, arriving * green, arriving * blue
-                    path.turns[k, 0] = path.turns[k, 1] = path.turns[k, 2] = ZERO
-            elif light is not None or glow is not None:
+            if light is not None or glow is not None:
                 if glow is not None:
                     path.beams[k, 0] = weight * red
                     path.beams[k, 1] = weight * green
@@ -321,35 +278,124 @@ def look(
 
 
 @inlined
-def _look_back(
+def _slopes_by_bin(
     missing: Any,
     alphas: Any,
     least: Any,
     ray: Any,
     path: Any,
     count: int,
-    image: Any,
-    gradient: Any,
-) -> None:
-    """Traverse back to front, adding each sample's derivative to its two adjacent bins."""
-    composited = ZERO
-    red, green, blue = image[0], image[1], image[2]
+    slopes: Any,
+) -> Any:
+    """Add a pixel's derivative to zeros (257, 3); return the first and the last bin."""
+    red = green = blue = ZERO
+    first: Any = TF_SAMPLES
+    last: Any = 0
     for k in range(count - 1, -1, -1):
-        if missing is not None and path.levels[k] == NOTHING:
+        if len(missing) > 0 and path.levels[k] == NOTHING:
             continue
         level = np.uint64(np.uint32(path.levels[k]))
-        a = alphas[level]
-        # Only the dot product of colour and pixel is needed: one number instead of three.
-        color = red * path.colors[k, 0] + green * path.colors[k, 1] + blue * path.colors[k, 2]
-        turn = red * path.turns[k, 0] + green * path.turns[k, 1] + blue * path.turns[k, 2]
-        over = color - composited
-        slope = over
+        a, through = alphas[level], path.clear[k]
+        over_red = path.colors[k, 0] - red
+        over_green = path.colors[k, 1] - green
+        over_blue = path.colors[k, 2] - blue
+        part = through
         if k == ray.count - 1:
-            slope *= slope_of_part(a, ray.rest, least)
+            part *= slope_of_part(a, ray.rest, least)
             a = opacity_of_part(a, ray.rest)
-        slope = path.clear[k] * (slope + turn)
-        composited += a * over
+        red += a * over_red
+        green += a * over_green
+        blue += a * over_blue
         lower = level // np.uint64(LEVELS_PER_BIN)
-        share = np.float32(np.int32(level % np.uint64(LEVELS_PER_BIN))) / np.float32(LEVELS_PER_BIN)
-        gradient[lower] += slope * (ONE - share)
-        gradient[lower + np.uint64(1)] += slope * share
+        first, last = min(first, np.int64(lower)), max(last, np.int64(lower))
+        share = np.float32(np.int32(level % np.uint64(LEVELS_PER_BIN)))
+        upper = share / np.float32(LEVELS_PER_BIN) * part
+        below = part - upper
+        # The last bin has one more behind it, for what is above it by nothing.
+        slopes[lower, 0] += below * over_red
+        slopes[lower, 1] += below * over_green
+        slopes[lower, 2] += below * over_blue
+        slopes[lower + np.uint64(1), 0] += upper * over_red
+        slopes[lower + np.uint64(1), 1] += upper * over_green
+        slopes[lower + np.uint64(1), 2] += upper * over_blue
+    return first, last + 1
+
+
+@inlined
+def _add_squares(
+    slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any, squares: Any
+) -> None:
+    """Add a pixel's squared change by each edit, and clear its derivative."""
+    start, end = begin[first], begin[min(last, TF_SAMPLES - 1)] + BAND
+    red, green, blue = changes[0], changes[1], changes[2]
+    for edit in range(start, end):
+        red[edit] = green[edit] = blue[edit] = ZERO
+    _add_edits(slopes, first, last, edits, begin, changes)
+    for edit in range(np.uint64(start), np.uint64(end)):
+        squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2
+
+
+@inlined
+def _add_edits(slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any) -> None:
+    """Add a pixel's change by each edit, and clear its derivative."""
+    last = min(last, TF_SAMPLES - 1)
+    # Not the constant: unrolled, the loop is not vectorized.
+    flat, width = edits.ravel(), np.uint64(edits.shape[1])
+    red, green, blue = changes[0], changes[1], changes[2]
+    for bin_ in range(first, last + 1):
+        row, at = np.uint64(bin_ * BAND), np.uint64(begin[bin_])
+        r, g, b = slopes[bin_, 0], slopes[bin_, 1], slopes[bin_, 2]
+        slopes[bin_, 0] = slopes[bin_, 1] = slopes[bin_, 2] = ZERO
+        for m in range(width):
+            weight = flat[row + m]
+            red[at + m] += r * weight
+            green[at + m] += g * weight
+            blue[at + m] += b * weight
+
+
+@inlined
+def _add_to_nodes(glow: Any, ray: Any, beams: Any, count: int, image: Any, nodes: Any) -> None:
+    """Add the derivative by samples' light to the nodes that it is interpolated between."""
+    for k in range(count):
+        weight = beams[k, 0] * image[0] + beams[k, 1] * image[1] + beams[k, 2] * image[2]
+        if weight != ZERO:
+            place, fx, fy, fz = light_place(glow, ray, min(np.float32(k), ray.last))
+            for corner in range(8):
+                at, share = corner_of(glow, place, fx, fy, fz, corner)
+                nodes[at] += share * weight
+
+
+@inlined
+def _add_light(turns: Any, ray: Any, beams: Any, count: int, changes: Any) -> None:
+    """Add the change of a pixel's soft light by each edit, cell by cell of the light's grid."""
+    around = np.zeros((8, 3), dtype=np.float32)
+    before, is_lit = np.uint64(0), False
+    for k in range(count):
+        red, green, blue = beams[k, 0], beams[k, 1], beams[k, 2]
+        if red + green + blue <= ZERO:
+            continue
+        place, fx, fy, fz = light_place(turns, ray, min(np.float32(k), ray.last))
+        if is_lit and place != before:
+            _add_cell(turns, before, around, changes)
+        before, is_lit = place, True
+        for corner in range(8):
+            _, share = corner_of(turns, place, fx, fy, fz, corner)
+            around[corner, 0] += share * red
+            around[corner, 1] += share * green
+            around[corner, 2] += share * blue
+    if is_lit:
+        _add_cell(turns, before, around, changes)
+
+
+@inlined
+def _add_cell(turns: Any, place: Any, around: Any, changes: Any) -> None:
+    """Add the change by the light at a cell's corners, and clear their weights."""
+    for corner in range(8):
+        at, _ = corner_of(turns, place, ZERO, ZERO, ZERO, corner)
+        r, g, b = around[corner, 0], around[corner, 1], around[corner, 2]
+        around[corner, 0] = around[corner, 1] = around[corner, 2] = ZERO
+        for edit in range(changes.shape[1]):
+            turn = turns.grid[at, edit]
+            changes[0, edit] += r * turn
+            changes[1, edit] += g * turn
+            changes[2, edit] += b * turn

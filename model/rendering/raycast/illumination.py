@@ -48,6 +48,9 @@ AMBIENT, DISTANT = 0.4, 0.65
 LONGEST_AXIS = 64
 """Nodes along the longest axis of the light grid."""
 
+NO_CLEARNESS = np.empty((0, 0, 0), dtype=np.float32)
+"""Given to a sweep whose transparencies nobody asks for."""
+
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
     for direction in itertools.product((-1, 0, 1), repeat=3)
@@ -133,12 +136,12 @@ class Illumination:
         self._spacing = extent / (self._counts - 1)
         self._scale = ((self._counts - 1) / (dimensions - 1)).astype(np.float32)
         self._volume, self._executor = volume, executor
-        # TF bins once for all TFs: 16 MB for a cube of 64 nodes.
-        kind: Any = np.uint8 if missing is None else np.uint16
-        self._levels = np.empty((*self._counts[::-1], NODE_LEVELS), dtype=kind)
+        # TF bins once for all TFs: 32 MB for a cube of 64 nodes.
+        self._levels = np.empty((*self._counts[::-1], NODE_LEVELS), dtype=np.uint16)
+        hidden = np.empty((0, 0, 0), dtype=bool) if missing is None else missing
 
         def look(layer: int) -> None:
-            look_around(scalars, missing, bins, layer, self._levels)
+            look_around(scalars, hidden, bins, layer, self._levels)
 
         list(executor.map(look, range(len(self._levels))))
         self._opacities: NDArray[np.float32] | None = None
@@ -195,7 +198,7 @@ class Illumination:
         moved = np.empty((len(edits), *self._extinction.shape), dtype=np.float32)
 
         def average(layer: int) -> None:
-            average_edits(self._levels[layer], slopes, moved[:, layer])
+            average_edits(self._levels, slopes, layer, moved)
 
         list(self._executor.map(average, range(len(self._levels))))
         if self._crop is not None:
@@ -221,6 +224,10 @@ class Illumination:
             list(self._executor.map(follow, range(len(edits))))
         changes *= is_below
         return self._as_grid(np.ascontiguousarray(changes.reshape(len(edits), -1).T))
+
+    def no_changes(self) -> LightGrid:
+        """Return what :meth:`changes` gives for no edits."""
+        return self._as_grid(np.empty((0, 0), dtype=np.float32))
 
     def pass_back(
         self,
@@ -341,7 +348,7 @@ class Illumination:
         sweep = self._course(direction)
         extinction = sweep.layers_of(self._extinction)
         transmitted = np.empty_like(extinction)
-        sweep_layers(extinction, sweep.slope, transmitted, None)
+        sweep_layers(extinction, sweep.slope, transmitted, NO_CLEARNESS)
         return sweep.in_place(transmitted)
 
     def _course(self, direction: NDArray[np.float64]) -> Sweep:

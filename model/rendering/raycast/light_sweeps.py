@@ -67,7 +67,13 @@ class Sweep:
 
 @compiled
 def look_around(scalars: Any, missing: Any, bins: Any, layer: int, out: Any) -> None:
-    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis."""
+    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis.
+
+    Parameters
+    ----------
+    missing : ndarray of bool, 3-D
+        Voxels that are transparent whatever the TF is; empty where there are none.
+    """
     offset, factor = bins
     nz, ny, nx = out.shape[:3]
     for j in range(ny):
@@ -81,7 +87,7 @@ def look_around(scalars: Any, missing: Any, bins: Any, layer: int, out: Any) -> 
                         x = _voxel(i, nx, scalars.shape[2], a)
                         level = (scalars[z, y, x] - offset) * factor + 0.5
                         out[layer, j, i, n] = int(min(max(level, 0.0), TF_SAMPLES - 0.5))
-                        if missing is not None and missing[z, y, x]:
+                        if len(missing) > 0 and missing[z, y, x]:
                             out[layer, j, i, n] = TF_SAMPLES
                         n += 1
 
@@ -108,19 +114,22 @@ def average_levels(levels: Any, table: Any, out: Any) -> None:
 
 
 @compiled
-def average_edits(levels: Any, tables: Any, out: Any) -> None:
-    """Average several tables (257, m) in the same way, into (m, ny, nx)."""
-    ny, nx, count = levels.shape
+def average_edits(levels: Any, tables: Any, layer: int, out: Any) -> None:
+    """Average several tables (257, m) over a layer of levels (nz, ny, nx, n), into (m, nz, ny, nx).
+
+    The whole of it, as a layer of one edit alone would be an array of another type.
+    """
+    _, ny, nx, count = levels.shape
     total = np.empty(tables.shape[1], dtype=np.float32)
     for j in range(ny):
         for i in range(nx):
             total[:] = ZERO
             for n in range(count):
-                level = np.uint64(levels[j, i, n])
+                level = np.uint64(levels[layer, j, i, n])
                 for m in range(len(total)):
                     total[m] += tables[level, m]
             for m in range(len(total)):
-                out[m, j, i] = total[m] / np.float32(count)
+                out[m, layer, j, i] = total[m] / np.float32(count)
 
 
 @compiled
@@ -149,11 +158,12 @@ def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
         See :class:`Sweep`.
     out : ndarray of float32, the same shape
         Output: share of the light that reaches each node.
-    clear : ndarray of float32, the same shape, or None
-        Output: transparency of the way from the layer before.
+    clear : ndarray of float32, the same shape
+        Output: transparency of the way from the layer before; empty where nobody asks for it.
     """
     layers, rows, columns = out.shape
     u, v, length = slope
+    keeps = len(clear) > 0
     # The light comes from a square of nodes, the same for all but for those near the faces;
     # a margin, in which light is not attenuated, stands for what lies outside the volume.
     light = np.ones((rows + 3, columns + 3), dtype=np.float32)
@@ -174,7 +184,7 @@ def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
                 through = math.exp(max(-path * length, DARKEST))
                 is_dark = received * through <= DARK
                 out[n, j, i] = ZERO if is_dark else received * through
-                if clear is not None:
+                if keeps:
                     clear[n, j, i] = ZERO if is_dark else through
 
 

@@ -121,21 +121,15 @@ def inverse_step(step: Any) -> Any:
 
 
 @inlined
-def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int, margin: int = 0) -> int:
-    """Return the first sample behind the empty block of cells around sample k, or k if not empty.
-
-    Parameters
-    ----------
-    margin : int
-        Number of cells around a visible cell that also count as visible.
-    """
+def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int) -> int:
+    """Return the first sample behind the empty block of cells around sample k, or k if none is."""
     t = min(np.float32(k), ray.last)
     cx = int(ray.start[0] + t * ray.step[0]) >> shift
     cy = int(ray.start[1] + t * ray.step[1]) >> shift
     cz = int(ray.start[2] + t * ray.step[2]) >> shift
     # Rounding may put a sample just outside the grid.
     cx, cy, cz = min(cx, cell_shape[0] - 1), min(cy, cell_shape[1] - 1), min(cz, cell_shape[2] - 1)
-    distance = int(cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))]) - margin
+    distance = int(cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))])
     if distance <= 0:
         return k
     x = np.float32(((cx + distance) if ray.step[0] >= ZERO else (cx - distance + 1)) << shift)

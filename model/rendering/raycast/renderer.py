@@ -10,7 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,26 +22,16 @@ from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.classification import LARGEST_ERROR, Classification, Classifier
-from model.rendering.raycast.cpu import draw_rows, draw_rows_preintegrated
+from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import Illumination
 from model.rendering.raycast.scene_light import UNLIT, SceneLight
-from model.rendering.raycast.tables import (
-    FARTHEST_LEVELS,
-    LEVELS,
-    LEVELS_PER_BIN,
-    color_table,
-    level_table,
-    preintegrated_table,
-)
+from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
 from model.rendering.scalars import renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, Range
 from model.scene.volume import Volume
-
-if TYPE_CHECKING:
-    from model.rendering.raycast.cuda import Painter
 
 NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 """Scalar types that are rendered without conversion."""
@@ -55,7 +45,11 @@ FINE_FROM = 128
 own grid, from smaller ones on a coarse one. Its curves differ by 2 to
 6 % in length, and in direction by a cosine of .9998, and take a fifth of the time."""
 
-Device = Literal["cpu", "cuda"]
+NOTHING_MISSING = np.empty(0, dtype=np.uint8)
+NO_DEPTH = np.empty((0, 0), dtype=np.float32)
+NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
+NO_EDITS = np.empty((0, 0), dtype=np.float32), np.empty(0, dtype=np.int64)
+"""Given to kernels in place of what a scene does not have or nobody asks for."""
 
 
 @dataclass(frozen=True)
@@ -76,16 +70,16 @@ class Frame:
 
 
 class RaycastRenderer:
-    """Renders one volume under one lighting, on CPU threads or a GPU.
+    """Renders one volume under one lighting, on CPU threads.
 
     Parameters
     ----------
     volume : Volume
         TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
         beyond it looks as its ends do.
-    lighting : {"none", "direct", "soft", "shadows"}
-        Emission-absorption only, with gradient shading, with shadows and
-        ambient light from a grid, or with a shadow of each sample.
+    lighting : {"none", "direct", "soft"}
+        Emission-absorption only, with gradient shading, or with shadows and
+        ambient light from a grid.
     light : LightDirection, optional
         Default direction of the distant light relative to the view, for inputs
         without a light; ignored when unlit.
@@ -93,10 +87,6 @@ class RaycastRenderer:
         Default distance between samples along a ray, in voxels.
     threads : int, optional
         Number of CPU threads, one per processor by default.
-    preintegrated : bool
-        Whether to integrate the transfer functions over each step, so that narrow
-        peaks between two samples are not missed; only for unlit scenes on the CPU.
-    device : {"cpu", "cuda"}
 
     Attributes
     ----------
@@ -107,7 +97,7 @@ class RaycastRenderer:
     Raises
     ------
     RenderError
-        For unsupported combinations, or when no GPU is available.
+        For path-traced light.
     """
 
     def __init__(
@@ -118,50 +108,29 @@ class RaycastRenderer:
         sample_distance: float = 0.5,
         *,
         threads: int | None = None,
-        preintegrated: bool = False,
-        device: Device = "cpu",
     ) -> None:
         if lighting == "path":
             raise RenderError(
                 "The ray caster has no path-traced light, nor sensitivities under it; "
                 "choose another light."
             )
-        if preintegrated and (lighting != "none" or device != "cpu"):
-            raise RenderError(
-                "Pre-integration is there for unlit scenes on the CPU only; "
-                "turn it off, or the light."
-            )
         self.sample_distance = sample_distance
         self.skip_empty = self.terminate_early = True
         self._volume = volume
         self._lighting = lighting
-        self._preintegrated = preintegrated
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="raycast"
         )
         scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
         self._voxels = scalars.reshape(-1)
         hidden = volume.hidden
-        self._missing = None if hidden is None else np.ravel(hidden).view(np.uint8)
+        self._missing = NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
         bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
-        # Samples are clamped to the tables, but segments between them may begin or end beyond.
-        beyond = FARTHEST_LEVELS if preintegrated else 0
-        self._scale = (
-            np.float32(lo),
-            np.float32(bins[1] * LEVELS_PER_BIN),
-            np.float32(-beyond),
-            np.float32(LEVELS - 1 + beyond),
-        )
+        self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)
         self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
         self._classifier = Classifier(volume, self.cells)
         light_grid = partial(Illumination, scalars, bins, volume, self._executor, missing=hidden)
         self._light = SceneLight(volume, scalars, lighting, light or LightDirection(), light_grid)
-        self._cuda = _gpu_painter(self._voxels) if device == "cuda" else None
-
-    @property
-    def is_differentiable(self) -> bool:
-        """Whether the exact derivative is there: on the CPU."""
-        return self._cuda is None and not self._preintegrated
 
     @property
     def differentiates_windows(self) -> bool:
@@ -201,7 +170,7 @@ class RaycastRenderer:
 
     def opacity_image(self, inputs: SceneInputs, size: int) -> NDArray[np.float32]:
         """Render opacity only, as float32 (size, size) in [0, 1], row 0 at the top."""
-        return self._draw(inputs, size, colored=False)[..., 0]
+        return np.ascontiguousarray(self._draw(inputs, size, lit=False)[..., 3])
 
     def differentiate(
         self,
@@ -226,11 +195,6 @@ class RaycastRenderer:
             being the TF's opacity (per voxel length) at 256 scalar values.
         energies : ndarray of float64, shape (n,)
             Sum of I squared over the window's pixels and colour channels.
-
-        Raises
-        ------
-        RenderError
-            With pre-integration or on a GPU.
         """
         if self._light.grid is None:
             return self._differentiated(inputs, size, windows)[:2]
@@ -252,11 +216,6 @@ class RaycastRenderer:
         -------
         gradient : ndarray of float64, shape (256,)
         energy : float
-
-        Raises
-        ------
-        RenderError
-            With pre-integration or on a GPU.
         """
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
@@ -277,13 +236,14 @@ class RaycastRenderer:
         energies = np.empty(len(windows))
         by_light: list[NDArray[np.float64]] = []
         lit = self._light.grid
+        turns = None if lit is None else lit.no_changes()
         run: Any = differentiate_windows
 
         def task(part: slice) -> None:
-            nodes = None if lit is None else np.zeros(lit.shape)
-            flat = None if nodes is None else nodes.reshape(-1)
-            run(*arguments, windows[part], gradients[part], energies[part], flat)
-            if nodes is not None:
+            nodes = NO_NODES if lit is None else np.zeros(lit.shape)
+            outputs = gradients[part], energies[part], nodes.reshape(-1)
+            run(*arguments, windows[part], *outputs, *NO_EDITS, turns, NO_SQUARES)
+            if lit is not None:
                 by_light.append(nodes)
 
         self._divide(len(windows), task)
@@ -306,19 +266,14 @@ class RaycastRenderer:
         edits : ndarray, shape (n, 256)
             Differences of opacity (per voxel length) over the scalar range. The edits that
             change one bin must follow one another, as those around increasing values do, and be
-            no more than :data:`model.rendering.raycast.change_norms.BAND`.
+            no more than :data:`model.rendering.raycast.differentiation.BAND`.
 
         Returns
         -------
         ndarray of float64, shape (n,)
             Sum of dI squared over the windows' pixels and colour channels.
-
-        Raises
-        ------
-        RenderError
-            With pre-integration or on a GPU.
         """
-        from model.rendering.raycast.change_norms import BAND, band_of, square_changes
+        from model.rendering.raycast.differentiation import BAND, band_of, differentiate_windows
 
         arguments = self._path_arguments(inputs, size)
         by_bin, begin = band_of(edits * self._classified(inputs).derivative)
@@ -331,11 +286,12 @@ class RaycastRenderer:
             grid = self._light.grid if is_fine else self._light.coarse_grid()
             turns = grid.changes(*self._light.soft_inputs(inputs), padded[:count], inputs.crop)
         parts: list[NDArray[np.float64]] = []
-        run: Any = square_changes
+        run: Any = differentiate_windows
 
         def task(part: slice) -> None:
-            squares = np.empty(count)
-            run(*arguments, by_bin, begin, turns, windows[part], squares)
+            squares, shown = np.zeros(count), windows[part]
+            unused = np.empty((len(shown), TF_SAMPLES)), np.empty(len(shown)), NO_NODES
+            run(*arguments, shown, *unused, by_bin, begin, turns, squares)
             parts.append(squares)
 
         self._divide(len(windows), task)
@@ -357,15 +313,9 @@ class RaycastRenderer:
         Returns
         -------
         ndarray of float32, shape (rows, columns, 3)
-
-        Raises
-        ------
-        RenderError
-            With pre-integration or on a GPU.
         """
         from model.rendering.raycast.tangents import change_rows
 
-        self._check_differentiable()
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         changes = level_table(edit * classified.derivative)
@@ -390,7 +340,6 @@ class RaycastRenderer:
             lit.gradient,
             lit.soft,
             turn,
-            lit.shadows,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -473,29 +422,23 @@ class RaycastRenderer:
         inputs: SceneInputs,
         size: int | Raster,
         sample_distance: float | None = None,
-        depth: NDArray[np.float32] | None = None,
-        colored: bool = True,
+        depth: NDArray[np.float32] = NO_DEPTH,
         lit: bool = True,
     ) -> NDArray[np.float32]:
         distance = sample_distance or self.sample_distance
         raster = Raster.of(size)
-        image = np.empty((*raster.shape, 4 if colored else 1), dtype=np.float32)
+        image = np.empty((*raster.shape, 4), dtype=np.float32)
         volume, classified = self._volume, self._classified(inputs, distance)
         arguments = (
             *self._voxels_and_cells(classified),
-            *self._tables(inputs, classified, colored, lit),
+            classified.opacity,
+            color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
+            *(self._light.of(inputs, classified) if lit else UNLIT),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
         )
-        if self._cuda is not None:
-            self._cuda.draw(arguments, image, depth)
-        elif self._preintegrated:
-            self._run(draw_rows_preintegrated, arguments, image, depth)
-        else:
-            # In shadows, samples are part of the light, and far apart.
-            close = distance <= CLOSE and self._lighting != "shadows"
-            self._run(draw_rows, arguments, image, depth, True if close else None)
+        self._run(draw_rows, arguments, image, depth, distance <= CLOSE)
         # Specular highlights may exceed 1.
         return np.clip(image, 0, 1, out=image)
 
@@ -514,24 +457,6 @@ class RaycastRenderer:
 
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
 
-    def _tables(
-        self, inputs: SceneInputs, classified: Classification, colored: bool, lit: bool
-    ) -> tuple[Any, ...]:
-        """Look-up tables and light, as arguments of the drawing kernels."""
-        scalar_range = self._volume.scalar_range
-        opacity_tf, color_tf = inputs.opacity_tf, inputs.color_tf
-        if self._preintegrated:
-            table = preintegrated_table(
-                opacity_tf, color_tf if colored else None, scalar_range, classified.distance
-            )
-            return (table,)
-        alphas = classified.opacity
-        if not colored:
-            return alphas, None, None, None, None
-        colors = color_table(color_tf, scalar_range, alphas)
-        light = self._light.of(inputs, classified) if lit else UNLIT
-        return alphas, colors, light.gradient, light.soft, light.shadows
-
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.crop)
 
@@ -543,7 +468,6 @@ class RaycastRenderer:
 
     def _path_arguments(self, inputs: SceneInputs, size: int | Raster) -> tuple[Any, ...]:
         """First arguments of the kernels that look at all samples along a ray."""
-        self._check_differentiable()
         volume, distance, raster = self._volume, self.sample_distance, Raster.of(size)
         step = distance * volume.voxel_size
         classified = self._classified(inputs)
@@ -554,19 +478,12 @@ class RaycastRenderer:
             color_table(inputs.color_tf, volume.scalar_range),
             lit.gradient,
             lit.soft,
-            lit.shadows,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,
             raster.columns,
             int(2 * volume.radius / step) + 2,
         )
-
-    def _check_differentiable(self) -> None:
-        if not self.is_differentiable:
-            raise RenderError(
-                "The exact sensitivity is there on the CPU, without pre-integration; choose those."
-            )
 
     def _classified(self, inputs: SceneInputs, distance: float | None = None) -> Classification:
         """Classify the samples under a scene's TF; the renderer's own distance by default."""
@@ -584,10 +501,3 @@ class RaycastRenderer:
             self.cells.shape,
             SHIFT,
         )
-
-
-def _gpu_painter(voxels: NDArray[Any]) -> Painter:
-    # Late: who draws on the CPU does without 130 modules of Numba's and 8 MB.
-    from model.rendering.raycast.cuda import Painter
-
-    return Painter(voxels)

@@ -12,7 +12,6 @@ from model.rendering.noise import noise_of
 from model.rendering.raycast.classification import Classification
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.shading import Light, LightGrid
-from model.rendering.raycast.shadows import Shadows, shadow_rays
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
@@ -32,16 +31,13 @@ class Lit(NamedTuple):
         Of surfaces by their gradient; None where they reflect nothing.
     soft : LightGrid or None
         Soft light at the nodes of a grid; None under another one.
-    shadows : Shadows or None
-        Rays towards the light; None where there are none.
     """
 
     gradient: Light | None
     soft: LightGrid | None
-    shadows: Shadows | None
 
 
-UNLIT = Lit(None, None, None)
+UNLIT = Lit(None, None)
 
 
 class SceneLight:
@@ -52,7 +48,7 @@ class SceneLight:
     volume : Volume
     scalars : ndarray, shape (nz, ny, nx)
         Its voxels, as they are rendered.
-    lighting : {"none", "direct", "soft", "shadows"}
+    lighting : {"none", "direct", "soft"}
     default : LightDirection
         For inputs without a light.
     light_grid : callable
@@ -73,26 +69,21 @@ class SceneLight:
         light_grid: partial[Illumination],
     ) -> None:
         self._volume, self._lighting, self._default = volume, lighting, default
-        reflects = lighting in ("direct", "shadows")
-        self._noise = noise_of(scalars) if reflects else 0.0
-        self._values = float(scalars.min()), float(scalars.max())
+        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
         self.grid = light_grid() if lighting == "soft" else None
         self.coarse_grid = lru_cache(lambda: light_grid(longest=COARSE))
 
     def of(self, inputs: SceneInputs, classification: Classification) -> Lit:
         """Return the light of a scene."""
         light = inputs.light or self._default
-        gradient, soft, shadows = None, None, None
-        if self._lighting in ("direct", "shadows"):
+        gradient, soft = None, None
+        if self._lighting == "direct":
             gradient = gradient_light(
                 inputs.view, light, self._volume, inputs.crop, self._noise, classification.brightest
             )
-        if self._lighting == "shadows":
-            step = classification.distance * self._volume.voxel_size
-            shadows = shadow_rays(inputs.view, light, self._volume, step, self._values)
         if self.grid is not None:
             soft = self.grid.grid(*self.soft_inputs(inputs), inputs.crop, classification.brightest)
-        return Lit(gradient, soft, shadows)
+        return Lit(gradient, soft)
 
     def soft_inputs(self, inputs: SceneInputs) -> tuple[View, LightDirection, NDArray[np.float32]]:
         """Return what soft light depends on besides the crop box: view, light and opacities."""

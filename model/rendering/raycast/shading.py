@@ -108,7 +108,7 @@ def corner_of(glow: Any, place: Any, fx: Any, fy: Any, fz: Any, corner: int) -> 
 
 @inlined
 def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
-    """Diffuse factor, white gloss and gradient of sample k; both sides of a surface are lit.
+    """Diffuse factor and white gloss of sample k; both sides of a surface are lit.
 
     The gradient gives the normal, as far as it is more than noise: where it is not, the sample is
     lit evenly. Within half a voxel of a face of what is shown, the face's normal counts instead,
@@ -121,8 +121,8 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
     change = nx * nx + ny * ny + nz * nz
     change *= change
     diffuse, gloss = HALF * light.diffuse, ZERO
-    nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
     if change > ZERO:
+        nx, ny, nz = nx * light.slope[0], ny * light.slope[1], nz * light.slope[2]
         diffuse, gloss = mirror(light, ray, nx, ny, nz)
         if light.noise > ZERO:
             share = change / (change + light.noise)
@@ -151,7 +151,7 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
         shine += bz * highlight(TWO * lz * vz - passing, length, light.power)
         diffuse += share * (flat / total - diffuse)
         gloss += share * (light.specular * shine / total - gloss)
-    return diffuse, gloss, math.sqrt(nx * nx + ny * ny + nz * nz)
+    return diffuse, gloss
 
 
 @inlined

@@ -5,9 +5,8 @@ front of sample i, opacity a_i, colour c_i and their changes,
 
     dI = sum of (T_i da_i + dT_i a_i) c_i,   dT_{i+1} = dT_i (1 - a_i) - T_i da_i.
 
-Under direct light, c_i is the colour under that light, which does not depend on the TF. In shadows
-it changes, too: by the sample's own opacity, and as other samples take more or less of its light.
-In soft light, the change of the light at the nodes of its grid is known before.
+Under direct light, c_i is the colour under that light, which does not depend on the TF. In soft
+light it changes, too: the change of the light at the nodes of its grid is known before.
 """
 
 from __future__ import annotations
@@ -16,23 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from model.compilation import compiled, inlined
+from model.compilation import compiled
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
 from model.rendering.raycast.differentiation import NEGLIGIBLE
 from model.rendering.raycast.marching import FAINT, opacity_of_part, shade, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.shading import received
-from model.rendering.raycast.shadow_derivatives import (
-    light_and_change,
-    shade_with_slopes,
-    shared_change,
-)
-from model.rendering.raycast.shadows import APART, UNKNOWN, sought
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
-
-LEAST = np.float32(1e-7)
-"""Change of a pixel below which that of a sample's light is left out."""
 
 _1, _2 = np.uint64(1), np.uint64(2)
 
@@ -52,7 +42,6 @@ def change_rows(
     light: Any,
     glow: Any,
     turn_grid: Any,
-    shadows: Any,
     least: Any,
     camera: Any,
     step: float,
@@ -72,7 +61,6 @@ def change_rows(
     light : Light or None
     glow, turn_grid : LightGrid or None
         Soft light, and its change.
-    shadows : Shadows or None
     least : float32
         Transparency of a sample below which the derivative is clamped.
     rows : tuple of int
@@ -81,9 +69,7 @@ def change_rows(
         Output.
     """
     size = image.shape[1]
-    levels, staging, _ = stack_batch(voxels)
-    shown = np.empty(BATCH, dtype=np.int32)
-    known, turns = np.empty(BATCH + 1, dtype=np.float32), np.empty(BATCH + 1, dtype=np.float32)
+    levels, staging = stack_batch(voxels, BATCH)
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, _ = make_ray(camera, step, column, row, size)
@@ -95,51 +81,19 @@ def change_rows(
                 if behind > k:
                     k = behind
                     continue
-                if shadows is not None:
-                    # As in the image: what was skipped must not decide which samples share light.
-                    k -= k % APART
-                    known[:] = UNKNOWN
                 fetch(voxels, shape, scale, missing, ray, k, levels, staging)
-                # Shadow rays need the memory.
-                shown[:] = levels
                 for m in range(min(BATCH, ray.count - k)):
-                    level = np.uint64(np.uint32(shown[m]))
+                    level = np.uint64(np.uint32(levels[m]))
                     a, da = alphas[level], changes[level]
-                    whole, turn, sharing = a, da, a
-                    limit = ONE
                     if k + m == ray.count - 1:
                         da *= slope_of_part(a, ray.rest, least)
                         a = opacity_of_part(a, ray.rest)
-                        # The last sample shares light with none.
-                        sharing, limit = ONE, np.float32(np.inf)
                     seen = through * a
                     weight = through * da + change * a
                     change = change * (ONE - a) - through * da
                     through *= ONE - a
                     at = np.uint64(4) * level
-                    if shadows is not None:
-                        if abs(weight) > LEAST or seen > FAINT:
-                            wanted, arriving = sought(known, m, sharing)
-                            while wanted >= 0:
-                                known[wanted], turns[wanted] = light_and_change(
-                                    voxels, shape, scale, missing, cells, cell_shape, shift,
-                                    alphas, changes, shadows, ray, np.float32(k + wanted),
-                                    levels, staging,
-                                )  # fmt: skip
-                                wanted, arriving = sought(known, m, sharing)
-                            d, s, d_turn, s_turn, by_light = shade_with_slopes(
-                                voxels, shape, light, shadows, ray, np.float32(k + m), whole,
-                                arriving,
-                            )  # fmt: skip
-                            d_turn *= turn
-                            s_turn *= seen * turn
-                            d_turn += by_light * shared_change(known, turns, m, sharing, turn)
-                            d_turn *= seen
-                            r, g, b = colors[at], colors[at + _1], colors[at + _2]
-                            red += _lit(r, d, s, limit, weight, d_turn, s_turn)
-                            green += _lit(g, d, s, limit, weight, d_turn, s_turn)
-                            blue += _lit(b, d, s, limit, weight, d_turn, s_turn)
-                    elif glow is not None:
+                    if glow is not None:
                         if weight != ZERO or seen > FAINT:
                             t = min(np.float32(k + m), ray.last)
                             d = weight * received(glow, ray, t) + seen * received(turn_grid, ray, t)
@@ -147,9 +101,7 @@ def change_rows(
                             green += d * colors[at + _1]
                             blue += d * colors[at + _2]
                     elif weight != ZERO:
-                        d, s = ONE, ZERO
-                        if light is not None:
-                            d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
+                        d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
                         red += weight * (d * colors[at] + s)
                         green += weight * (d * colors[at + _1] + s)
                         blue += weight * (d * colors[at + _2] + s)
@@ -157,13 +109,6 @@ def change_rows(
             image[row, column, 0] = red
             image[row, column, 1] = green
             image[row, column, 2] = blue
-
-
-@inlined
-def _lit(c: Any, d: Any, s: Any, limit: Any, weight: Any, d_turn: Any, s_turn: Any) -> Any:
-    """Change of a channel by a sample of colour c, shaded by d and s, up to a limit."""
-    color = d * c + s
-    return weight * color + d_turn * c + s_turn if color < limit else weight * limit
 
 
 @compiled
@@ -191,7 +136,7 @@ def add_visibility(
     visible : ndarray of float64, shape (256,)
         Added to.
     """
-    levels, staging, _ = stack_batch(voxels)
+    levels, staging = stack_batch(voxels, BATCH)
     for n in range(len(windows)):
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):

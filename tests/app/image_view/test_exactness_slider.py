@@ -39,10 +39,12 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(
     assert control.figures.accessibleName() == f"Moving images: {control.figures.text()}"
 
 
-def test_in_shadows_samples_stay_as_far_apart(make_window: Callable[..., MainWindow]) -> None:
+def test_in_path_traced_light_samples_stay_apart(
+    make_window: Callable[..., MainWindow],
+) -> None:
     window = make_window(model=None)
     work = window.workspace.reference
-    for lighting, exact in (("none", 0.25), ("shadows", 0.5), ("path", 0.5)):
+    for lighting, exact in (("none", 0.25), ("path", 0.5)):
         work.choose(lighting=lighting, stop=USUAL)
         assert work.settings.sample_distance == 0.5
         work.choose(stop="exact")

@@ -166,7 +166,6 @@ def test_an_image_that_takes_long_begins_coarse(
     dispatcher.send()
     first = reference.answer(1e-4)
     assert first.quality.live and first.quality.pixels.width < PANE.width / 3
-    # shadows depend on the sample distance.
     assert first.quality.coarseness == 1
     second = reference.answer(1e-4)
     assert not second.quality.live

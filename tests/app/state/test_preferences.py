@@ -31,7 +31,6 @@ OTHER_VALUES: dict[str, Any] = {
     "drawing": "raycast",
     "stop": "exact",
     "reference_size": 1024,
-    "shadows_first": False,
     "denoises": False,
     "trackball": True,
     "colors_follow_modes": False,

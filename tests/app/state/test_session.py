@@ -22,7 +22,7 @@ NOT_OF_A_SESSION = {
     *("path", "models", "others", "volumes"),
     # Of this machine.
     # Habits and places of a person, whatever is looked at.
-    *("trackball", "colors_follow_modes", "theme", "single_keys", "shadows_first", "last_folder"),
+    *("trackball", "colors_follow_modes", "theme", "single_keys", "last_folder"),
     *("window_geometry", "splitters"),
     *("recent_volumes", "recent_models", "recent_transfer_functions", "recent_sessions"),
 }

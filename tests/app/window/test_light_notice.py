@@ -38,7 +38,7 @@ def test_a_light_that_goes_out_is_told_and_offered(
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
     # Of the pixels of a first image, however large the pane.
     monkeypatch.setattr(slow_lights, "SLOW_LIGHT_S", 0.01)
-    monkeypatch.setattr(slow_lights, "SLOW_SHADOWS_S", 0.01)
+    monkeypatch.setattr(slow_lights, "SLOW_SOFT_S", -1.0)
     monkeypatch.setattr(dispatcher, "SOON_SECONDS", -1.0)
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
@@ -66,8 +66,8 @@ def test_the_last_image_stays_while_another_light_is_prepared(
     pane.client.stateChanged.connect(
         lambda _s: shown.append((pane.canvas.image, pane.canvas.message))
     )
-    window.workspace.reference.choose(lighting="soft")
+    window.workspace.reference.choose(lighting="direct")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert builders.settings[-1].lighting == "soft"
+    assert builders.settings[-1].lighting == "direct"
     assert len(shown) > 1
     assert all(image is not None and not message for image, message in shown)

@@ -122,7 +122,7 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(
     assert "512 × 512" in window.reference.detail
     assert not window.top_bar.compare.isEnabled() and not window.top_bar.compare.isChecked()
     assert window.reference.isVisible() and not window.generator.isVisible()
-    assert builders.settings[-1].lighting == "shadows"
+    assert builders.settings[-1].lighting == "soft"
     assert window.reference_controls.ball.isVisible()
     assert builders.references[-1].requests[-1].inputs.light == LightDirection()
     window.workspace.reference.choose(lighting="none")
@@ -468,7 +468,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     def shown(window: MainWindow) -> tuple[str, LightDirection | None]:
         return builders.settings[-1].lighting, window.state.light
 
-    fresh, half = ("shadows", LightDirection()), CropBox((0.5, 0.0, 0.0))
+    fresh, half = ("soft", LightDirection()), CropBox((0.5, 0.0, 0.0))
     first = opened("ramp")
     assert shown(first) == fresh
     first.workspace.reference.choose(lighting="soft")

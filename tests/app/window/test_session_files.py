@@ -11,6 +11,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
+from app.state.known_volume import FORMER_TOLD
 from app.state.preferences import Preferences, PreferencesStore
 from app.state.transfer_function_store import TransferFunctionStore
 from app.window.main_window import MainWindow
@@ -160,6 +161,20 @@ def test_a_volume_with_other_voxels_is_named(
     builders.volumes["ramp"] = make_volume(top=201.0)
     open_session(qtbot, window, path)
     assert any("voxels differ" in text for text in texts_of(window))
+
+
+def test_soft_light_takes_the_place_of_one_that_is_not_there(
+    qtbot: QtBot, open_window: Opener, tmp_path: Path
+) -> None:
+    window, path = open_window(), tmp_path / "a.tfscope"
+    window.workspace.reference.choose(lighting="direct")
+    window.sessions.save(path)
+    path.write_text(path.read_text().replace('"lighting": "direct"', '"lighting": "shadows"'))
+    open_session(qtbot, window, path)
+    assert window.workspace.reference.settings.lighting == "soft"
+    assert texts_of(window).count(FORMER_TOLD) == 1
+    found = window.sessions.session()
+    assert found is not None and found.look["lighting"] == "soft"
 
 
 def test_a_damaged_session_changes_nothing(

@@ -132,7 +132,7 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
         ({"drawing": "vtk"}, "VTK"),
         ({"drawing": "raycast"}, "ray caster"),
         ({"drawing": "auto"}, "ray caster"),
-        ({"lighting": "shadows"}, "ray caster"),
+        ({"lighting": "direct"}, "ray caster"),
         # VTK does not draw this light, with or without a graphics card.
         ({"lighting": "soft"}, "ray caster"),
     ):

@@ -126,7 +126,7 @@ class TestWithoutAGraphicsCard:
         assert "llvmpipe" in both.remark and "Choose VTK" in both.remark
         both.close()
 
-    @pytest.mark.parametrize("lighting", ["none", "direct", "shadows"])
+    @pytest.mark.parametrize("lighting", ["none", "direct"])
     def test_vtk_draws_where_it_is_chosen(self, lighting: Lighting) -> None:
         both = FallbackRenderer(make_volume(), lighting)
         assert both.render(INPUTS, 24)[..., 3].max() > 0.1

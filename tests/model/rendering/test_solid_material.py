@@ -180,7 +180,7 @@ def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(
     assert found == pytest.approx(1 - 0.4 ** (4 / volume.voxel_size), abs=0.003)
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "shadows"])
+@pytest.mark.parametrize("lighting", ["none", "direct"])
 def test_vtks_picture_does_not_depend_on_the_unit_of_length(lighting) -> None:
     voxels = ball().voxels
     images = []

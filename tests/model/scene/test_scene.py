@@ -11,7 +11,7 @@ from model.scene.scene import Scene, default_scalar_window
 from model.scene.volume import Volume
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "soft", "shadows"])
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft", "path"])
 def test_a_scene_survives_json(volume: Volume, lighting) -> None:
     scene = Scene.of(volume, 128, lighting)
     assert Scene.from_json(json.loads(json.dumps(scene.to_json()))) == scene
@@ -21,7 +21,7 @@ def test_a_scene_survives_json(volume: Volume, lighting) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"lighting": "moon"}, "unknown"),
+        ({"lighting": "shadows"}, "unknown; choose none, direct, soft or path"),
         ({"light": LightDirection()}, "unlit"),
         ({"lighting": "direct"}, "light direction"),
         ({"scalar_range": (1.0, 1.0)}, "not increasing"),

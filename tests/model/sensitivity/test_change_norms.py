@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_exact import VIEW, random_opacity, small_volume, tf_of
 
-from model.rendering.raycast.change_norms import BAND, band_of
+from model.rendering.raycast.differentiation import BAND, band_of
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline, Region, windows_of

@@ -249,14 +249,6 @@ def test_energies_are_those_of_the_image(at_step: RaycastRenderer) -> None:
         assert energy == pytest.approx(expected, rel=5e-3, abs=1e-5)
 
 
-def test_preintegrated_images_are_refused() -> None:
-    renderer = RaycastRenderer(small_volume(), preintegrated=True)
-    with pytest.raises(RenderError, match="on the CPU, without pre-integration"):
-        region_sensitivity(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, REGION)
-    with pytest.raises(RenderError, match="on the CPU, without pre-integration"):
-        sensitivity_field(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, 4)
-
-
 @pytest.mark.parametrize(
     "region",
     [

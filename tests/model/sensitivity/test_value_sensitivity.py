@@ -14,7 +14,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around, response_to_edits
-from model.sensitivity.exact import region_sensitivity, visibility
+from model.sensitivity.exact import visibility
 from tests.reference_raycaster import alphas_of, cast, composite, correct
 
 Array = NDArray[np.float64]
@@ -132,16 +132,10 @@ def test_visibility_is_what_each_value_adds_to_the_opacity(name: str) -> None:
     renderer.close()
 
 
-def test_regions_outside_and_preintegrated_images_are_refused() -> None:
+def test_regions_outside_are_refused() -> None:
     renderer = RaycastRenderer(small_volume())
     with pytest.raises(RenderError, match="outside"):
         visibility(renderer, inputs_of(TFS["random"]), SIZE, Region(0, 0, 15, 2))
-    renderer.close()
-    renderer = RaycastRenderer(small_volume(), preintegrated=True)
-    with pytest.raises(RenderError, match="on the CPU"):
-        renderer.change(inputs_of(TFS["random"]), SIZE, edit_around(100.0, RANGE, 6.0))
-    with pytest.raises(RenderError, match="on the CPU"):
-        region_sensitivity(renderer, inputs_of(TFS["random"]), SIZE, REGION)
     renderer.close()
 
 

@@ -14,7 +14,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from model.errors import RenderError
 from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -162,7 +161,7 @@ def test_a_mirrored_headlight_is_the_gloss() -> None:
     np.testing.assert_allclose(image[32, [24, 40], 0], expected, atol=1e-3)
 
 
-@pytest.mark.parametrize("lighting", ["direct", "soft", "shadows"])
+@pytest.mark.parametrize("lighting", ["direct", "soft"])
 def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -> None:
     unlit = RaycastRenderer(volume).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
     lit = RaycastRenderer(volume, lighting).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
@@ -171,7 +170,7 @@ def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -
     assert lit.max() <= 1
 
 
-@pytest.mark.parametrize("lighting", ["direct", "soft", "shadows"])
+@pytest.mark.parametrize("lighting", ["direct", "soft"])
 @pytest.mark.parametrize("tf", [constant(0.0), constant(0.3), constant(1.0)])
 def test_homogeneous_regions_are_lit_without_nan(lighting: Lighting, tf: OpacityTF) -> None:
     image = RaycastRenderer(homogeneous(), lighting).render(SceneInputs(VIEW, tf, WHITE), 32)
@@ -179,12 +178,10 @@ def test_homogeneous_regions_are_lit_without_nan(lighting: Lighting, tf: Opacity
     inside = image[14:18, 14:18]
     # No gradient, no surface: lit evenly, and by the normals of the volume's faces.
     opacity = tf.points[0][1]
-    # Shadows are of all that light meets: none arrives inside of what is opaque.
-    reached = 0 < opacity < 1 or (opacity == 1 and lighting != "shadows")
-    assert (inside[..., :3] > 0).all() == reached
+    assert (inside[..., :3] > 0).all() == (opacity > 0)
 
 
-@pytest.mark.parametrize("lighting", ["direct", "soft", "shadows"])
+@pytest.mark.parametrize("lighting", ["direct", "soft"])
 def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> None:
     one = RaycastRenderer(volume, lighting).render(
         SceneInputs(View(20.0, 15.0, 5.0), SOLID, RAINBOW), 32
@@ -200,17 +197,11 @@ def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> No
     assert np.abs(third - one).mean() > 0.01
 
 
-@pytest.mark.parametrize("lighting", ["direct", "soft", "shadows"])
+@pytest.mark.parametrize("lighting", ["direct", "soft"])
 def test_by_default_light_comes_from_the_upper_left(lighting: Lighting) -> None:
     image = RaycastRenderer(ball(), lighting).render(SceneInputs(VIEW, BALL_TF, WHITE), 64)
     bright = image[..., :3].mean(axis=-1)
     assert bright[20:32, 20:32].sum() > 1.1 * bright[32:44, 32:44].sum()
-
-
-def test_pre_integration_is_refused_where_it_is_missing(volume: Volume) -> None:
-    for lighting in ("direct", "soft", "shadows"):
-        with pytest.raises(RenderError, match="unlit scenes on the CPU only"):
-            RaycastRenderer(volume, lighting, preintegrated=True)
 
 
 # Cast light

@@ -313,7 +313,7 @@ def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
     )
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "soft", "shadows"])
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
 def test_where_a_value_is_visible_adds_up_to_the_opacity(lighting: str) -> None:
     renderer = RaycastRenderer(Volume(255 * field()), lighting)  # type: ignore[arg-type]
     inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))
