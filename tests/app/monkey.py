@@ -37,7 +37,6 @@ from app.engines.requests import UNWATCHED, BatchRequest, ImageRequest, Visibili
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow
 from model.errors import RenderError
-from tests.app.process_size import resident_mb
 
 WINDOW_SIZE = 1280, 860
 
@@ -123,6 +122,15 @@ class UnreliableBuilders(FakeBuilders):
         if not UnreliableEngine.calm and UnreliableEngine.rng.random() < 0.1:
             raise RenderError("The engine cannot be built; try again.")
         return UnreliableEngine(scene)
+
+
+def resident_mb() -> float:
+    """Resident memory of this process, in MB; 0 where the system does not tell."""
+    try:
+        found = re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())
+    except OSError:
+        return 0.0
+    return int(found[1]) / 1024 if found else 0.0
 
 
 @dataclass

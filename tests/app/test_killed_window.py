@@ -17,7 +17,7 @@ from app.state.transfer_function_store import TransferFunctionStore
 
 SCRIPT = Path(__file__).with_name("killed_window.py")
 
-KILLS = int(os.environ.get("TFSCOPE_KILLS", "12"))
+KILLS = int(os.environ.get("TFSCOPE_KILLS", "4"))
 """Number of kills; a job gives more."""
 
 LOST_S = 1.0

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from fake_models import make_model
 from PySide6.QtGui import QAction, QImage
-from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
 from app.window.main_window import MainWindow
@@ -29,8 +28,12 @@ def grays(picture: QImage | None) -> set[int]:
     return {picture.pixelColor(x, y).value() for x, y in pixels}
 
 
-def test_opacity_images_lie_in_the_corner(qtbot: QtBot, make_window: WindowMaker) -> None:
-    window = make_window()
+def test_opacity_images_lie_in_the_corner_above_the_scale_bar_and_below_fields(
+    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    builders.draws_codes = True
+    figures = {"holdout": {"rmse": 0.08, "emd": 0.02}, "kinds": {"step": {"rmse": 0.1}}}
+    window = make_window(model=make_model(tmp_path / "model", metrics=figures))
     opacity = action(window, "O")
     generator, reference = window.overlays.insets
     assert not opacity.isChecked() and generator.picture is None
@@ -51,10 +54,6 @@ def test_opacity_images_lie_in_the_corner(qtbot: QtBot, make_window: WindowMaker
     opacity.trigger()
     assert generator.picture is None
     assert window.generator.canvas.grab().toImage().pixelColor(*at) == before.pixelColor(*at)
-
-
-def test_the_scale_bar_lies_below_the_opacity_image(make_window: WindowMaker) -> None:
-    window = make_window()
     overlays, canvas = window.overlays, window.reference.canvas
     overlays.toggle_opacity()
     if overlays.has_scale_bar:
@@ -69,25 +68,11 @@ def test_the_scale_bar_lies_below_the_opacity_image(make_window: WindowMaker) ->
     changed = [(x, y) for x, y in places if image.pixel(x, y) != without.pixel(x, y)]
     box = overlays.insets[1].box
     assert changed and min(y for _, y in changed) > box.bottom()
-
-
-def test_a_field_covers_the_opacity_image(make_window: WindowMaker) -> None:
-    window = make_window()
-    action(window, "O").trigger()
-    canvas = window.reference.canvas
     black = QImage(8, 8, QImage.Format.Format_RGB888)
     black.fill(0)
     canvas.show_cover(black)
     square = canvas.picture_rect
     assert canvas.grab().toImage().pixelColor(square.left() + 40, square.bottom() - 60).value() < 50
-
-
-def test_the_title_names_the_papers_networks_and_their_errors(
-    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    builders.draws_codes = True
-    figures = {"holdout": {"rmse": 0.08, "emd": 0.02}, "kinds": {"step": {"rmse": 0.1}}}
-    window = make_window(model=make_model(tmp_path / "model", metrics=figures))
     assert window.generator.title == "Paper's networks"
     tip = window.generator.caption.toolTip()
     assert "RMSE 0.080, colour EMD 0.020; by kind of TF: steps 0.100." in tip

@@ -15,7 +15,6 @@ from window_fakes import FakeBuilders
 from app.state.preferences import Preferences, PreferencesStore
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
-from model.scene.tf_editing import move_opacity_handle
 from model.scene.transfer_function import OpacityTF
 
 Opener = Callable[[], MainWindow]
@@ -118,18 +117,6 @@ def test_two_windows_of_one_volume_keep_the_regions_of_both(
     assert names == {"ribs", "spine"}
 
 
-def test_a_curve_of_19_points_comes_back_with_19(
-    qtbot: QtBot, open_window: Opener, tmp_path: Path
-) -> None:
-    window = open_window()
-    window.state.tf_input.set(replace(window.state.transfer_function, opacity=CURVE), "test")
-    window.state.save_transfer_function(tmp_path / "tf.json")
-    moved = move_opacity_handle(CURVE, 3, 117.0, 0.5)
-    window.state.tf_input.set(replace(window.state.transfer_function, opacity=moved), "test")
-    window.opening.open_transfer_function(tmp_path / "tf.json")
-    assert window.state.transfer_function.opacity == CURVE
-
-
 def test_missing_voxels_that_were_drawn_are_drawn_again(
     qtbot: QtBot, open_window: Opener, builders: FakeBuilders
 ) -> None:
@@ -145,6 +132,8 @@ def test_missing_voxels_that_were_drawn_are_drawn_again(
         show(qtbot, window, "ramp")
         assert window.workspace.ranging.draws_missing == drawn
         qtbot.waitUntil(lambda drawn=drawn: builders.drawn[-1].draws_missing == drawn)
-        # And in the next run.
-        window.preferences.finish()
-        assert open_window().workspace.ranging.draws_missing == drawn
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.workspace.ranging.draw_missing(True)
+    window.close()
+    # And in the next run.
+    assert open_window().workspace.ranging.draws_missing

@@ -42,7 +42,11 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
 
 
 def test_a_sample_model_opens_with_its_volume(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, shipped: dict[str, Path]
+    qtbot: QtBot,
+    make_window: WindowMaker,
+    builders: FakeBuilders,
+    shipped: dict[str, Path],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     builders.volumes["other"] = make_volume("other", 300.0)
     window = make_window("other", model=None)
@@ -60,13 +64,7 @@ def test_a_sample_model_opens_with_its_volume(
     assert [path.name for path in opened] == ["ramp.nrrd"]
     menu.aboutToShow.emit()
     assert menu.actions()[0].isChecked()
-
-
-def test_that_no_model_ships_is_said_so(
-    make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
-) -> None:
     monkeypatch.setattr(library, "shipped_models", list)
-    menu = menu_of(make_window(), "File", "Sample models")
     menu.aboutToShow.emit()
     assert entries(menu) == ["None ship with this version"]
     assert not menu.actions()[0].isEnabled()

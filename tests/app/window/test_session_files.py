@@ -153,16 +153,6 @@ def test_a_volume_that_is_nowhere_is_asked_for(
     assert found.look == saved.look and found.transfer_function == saved.transfer_function
 
 
-def test_a_volume_with_other_voxels_is_named(
-    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    window, path = open_window(), tmp_path / "a.tfscope"
-    window.sessions.save(path)
-    builders.volumes["ramp"] = make_volume(top=201.0)
-    open_session(qtbot, window, path)
-    assert any("voxels differ" in text for text in texts_of(window))
-
-
 def test_soft_light_takes_the_place_of_one_that_is_not_there(
     qtbot: QtBot, open_window: Opener, tmp_path: Path
 ) -> None:
@@ -177,10 +167,15 @@ def test_soft_light_takes_the_place_of_one_that_is_not_there(
     assert found is not None and found.look["lighting"] == "soft"
 
 
-def test_a_damaged_session_changes_nothing(
-    qtbot: QtBot, open_window: Opener, tmp_path: Path
+def test_other_voxels_are_named_and_a_damaged_session_changes_nothing(
+    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
 ) -> None:
     window, path = open_window(), tmp_path / "a.tfscope"
+    window.sessions.save(path)
+    builders.volumes["ramp"] = make_volume(top=201.0)
+    open_session(qtbot, window, path)
+    assert any("voxels differ" in text for text in texts_of(window))
+    window.notice.clear()
     before = window.sessions.session()
     path.write_text('{"tfscope_session": 1, "volume": []}')
     window.opening.open(path)

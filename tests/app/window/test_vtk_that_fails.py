@@ -78,28 +78,6 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     np.testing.assert_allclose(saved, expected, atol=1)
 
 
-@pytest.mark.slow
-def test_what_fails_while_a_picture_is_drawn_is_drawn_by_the_ray_caster(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    real_reference: None,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:
-    window = make_window(model=None)
-    assert window.reference.detail.startswith("VTK")
-    window.brightness.set(1.0)
-    monkeypatch.setattr(VtkRenderer, "render", fail)
-    # A moment later the first view is fitted to the pane.
-    inputs = window.state.inputs
-    window.pictures.draw(CHOICE, tmp_path / "picture.png")
-    qtbot.waitUntil((tmp_path / "picture.png").exists)
-    saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
-    np.testing.assert_allclose(
-        saved, np.rint(255 * by_the_ray_caster(window, inputs)[..., :3]), atol=1
-    )
-
-
 def test_what_nothing_draws_is_not_saved(
     qtbot: QtBot,
     make_window: Callable[..., MainWindow],
