@@ -19,7 +19,6 @@ class Channels(dict[_K, Channel]):
 
     Parameters
     ----------
-    clients : mapping to EngineClient
     name : str
         Of each of the channels.
     take : callable

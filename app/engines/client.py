@@ -113,7 +113,6 @@ class EngineClient(QObject):
 
     Attributes
     ----------
-    state : EngineState
     text : str
         Explanation of the state: what the engine waits for, why it draws nothing, or
         the error. Empty while images are drawn.
@@ -184,7 +183,6 @@ class EngineClient(QObject):
 
         Parameters
         ----------
-        factory : callable
         busy_text : str
             What is said meanwhile; empty to leave the last image as it is.
         held : bool

@@ -18,7 +18,6 @@ class Result:
 
     Attributes
     ----------
-    request : Request
     value : ndarray of float32, or None
         Array of the shape given by the request's class.
     error : str or None

@@ -51,7 +51,6 @@ class RendererEngine:
 
     Parameters
     ----------
-    renderer : Renderer
     sample_distance : float
         Of VTK's images, in voxels.
     name : str

@@ -27,7 +27,6 @@ class Watch:
 
     Parameters
     ----------
-    is_wanted : callable
     noted : callable
         Is given the part of the answer that is there, 0 to 1.
     """
@@ -58,8 +57,6 @@ class Request(ABC):
 
     Attributes
     ----------
-    inputs : SceneInputs
-    quality : Quality
     sequence : int
         Number that increases with every request, of any engine; no part of the question.
     channel : str
@@ -74,11 +71,6 @@ class Request(ABC):
     @abstractmethod
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
         """Return an engine's answer.
-
-        Parameters
-        ----------
-        engine : Engine
-        watch : Watch
 
         Raises
         ------
@@ -151,7 +143,6 @@ class RegionSensitivityRequest(Request):
 
     Attributes
     ----------
-    region : ImageRegion
     width : float
         Standard deviation of the edits, in bins of the TF.
     measure : {"change", "signed"}

@@ -13,12 +13,7 @@ PATIENCE_MS = 500
 
 
 class AtWork(QObject):
-    """Watches the channels of one asker.
-
-    Parameters
-    ----------
-    channels : iterable of Channel
-    """
+    """Watches the channels of one asker."""
 
     changed = Signal(object)
     """Emitted with the part of an answer that is there, 0 to 1, once it takes long; None when

@@ -63,8 +63,6 @@ class Dispatcher(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    generator, reference : EngineClient
     stand_in : Channel
         To a ray caster of the same volume and light as the reference.
 

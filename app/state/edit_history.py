@@ -18,7 +18,6 @@ class EditHistory(QObject):
 
     Attributes
     ----------
-    stack : QUndoStack
     clock : callable
         Returns the time in seconds.
     """

@@ -36,9 +36,6 @@ class EditTrials(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    asked : SensitivityState
-    chooser : EngineChooser
     clients : dict
         Clients of the engines by name.
     field_of : callable

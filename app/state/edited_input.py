@@ -23,8 +23,6 @@ class EditedInput(QObject, Generic[T]):
         The value before a volume is opened.
     drag : str
         Name of a drag in the menu of edits, where nobody gives another one.
-    history : EditHistory
-    parent : QObject
     """
 
     changed = Signal(object)

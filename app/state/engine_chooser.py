@@ -32,10 +32,6 @@ REGION_QUESTIONS: tuple[Question, ...] = ("change", "signed")
 class EngineChooser:
     """Chooses engines and sizes by what is there, what the user wants and what it takes.
 
-    Parameters
-    ----------
-    asked : SensitivityState
-
     Attributes
     ----------
     exact_source : {"exact", "stand-in"} or None
@@ -46,7 +42,6 @@ class EngineChooser:
         Pixels of the reference image.
     patience : float
         Time that live answers may take, as a multiple of the usual one.
-    pace : Pace
     """
 
     def __init__(self, asked: SensitivityState) -> None:

@@ -43,9 +43,6 @@ class LatentDrawer(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    latent : LatentState
-    session : LatentSession
     exact : EngineClient
         Client of a ray caster.
     learned : EngineClient

@@ -44,12 +44,9 @@ class HoverPicture:
 
     Attributes
     ----------
-    place : tuple of float
-    tf : OpacityTF
     samples : int
         Samples that are blended; 0 where the nearest one stands for the place.
     image : ndarray of float32, shape (S, S, 4)
-    seconds : float
     source : {"exact", "learned"}
     of_code : bool
         Whether it is drawn from the code, not from the TF.
@@ -72,14 +69,12 @@ class GridPicture:
     ----------
     map : LatentMap
         The samples that were averaged.
-    cells : Cells
     tfs : tuple of 16 (OpacityTF or None), row by row
         None for cells without samples.
     images : dict of int to ndarray
         Pictures (S, S, 4) of the cells that have one.
     inputs : SceneInputs
         View, light and colours of the pictures.
-    seconds : float
     source : {"exact", "learned"}
     of_codes : bool
         Whether they are drawn from codes, not from TFs.
@@ -112,19 +107,10 @@ class _AskedGrid:
 class LatentPictures(QObject):
     """Asks engines for pictures whenever brush, mouse, view, light or colours change.
 
-    Parameters
-    ----------
-    state : ViewerState
-    latent : LatentState
-    session : LatentSession
-    drawer : LatentDrawer
-
     Attributes
     ----------
-    grid : GridPicture or None
     grid_at_work : AtWork
         Tells that the grid's pictures take long.
-    hover : HoverPicture or None
     """
 
     gridDrawn = Signal(object)

@@ -37,16 +37,8 @@ class LatentSession(QObject):
     Without a stored map the principal components are shown at once, and t-SNE is computed in
     a process of its own.
 
-    Parameters
-    ----------
-    state : ViewerState
-    latent : LatentState
-    open_space : callable
-
     Attributes
     ----------
-    space : LatentSpace or None
-    map : LatentMap or None
     wanted : ndarray of bool, shape (n,), or None
         Samples that pass the filters; None without a map.
     chosen : LatentMap or None
@@ -196,7 +188,6 @@ class LatentSession(QObject):
 
         Parameters
         ----------
-        place : tuple of float
         closeness : float
             See :meth:`model.latent.latent_map.LatentMap.at`.
         """

@@ -28,11 +28,8 @@ class NewestAnswers(QObject):
 
     Parameters
     ----------
-    state : ViewerState
     asked : SensitivityState
         What is asked about.
-    chooser : EngineChooser
-    parent : QObject
 
     Attributes
     ----------

@@ -45,18 +45,13 @@ class ReferenceWork(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    reference : EngineClient
     stand_in : Channel
         To the analyst.
-    builders : Builders
-    dispatcher : Dispatcher
     preferences : Preferences
         Choices are kept there.
 
     Attributes
     ----------
-    choices : ReferenceChoices
     settings : ReferenceSettings
         What the reference is drawn with now.
     fits_view : bool
@@ -194,7 +189,6 @@ class ReferenceWork(QObject):
 
         Parameters
         ----------
-        volume : Volume
         scene : Scene or None
             Scene of the model that is shown beside it, if there is one.
         """

@@ -43,8 +43,6 @@ class Answer(Generic[_R]):
 
     Attributes
     ----------
-    request : Request
-    value : ndarray of float32
     source : {"exact", "stand-in", "learned"}
     seconds : float
         Time that it took.

@@ -62,8 +62,6 @@ class SensitivityDispatcher(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
     exact : EngineClient
         Client of a ray caster.
     learned : EngineClient
@@ -75,7 +73,6 @@ class SensitivityDispatcher(QObject):
 
     Attributes
     ----------
-    answers : NewestAnswers
     window : tuple of float
         The scalar values of interest.
     """

@@ -26,9 +26,6 @@ def shown_result(
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     image : ndarray of float32, shape (H, W, 3), or None
         The image that is differentiated.
     units : str

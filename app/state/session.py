@@ -48,7 +48,6 @@ class Session:
         Values of a :class:`KnownVolume` that belong to a session, by name.
     window : dict
         Values of :class:`Remembered` that belong to a session, by name.
-    sensitivity : Choices
     band : tuple of float
         Lowest and highest of the pinned scalar values; empty if none are.
     browsing : bool

@@ -110,7 +110,6 @@ class SessionWork(QObject):
 
         Parameters
         ----------
-        path : Path
         volume : Path, optional
             Where its volume is now.
         """

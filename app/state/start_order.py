@@ -24,10 +24,8 @@ class StartOrder(QObject):
 
     Parameters
     ----------
-    generator, reference : EngineClient
     stand_in : Channel
         Of the ray caster's images until VTK's are there.
-    model : GeneratorWork
     """
 
     done = Signal()

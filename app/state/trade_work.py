@@ -26,7 +26,6 @@ class Traded:
     ----------
     scale : float
         Part of the width that is drawn.
-    seconds : float
     error : float
         Root mean square of the colours' differences, 0 to 1.
     """
@@ -44,7 +43,6 @@ class TradeWork(QObject):
 
     Parameters
     ----------
-    state : ViewerState
     reference, stand_in : EngineClient
         One of them draws while something moves.
     dispatcher : Dispatcher

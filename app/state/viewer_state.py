@@ -34,7 +34,6 @@ class ViewerState(ViewNavigation):
 
     Attributes
     ----------
-    edits : EditHistory
     tf_input : EditedInput of TransferFunction
         The TF, over the volume's scalar range.
     light_input : EditedInput of LightDirection or None

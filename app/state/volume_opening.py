@@ -65,7 +65,6 @@ class VolumeOpening(QObject):
 
         Parameters
         ----------
-        path : Path
         raw : RawLayout or None
             Of a file without a header.
         taken, failed : callable

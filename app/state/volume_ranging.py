@@ -23,7 +23,6 @@ class VolumeRanging(QObject):
         Reads a volume of a path.
     preferences : Preferences
         They keep whether missing voxels are drawn.
-    parent : QObject
     """
 
     taken = Signal(object)

@@ -60,12 +60,8 @@ class VolumeReading(QObject):
         Reads a volume of a path.
     reference : EngineClient
         Its pane tells what is read before there is any image.
-    model : GeneratorWork
-    keeper : TransferFunctionKeeper
     library : Library
         Models by their volumes.
-    preferences : Preferences
-    parent : QObject
 
     Attributes
     ----------
@@ -124,7 +120,6 @@ class VolumeReading(QObject):
 
         Parameters
         ----------
-        path : Path
         raw : RawLayout or None
             Of a file without a header; None for the one in its name.
         choice : Choice or None

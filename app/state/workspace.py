@@ -48,10 +48,8 @@ class Workspace(QObject):
 
     Parameters
     ----------
-    generator, reference : EngineClient
     stand_in : Channel
         To the analyst, a ray caster whose images are shown until the reference's are there.
-    brightness : Brightness
     builders : Builders
         Functions that read volumes and build engines.
     store : TransferFunctionStore or None

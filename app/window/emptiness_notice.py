@@ -21,11 +21,8 @@ class EmptinessNotice(QObject):
 
     Parameters
     ----------
-    pane : EnginePane
-    state : ViewerState
     workspace : Workspace
         Has the histogram of the volume.
-    notices : Notices
     """
 
     def __init__(

@@ -13,7 +13,6 @@ class Gesture:
     ----------
     keys : str
         As in the help.
-    effect : str
     short : tuple of str
         Keys and effect in the status line while the mouse is there; empty for not at all.
     """

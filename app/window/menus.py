@@ -42,7 +42,6 @@ class Menus(QObject):
     ----------
     window : QMainWindow
         The window of the menu bar.
-    parts : WindowParts
     """
 
     def __init__(self, window: QMainWindow, parts: WindowParts) -> None:

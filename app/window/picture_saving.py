@@ -56,9 +56,6 @@ class PictureSaving(QObject):
     ----------
     parent : QWidget
         Parent of the dialogs.
-    state : ViewerState
-    files : FileDialogs
-    shown : ShownImages
 
     Attributes
     ----------

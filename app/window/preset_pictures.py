@@ -21,11 +21,8 @@ class PresetPictures(QObject):
 
     Parameters
     ----------
-    menu : PresetMenu
-    state : ViewerState
     analyst, reference : EngineClient
         Draw the pictures; see :class:`~app.window.small_pictures.SmallPictures`.
-    brightness : Brightness
     work : ReferenceWork
         Knows the light.
     """

@@ -27,13 +27,8 @@ class UpAxisQuestion(QObject):
 
     Parameters
     ----------
-    bar : UpAxisCard
-    state : ViewerState
-    workspace : Workspace
     analyst, reference : EngineClient
         Draw the buttons' pictures; see :class:`~app.window.small_pictures.SmallPictures`.
-    brightness : Brightness
-    preferences : Preferences
     """
 
     def __init__(
