@@ -2,8 +2,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -199,24 +197,3 @@ def test_the_volume_of_a_copied_shipped_model_is_shipped(library: Library, tmp_p
     assert scene is not None
     assert path in shipped_volumes()
     assert path is not None and read_volume(path).fingerprint == scene.volume_fingerprint
-
-
-def test_a_model_is_checked_without_slow_libraries() -> None:
-    slow = ("torch", "vtkmodules", "numba", "scipy")
-    code = (
-        "import sys\n"
-        "from app.state.library import Library\n"
-        "from app.state.preferences import Preferences\n"
-        "from model.generator.catalog import shipped_models\n"
-        "library = Library(Preferences())\n"
-        "assert all(library.check_model(folder).is_fine for folder in shipped_models())\n"
-        f"print([m for m in {slow} if m in sys.modules])"
-    )
-    found = subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=Path(__file__).parents[3],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert found.stdout.strip() == "[]"
