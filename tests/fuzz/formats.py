@@ -40,39 +40,25 @@ def _voxels() -> np.ndarray:
     return np.random.default_rng(1).integers(0, 4000, (9, 10, 11), dtype=np.uint16)
 
 
-def _volume(*makers: Callable[..., Path]) -> Callable[[Path], list[Path]]:
-    return lambda folder: [make(folder, _voxels()) for make in makers]
+def _volumes(*makers: Callable[..., Path]) -> Format:
+    return Format(lambda folder: [make(folder, _voxels()) for make in makers], _read_volume)
 
 
-def _itk(name: str, compressed: bool = False) -> Callable[..., Path]:
+def _written(writer: str, name: str, *options: object) -> Callable[..., Path]:
+    """Return a maker of a file by one of the writers of the readers' tests."""
+
     def make(folder: Path, array: np.ndarray) -> Path:
         sys.path.insert(0, WRITERS)
-        from volume_writers import write_itk
+        import volume_writers
 
-        return write_itk(folder / name, array, compressed=compressed)
+        path: Path = getattr(volume_writers, f"write_{writer}")(folder / name, array, *options)
+        return path
 
     return make
 
 
-def _vti(mode: str, compressor: str, encode: bool = False) -> Callable[..., Path]:
-    def make(folder: Path, array: np.ndarray) -> Path:
-        sys.path.insert(0, WRITERS)
-        from volume_writers import write_vti
-
-        name = f"{mode}-{compressor}-{encode}.vti"
-        return write_vti(folder / name, array, mode, compressor, encode)
-
-    return make
-
-
-def _legacy(binary: bool) -> Callable[..., Path]:
-    def make(folder: Path, array: np.ndarray) -> Path:
-        sys.path.insert(0, WRITERS)
-        from volume_writers import write_legacy
-
-        return write_legacy(folder / f"{binary}.vtk", array, binary)
-
-    return make
+def _vti(*options: object) -> Callable[..., Path]:
+    return _written("vti", "-".join(map(str, options)) + ".vti", *options)
 
 
 def _tiff(compression: str | None) -> Callable[..., Path]:
@@ -84,13 +70,6 @@ def _tiff(compression: str | None) -> Callable[..., Path]:
         return path
 
     return make
-
-
-def _dicom(folder: Path, array: np.ndarray) -> Path:
-    sys.path.insert(0, WRITERS)
-    from volume_writers import write_dicom
-
-    return write_dicom(folder / "series", array[:3])
 
 
 def _imagej(folder: Path, array: np.ndarray) -> Path:
@@ -154,16 +133,6 @@ def _nibabel(name: str) -> Callable[..., Path]:
     return make
 
 
-def _numpy(folder: Path, array: np.ndarray) -> Path:
-    np.save(folder / "a.npy", array)
-    return folder / "a.npy"
-
-
-def _archive(folder: Path, array: np.ndarray) -> Path:
-    np.savez_compressed(folder / "a.npz", values=array, mask=array > 9)
-    return folder / "a.npz"
-
-
 def _hdf5(folder: Path, array: np.ndarray) -> Path:
     import h5py
 
@@ -183,29 +152,6 @@ def _netcdf(folder: Path, array: np.ndarray) -> Path:
             file.createVariable(name, "f4", (name,))[:] = 2.0 * np.arange(n)
         file.createVariable("values", "i2", tuple("zyx"))[:] = array
     return folder / "a.nc"
-
-
-def _zarr(form: int) -> Callable[..., Path]:
-    def make(folder: Path, array: np.ndarray) -> Path:
-        import zarr
-
-        path = folder / f"a{form}.zarr"
-        stored = zarr.create_array(
-            str(path), shape=array.shape, chunks=(4, 5, 6), dtype=array.dtype, zarr_format=form
-        )
-        stored[...] = array
-        return path
-
-    return make
-
-
-def _mrc(folder: Path, array: np.ndarray) -> Path:
-    import mrcfile
-
-    with mrcfile.new(folder / "a.mrc") as file:
-        file.set_data(array.astype(np.float32))
-        file.voxel_size = (1.0, 2.0, 3.0)
-    return folder / "a.mrc"
 
 
 def _read_volume(path: Path) -> str:
@@ -343,39 +289,35 @@ def _read_planted(path: Path) -> str:
 
 
 FORMATS = {
-    "nrrd": Format(_volume(_itk("a.nrrd"), _itk("b.nrrd", True)), _read_volume),
-    "metaimage": Format(_volume(_itk("a.mha"), _itk("b.mha", True)), _read_volume),
-    "nifti": Format(
-        _volume(_itk("a.nii"), _itk("b.nii.gz"), _nibabel("c.nii"), _nibabel("d.mgh")),
-        _read_volume,
+    "nrrd": _volumes(_written("itk", "a.nrrd"), _written("itk", "b.nrrd", True)),
+    "metaimage": _volumes(_written("itk", "a.mha"), _written("itk", "b.mha", True)),
+    "nifti": _volumes(
+        _written("itk", "a.nii"),
+        _written("itk", "b.nii.gz"),
+        _nibabel("c.nii"),
+        _nibabel("d.mgh"),
     ),
-    "vti": Format(
-        _volume(
-            _vti("Appended", "None"),
-            _vti("Appended", "ZLib", True),
-            _vti("Appended", "LZ4"),
-            _vti("Binary", "ZLib"),
-            _vti("Ascii", "None"),
-        ),
-        _read_volume,
+    "vti": _volumes(
+        _vti("Appended", "None"),
+        _vti("Appended", "ZLib", True),
+        _vti("Appended", "LZ4"),
+        _vti("Binary", "ZLib"),
+        _vti("Ascii", "None"),
     ),
-    "vtk": Format(_volume(_legacy(True), _legacy(False)), _read_volume),
-    "tiff": Format(_volume(_tiff(None), _tiff("zlib"), _tiff("lzw"), _imagej, _ome), _read_volume),
-    "dicom": Format(_volume(_dicom), _read_volume),
-    "dicom-frames": Format(
-        _volume(
-            _one_dicom("1.2.840.10008.1.2.1", ""),
-            _one_dicom("1.2.840.10008.1.2.4.80", "jpegls_encode"),
-            _one_dicom("1.2.840.10008.1.2.4.70", "ljpeg_encode"),
-            _one_dicom("1.2.840.10008.1.2.4.90", "jpeg2k_encode"),
-        ),
-        _read_volume,
+    "vtk": _volumes(_written("legacy", "a.vtk", True), _written("legacy", "b.vtk", False)),
+    "tiff": _volumes(_tiff(None), _tiff("zlib"), _tiff("lzw"), _imagej, _ome),
+    "dicom": _volumes(_written("dicom", "series")),
+    "dicom-frames": _volumes(
+        _one_dicom("1.2.840.10008.1.2.1", ""),
+        _one_dicom("1.2.840.10008.1.2.4.80", "jpegls_encode"),
+        _one_dicom("1.2.840.10008.1.2.4.70", "ljpeg_encode"),
+        _one_dicom("1.2.840.10008.1.2.4.90", "jpeg2k_encode"),
     ),
-    "numpy": Format(_volume(_numpy, _archive), _read_volume),
-    "hdf5": Format(_volume(_hdf5), _read_volume),
-    "netcdf": Format(_volume(_netcdf), _read_volume),
-    "zarr": Format(_volume(_zarr(2), _zarr(3)), _read_volume),
-    "mrc": Format(_volume(_mrc), _read_volume),
+    "numpy": _volumes(_written("npy", "a.npy"), _written("npz", "a.npz")),
+    "hdf5": _volumes(_hdf5),
+    "netcdf": _volumes(_netcdf),
+    "zarr": _volumes(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
+    "mrc": _volumes(_written("mrc", "a.mrc")),
     "tf": Format(_make_tf, _read_tf, mutate=mutated_json),
     "card": Format(_make_model, _read_model, (".json",), mutated_json),
     "weights": Format(_make_model, _read_model, (".safetensors",)),

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import gzip
-import warnings
 from pathlib import Path
 
 import h5py
-import mrcfile
 import numpy as np
 import pytest
 import zarr
 from scipy.io import netcdf_file
-from volume_writers import check, refused, voxels
+from volume_writers import check, refused, voxels, write_mrc, write_npy, write_npz, write_zarr
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
@@ -23,16 +21,6 @@ TIMES = voxels("int16", (4, 6, 5, 7))
 
 def said(volume):
     return " ".join(volume.notes)
-
-
-def npy(path, array):
-    np.save(path.with_suffix(".npy"), array)
-    return path.with_suffix(".npy")
-
-
-def npz(path, array):
-    np.savez_compressed(path.with_suffix(".npz"), values=array, names=np.arange(3))
-    return path.with_suffix(".npz")
 
 
 def hdf5(path, array):
@@ -50,21 +38,14 @@ def netcdf(path, array):
     return path.with_suffix(".nc")
 
 
-def zarr_folder(form):
-    def write(path, array):
-        place = path.with_suffix(".zarr")
-        chunks = tuple(max(n // 2, 1) for n in array.shape)
-        stored = zarr.create_array(
-            str(place), shape=array.shape, chunks=chunks, dtype=array.dtype, zarr_format=form
-        )
-        stored[...] = array
-        return place
-
-    return write
-
-
-WRITERS = {"npy": npy, "npz": npz, "hdf5": hdf5, "netcdf": netcdf}
-WRITERS |= {"zarr 2": zarr_folder(2), "zarr 3": zarr_folder(3)}
+WRITERS = {
+    "npy": lambda path, array: write_npy(path.with_suffix(".npy"), array),
+    "npz": lambda path, array: write_npz(path.with_suffix(".npz"), array),
+    "hdf5": hdf5,
+    "netcdf": netcdf,
+    "zarr 2": lambda path, array: write_zarr(path.with_suffix(".zarr"), array, 2),
+    "zarr 3": lambda path, array: write_zarr(path.with_suffix(".zarr"), array, 3),
+}
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -90,7 +71,7 @@ def test_one_of_several_times(tmp_path, name, time):
 @pytest.mark.parametrize("order", ["C", "F"])
 def test_last_axes_of_few_values_are_components(tmp_path, order):
     array = np.asarray(voxels("uint8", (6, 5, 7, 3)), order=order)
-    check(read_volume(npy(tmp_path / "a", array), component=2), array[..., 2])
+    check(read_volume(write_npy(tmp_path / "a.npy", array), component=2), array[..., 2])
 
 
 def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
@@ -217,21 +198,10 @@ def test_channels_have_the_names_of_ome_zarr(tmp_path):
     check(read_volume(place, choice=Choice(channel="GFP")), array[1])
 
 
-def mrc(path, array, **fields):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with mrcfile.new(path, overwrite=True) as file:
-            file.set_data(array)
-            file.voxel_size = (0.5, 2.0, 3.0)
-            for name, value in fields.items():
-                setattr(file.header, name, value)
-    return path
-
-
 @pytest.mark.parametrize("dtype", ["int8", "int16", "uint16", "float32", "float16"])
 def test_mrc(tmp_path, dtype):
     array = voxels("float32").astype(dtype) if dtype == "float16" else voxels(dtype)
-    path = mrc(tmp_path / "a.mrc", array)
+    path = write_mrc(tmp_path / "a.mrc", array)
     volume = read_volume(path)
     check(volume, array)
     assert volume.spacing == pytest.approx((0.5, 2, 3))
@@ -241,18 +211,18 @@ def test_mrc(tmp_path, dtype):
 
 
 def test_mrc_axes_in_another_order(tmp_path):
-    path = mrc(tmp_path / "a.map", ARRAY, mapc=3, mapr=1, maps=2)
+    path = write_mrc(tmp_path / "a.map", ARRAY, mapc=3, mapr=1, maps=2)
     volume = read_volume(path)
     # The fastest axis of the file is z, then x, then y.
     check(volume, ARRAY.transpose(2, 0, 1))
 
 
 def test_mrc_stacks_of_volumes(tmp_path):
-    path = mrc(tmp_path / "a.mrc", ARRAY, ispg=401, mz=3)
+    path = write_mrc(tmp_path / "a.mrc", ARRAY, ispg=401, mz=3)
     for number in range(2):
         volume = read_volume(path, choice=Choice(series=str(number)))
         check(volume, ARRAY[3 * number : 3 * number + 3])
-    path = mrc(tmp_path / "b.mrc", ARRAY, ispg=0)
+    path = write_mrc(tmp_path / "b.mrc", ARRAY, ispg=0)
     assert "stack of images" in said(read_volume(path))
 
 

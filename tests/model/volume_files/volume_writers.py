@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import struct
+import warnings
 from pathlib import Path
 
+import mrcfile
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
+import zarr
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
@@ -32,7 +35,7 @@ def voxels(dtype="uint16", shape=(6, 5, 7)):
     return rng.integers(info.min, info.max, shape, dtype=dtype, endpoint=True)
 
 
-def write_itk(path: Path, array, *, compressed=False, vector=False, direction=None):
+def write_itk(path: Path, array, compressed=False, *, vector=False, direction=None):
     image = sitk.GetImageFromArray(array, isVector=vector)
     image.SetSpacing(SPACING)
     image.SetOrigin(ORIGIN)
@@ -125,6 +128,33 @@ def write_tiff(path: Path, pages, order="<", description=b"", resolution=None, f
         link = len(out)
         out += b"\0" * 4
     path.write_bytes(out)
+    return path
+
+
+def write_npy(path: Path, array):
+    np.save(path, array)
+    return path
+
+
+def write_npz(path: Path, array):
+    np.savez_compressed(path, values=array, names=np.arange(3))
+    return path
+
+
+def write_zarr(path: Path, array, form: int):
+    chunks = tuple(max(n // 2, 1) for n in array.shape)
+    zarr.create_array(str(path), data=array, chunks=chunks, zarr_format=form)
+    return path
+
+
+def write_mrc(path: Path, array, **fields):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with mrcfile.new(path, overwrite=True) as file:
+            file.set_data(array)
+            file.voxel_size = SPACING
+            for name, value in fields.items():
+                setattr(file.header, name, value)
     return path
 
 
