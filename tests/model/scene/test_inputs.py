@@ -28,33 +28,25 @@ from model.scene.view import View
 SCENE = Scene.of(make_volume(), image_size=16, scalar_window=(120.0, 180.0))
 
 
-def outside(view: View, opacity: OpacityTF) -> str:
-    return outside_range(SceneInputs(view, opacity, make_tf().color), SCENE)
-
-
-def test_inside_there_is_nothing_to_say() -> None:
-    view = View(azimuth=300.0, elevation=80.0, roll=-10.0, distance=0.4)
-    assert outside(view, make_tf(120.0, 180.0).opacity) == ""
-
-
 @pytest.mark.parametrize(
-    ("view", "said"),
+    ("view", "modes", "said"),
     [
-        (View(elevation=-85.0), "elevation -85°"),
-        (View(roll=11.0), "roll 11°"),
-        (View(distance=0.3), "distance 0.30"),
-        (View(distance=1.2), "distance 1.20"),
+        (View(azimuth=300.0, elevation=80.0, roll=-10.0, distance=0.4), (120.0, 180.0), ()),
+        (View(elevation=-85.0), (130.0, 170.0), ("elevation -85°",)),
+        (View(roll=11.0), (130.0, 170.0), ("roll 11°",)),
+        (View(distance=0.3), (130.0, 170.0), ("distance 0.30",)),
+        (View(distance=1.2), (130.0, 170.0), ("distance 1.20",)),
+        (View(), (110.0, 190.0, 150.0), ("2 modes",)),
+        (View(elevation=90.0, roll=20.0), (100.0,), ("elevation", "roll", "a mode")),
     ],
 )
-def test_a_view_outside_is_named(view: View, said: str) -> None:
-    text = outside(view, make_tf().opacity)
-    assert said in text
-    assert text.count(",") == 0
-
-
-def test_modes_outside_are_counted() -> None:
-    opacity = make_tf(110.0, 190.0, 150.0).opacity
-    assert "2 modes" in outside(View(), opacity)
+def test_what_lies_outside_is_named_in_one_line(
+    view: View, modes: tuple[float, ...], said: tuple[str, ...]
+) -> None:
+    opacity, color = make_tf(*modes).opacity, make_tf().color
+    text = outside_range(SceneInputs(view, opacity, color), SCENE)
+    assert all(part in text for part in said) and "\n" not in text
+    assert text.count(",") == max(len(said) - 1, 0) and bool(text) == bool(said)
 
 
 def test_a_free_curve_is_named() -> None:
@@ -63,13 +55,6 @@ def test_a_free_curve_is_named() -> None:
     inputs = SceneInputs(View(), opacity, ColorTF(opacity.scalar_range, ((100.0, 1, 1, 1),)))
     assert "free opacity curve" in outside_range(inputs, scene)
     assert outside_range(inputs, replace(scene, tf_family="drawn")) == ""
-
-
-def test_several_things_make_one_line() -> None:
-    view = replace(View(), elevation=90.0, roll=20.0)
-    text = outside(view, make_tf(100.0).opacity)
-    assert "\n" not in text
-    assert all(part in text for part in ("elevation", "roll", "a mode"))
 
 
 FIXED = Scene.of(make_volume(), 16, "direct")

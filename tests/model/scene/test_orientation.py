@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from model.errors import ViewError
-from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.axes import AXES, axis_direction, upright_frame
 from model.scene.crop import CropBox
-from model.scene.inputs import SceneInputs
 from model.scene.orientation import (
     FARTHEST_HOME,
     MARGIN,
@@ -28,9 +26,7 @@ from model.scene.orientation import (
     standard_view,
     view_in,
 )
-from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import VIEW_ANGLE, View
-from model.scene.volume import Volume
 
 WHOLE_BOX = CropBox()
 
@@ -55,16 +51,6 @@ def test_a_view_is_rebuilt_from_its_axes(view: View) -> None:
     again = View.of_basis(view.basis(), 0.7, 0.1, -0.2)
     np.testing.assert_allclose(again.basis(), view.basis(), atol=1e-9)
     assert (again.distance, again.pan_x, again.pan_y) == (0.7, 0.1, -0.2)
-
-
-@settings(max_examples=25)
-@given(st.floats(0, 359.9), st.floats(-89.9, 89.9), st.floats(-179.9, 179.9))
-def test_angles_are_rebuilt_from_axes(azimuth: float, elevation: float, roll: float) -> None:
-    again = View.of_basis(View(azimuth, elevation, roll).basis())
-    turn = (again.azimuth - azimuth + 180) % 360 - 180
-    assert (turn, again.elevation - elevation, again.roll - roll) == pytest.approx(
-        (0, 0, 0), abs=1e-8
-    )
 
 
 @pytest.mark.parametrize("elevation", [-90.0, 90.0])
@@ -212,21 +198,3 @@ def test_standard_views_look_from_their_faces(name: str) -> None:
     view = standard_view(name, 0.5, "-y", front="+x")
     assert view.basis()[2] == pytest.approx(axis_direction(faces("-y", "+x")[name]), abs=1e-9)
     assert (view.distance, view.pan_x, view.pan_y) == (0.5, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("up", ["+z", "-x"])
-def test_the_silhouette_of_an_opaque_box_stays_inside_the_image(up: str) -> None:
-    scalars = np.linspace(0.0, 255.0, 8 * 12 * 24, dtype=np.float32).reshape(8, 12, 24)
-    volume = Volume(scalars, (1.0, 0.7, 2.0))
-    opaque = OpacityTF((0.0, 255.0), points=((0.0, 1.0),))
-    white = ColorTF((0.0, 255.0), ((0.0, 1.0, 1.0, 1.0),))
-    renderer = RaycastRenderer(volume, threads=1)
-    home = home_view(volume.proportions, up)
-
-    def rim(view: View) -> float:
-        alpha = renderer.render(SceneInputs(view, opaque, white), 48)[..., 3]
-        assert alpha.max() > 0.99
-        return float(max(alpha[[0, -1]].max(), alpha[:, [0, -1]].max()))
-
-    assert rim(home) == 0.0
-    assert rim(replace(home, distance=0.9 * home.distance)) > 0.0

@@ -48,17 +48,12 @@ def test_a_width_is_at_least_a_bin_and_at_most_the_range(width: float) -> None:
     assert resized.modes[0].width == np.clip(width, 100 / 256, 100)
 
 
-def test_an_added_mode_comes_last_and_can_be_removed() -> None:
-    added, index = edits.add_opacity_handle(MODES, 150.0, 0.25)
-    assert index == 2
+@pytest.mark.parametrize(("opacity", "place"), [(MODES, 2), (CURVE, 2)])
+def test_an_added_handle_takes_its_place_and_can_be_removed(opacity: OpacityTF, place: int) -> None:
+    added, index = edits.add_opacity_handle(opacity, 150.0, 0.25)
+    assert index == place
     assert edits.opacity_handles(added)[index] == (150.0, 0.25)
-    assert edits.remove_opacity_handle(added, index) == MODES
-
-
-def test_an_added_point_takes_its_place_and_can_be_removed() -> None:
-    added, index = edits.add_opacity_handle(CURVE, 150.0, 0.25)
-    assert edits.opacity_handles(added)[index] == (150.0, 0.25)
-    assert edits.remove_opacity_handle(added, index) == CURVE
+    assert edits.remove_opacity_handle(added, index) == opacity
 
 
 @pytest.mark.parametrize("index", [0, 3])

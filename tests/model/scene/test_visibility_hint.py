@@ -38,16 +38,21 @@ def test_one_pixel_that_is_seen_is_not_nothing(level: float, nothing: bool) -> N
     assert nothing_visible(rgba) is nothing
 
 
-def test_a_transparent_tf() -> None:
-    found = explain(replace(SHOWN, opacity_tf=OpacityTF((100.0, 200.0))))
-    assert found.cause == "tf" and "transparent at every scalar value" in found.text
-
-
-def test_values_that_no_voxel_has() -> None:
-    found = explain(with_mode(150.0))
-    assert found.cause == "tf" and "no voxel has" in found.text
-    # 5 sqrt(ln 100) = 10.7 on either side of the mode
-    assert "from 139.6 to 160.4" in found.text
+@pytest.mark.parametrize(
+    ("inputs", "said"),
+    [
+        (
+            replace(SHOWN, opacity_tf=OpacityTF((100.0, 200.0))),
+            "transparent at every scalar value",
+        ),
+        # 5 sqrt(ln 100) = 10.7 on either side of the mode
+        (with_mode(150.0), "from 139.6 to 160.4, which no voxel has"),
+        (with_mode(330.0, (100.0, 400.0)), "lie between 100 and 200"),
+    ],
+)
+def test_a_tf_that_shows_nothing(inputs: SceneInputs, said: str) -> None:
+    found = explain(inputs)
+    assert found.cause == "tf" and said in found.text
 
 
 def test_values_that_hardly_any_voxel_has() -> None:
@@ -56,11 +61,6 @@ def test_values_that_hardly_any_voxel_has() -> None:
     inputs = replace(SHOWN, opacity_tf=OpacityTF((0, 10), points=((9, 0.0), (10, 1.0))))
     found = why_nothing(inputs, (0.0, 10.0), counts, edges)
     assert "3 voxels of 1,000,003" in found.text
-
-
-def test_values_beyond_the_volumes() -> None:
-    found = explain(with_mode(330.0, (100.0, 400.0)))
-    assert found.cause == "tf" and "lie between 100 and 200" in found.text
 
 
 def test_voxels_beyond_the_tfs_range_look_like_its_ends() -> None:
