@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.channels import Channels
-from app.engines.client import Channel, EngineClient
+from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest
 from app.state.brightness import Brightness
@@ -25,10 +24,6 @@ from model.sensitivity.display import SMALL_EDIT, shown_field
 from model.sensitivity.what_if import compare, edited
 
 Images = NDArray[np.float32]
-
-
-Show = Callable[[Source, Images], None]
-"""Takes the images, and who drew them."""
 
 
 class EditTrials(QObject):
@@ -65,7 +60,8 @@ class EditTrials(QObject):
         self._chooser = chooser
         self._field_of = field_of
         self._brightness = brightness
-        self._shown: dict[Channel, Show] = {}
+        self._asked_edit: tuple[Outline, NDArray[np.float32]] | None = None
+        """The region, and the edit that was asked about last."""
         self._channels = Channels(clients, "what if", self._take, self)
 
     def forget(self) -> None:
@@ -74,29 +70,26 @@ class EditTrials(QObject):
 
     def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
         """Have an edit rendered by all engines; return False if there is none."""
-        outline = self._asked.outline
+        self._asked_edit = self._asked.outline, edit
         after = edited(self._state.inputs, edit, self._asked.choices.height)
         names = self._chooser.available
         for name in names:
-            channel = self._channels[name]
-            self._shown[channel] = partial(self._show, outline, edit)
             quality = self._chooser.quality(name, "images")
-            channel.ask(BatchRequest(self._state.inputs, quality, (after,)))
+            self._channels[name].ask(BatchRequest(self._state.inputs, quality, (after,)))
         return bool(names)
 
     def _take(self, name: EngineName, result: Result) -> None:
-        channel = self._channels[name]
-        if channel.is_pending:
+        if self._channels[name].is_pending:
             return
         if result.value is None or result.request.inputs != self._state.inputs:
             self.dropped.emit(result.error or "")
         else:
             source = (self._chooser.exact_source or "exact") if name == "exact" else "learned"
-            self._shown[channel](source, result.value)
+            self._show(source, result.value)
 
-    def _show(
-        self, outline: Outline, edit: NDArray[np.float32], source: Source, images: Images
-    ) -> None:
+    def _show(self, source: Source, images: Images) -> None:
+        assert self._asked_edit is not None
+        outline, edit = self._asked_edit
         field = self._field_of(source)
         predicted = None
         as_computed = self._brightness.value == 1

@@ -52,7 +52,6 @@ class HoverPicture:
         Whether it is drawn from the code, not from the TF.
     """
 
-    place: Place
     tf: OpacityTF
     samples: int
     image: Images
@@ -88,12 +87,6 @@ class GridPicture:
     seconds: float
     source: EngineName
     of_codes: bool = False
-
-
-@dataclass(frozen=True)
-class _AskedHover:
-    place: Place
-    samples: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +132,8 @@ class LatentPictures(QObject):
         self._grids = drawer.opened("grid", self._take_grid)
         self.grid_at_work = AtWork(self._grids.values(), self)
         self._hovers = drawer.opened("hover", self._take_hover)
-        self._asked_hovers: dict[int, _AskedHover] = {}
+        self._asked_hovers: dict[int, int] = {}
+        """Numbers of samples that are blended, by request."""
         self._asked_grids: dict[int, _AskedGrid] = {}
         self._grid_key: object = None
         self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
@@ -277,7 +271,7 @@ class LatentPictures(QObject):
         self.hoverMoved.emit(tf)
         quality = self.drawer.quality(REST_SIZE, HOVER_SECONDS, live)
         number = self.drawer.ask(self._hovers, [self.drawer.with_tf(tf)], quality, code[None])
-        self._asked_hovers[number] = _AskedHover(place, samples)
+        self._asked_hovers[number] = samples
 
     def _take_grid(self, source: EngineName, result: Result) -> None:
         asked = _pop(self._asked_grids, result.request.sequence)
@@ -294,7 +288,7 @@ class LatentPictures(QObject):
             return
         if asked is not None:
             self.hover = HoverPicture(
-                asked.place, result.request.inputs.opacity_tf, asked.samples, result.value[0],
+                result.request.inputs.opacity_tf, asked, result.value[0],
                 result.seconds, source, _is_of_codes(result.request),
             )  # fmt: skip
             self.hoverDrawn.emit(self.hover)

@@ -122,11 +122,6 @@ class LatentSession(QObject):
         """True if the codes are those of the model's own codec."""
         return self._model is not None and self._latent.choices.codec == "model"
 
-    @property
-    def volume(self) -> Volume | None:
-        """The open volume."""
-        return self._volume
-
     def start_volume(self, volume: Volume, window: Range) -> None:
         """Follow another volume; its space is opened when the browser is shown."""
         if volume is not self._volume:

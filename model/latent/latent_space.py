@@ -54,16 +54,11 @@ class LatentSpace:
         cls, scalar_range: Range, window: Range, scale: ValueScale = "linear"
     ) -> LatentSpace:
         """Return the shipped codec's, stretched to a volume's window of interesting values."""
-        return cls.of_codec(SHIPPED_CODEC, scalar_range, window, scale)
-
-    @classmethod
-    def of_codec(
-        cls, folder: Path, scalar_range: Range, window: Range, scale: ValueScale = "linear"
-    ) -> LatentSpace:
-        """Return that of a codec folder, stretched to a window."""
-        card, network = load_codec(folder)
+        card, network = load_codec()
         frame = TFFrame(scalar_range, window, scale)
-        return cls(TFCodec(network), frame, UNIT_SCENE, card.digest, (folder, _cache(card.digest)))
+        return cls(
+            TFCodec(network), frame, UNIT_SCENE, card.digest, (SHIPPED_CODEC, _cache(card.digest))
+        )
 
     @classmethod
     def of_model(cls, folder: Path) -> LatentSpace:
@@ -75,12 +70,6 @@ class LatentSpace:
         digest = str(read_header(folder).get("sha256", ""))
         frame = TFFrame(card.scene.scalar_range, card.scene.scalar_range, card.scene.scale)
         return cls(TFCodec(network.codec), frame, card.scene, digest, (folder, _cache(digest)))
-
-    @property
-    def name(self) -> str:
-        """Text that spaces have in common whose codes stand for the same TFs."""
-        window = " to ".join(f"{value:.9g}" for value in self.frame.window)
-        return f"{self.digest[:16]}, {window}, {self.frame.scale}"
 
     def tf_of(self, code: Codes) -> OpacityTF:
         """Return the opacity TF, with 256 points or one more, of a code (d,)."""
