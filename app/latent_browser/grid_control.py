@@ -24,12 +24,8 @@ class GridControl(QObject):
     ----------
     grid : CellGrid
         Parent of menus, too.
-    latent : LatentState
-    pictures : LatentPictures
     map_view : MapView
         Marks the cell under the mouse.
-    preview : Preview
-    taking : TFTaking
     """
 
     def __init__(

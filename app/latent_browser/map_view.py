@@ -40,14 +40,7 @@ NEIGHBOURS = 8
 
 
 class MapView(KeyedWidget):
-    """Shows the latent map; the mouse chooses places, cells and parts of it.
-
-    Parameters
-    ----------
-    latent : LatentState
-    session : LatentSession
-    drawer : LatentDrawer
-    """
+    """Shows the latent map; the mouse chooses places, cells and parts of it."""
 
     chosen = Signal()
     """Emitted when the place under the mouse was clicked."""

@@ -49,10 +49,6 @@ class FieldCover(QObject):
 
     Parameters
     ----------
-    pane : EnginePane
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     choose : callable
         Returns the answer to show in this pane, or None.
     """

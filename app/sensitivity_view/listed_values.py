@@ -17,15 +17,8 @@ class ListedValues(QObject):
 
     Parameters
     ----------
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
     count : int
         Largest number of values.
-
-    Attributes
-    ----------
-    found : tuple of Contribution
     """
 
     changed = Signal()

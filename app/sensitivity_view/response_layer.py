@@ -32,15 +32,7 @@ UNIT = "  / .01"
 
 
 class ResponseLayer(QObject):
-    """Draws what the dispatcher was told over the opacity plot; its zero lies on half of it.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
-    """
+    """Draws what the dispatcher was told over the opacity plot; its zero lies on half of it."""
 
     intervalsChanged = Signal()
     """Emitted when other intervals have flags."""

@@ -31,15 +31,7 @@ NAMED_FROM = 0.2
 
 
 class VisibleLayer(QObject):
-    """Draws how much of the active region, or of the whole image, each value makes up.
-
-    Parameters
-    ----------
-    area : PlotArea
-    state : ViewerState
-    sensitivity : SensitivityState
-    dispatcher : SensitivityDispatcher
-    """
+    """Draws how much of the active region, or of the whole image, each value makes up."""
 
     def __init__(
         self,
@@ -83,7 +75,6 @@ class VisibleLayer(QObject):
         ----------
         values : tuple of float
             Lowest and highest value of the band.
-        scalar_range : tuple of float
         width : float
             Standard deviation of its ends, in bins.
         """

@@ -57,12 +57,7 @@ class RegionStep:
 
 
 def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
-    """Select two regions that react differently, and add to each what its plot suggests.
-
-    Returns
-    -------
-    list of 3 RegionStep
-    """
+    """Select two regions that react differently, and add to each what its plot suggests."""
     found = Sensitivity(subject.generator, inputs)
     regions = two_regions(found.image, found.field(subject.size // BLOCKS))
     steps, mode = [], None

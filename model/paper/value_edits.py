@@ -64,12 +64,7 @@ class ValueStep:
 
 
 def value_edits(subject: Subject, inputs: SceneInputs) -> list[ValueStep]:
-    """Look at the fields of two values, and add a mode at each.
-
-    Returns
-    -------
-    list of 3 ValueStep
-    """
+    """Look at the fields of two values, and add a mode at each."""
     steps, mode = [], None
     for _ in range(2):
         responses = whole_responses(subject, inputs)

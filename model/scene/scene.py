@@ -73,7 +73,6 @@ class Scene:
         Range of a movable light; None for a fixed light or no light.
     sample_distance : float
         Distance between samples along a ray in voxels, 0.01 to 10.
-    view_range : ViewRange
     renderer : {"vtk", "raycast"}
         Renderer of the training images.
     proportions : tuple of float
@@ -177,7 +176,6 @@ class Scene:
 
         Parameters
         ----------
-        volume : Volume
         scalar_window : tuple of float, or None
             In the data's units; None for :func:`default_scalar_window`.
         movable_light : bool

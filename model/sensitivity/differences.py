@@ -42,7 +42,6 @@ def value_sensitivity(
     ----------
     renderer : Renderer
         Under any lighting.
-    inputs : SceneInputs
     size : int or Raster
         Width and height of the image in pixels, or the pixels of a wider one.
     edit : ndarray of float32, shape (256,)
@@ -75,7 +74,6 @@ def region_responses(
     ----------
     renderer, inputs, size
         See :func:`value_sensitivity`.
-    region : ImageRegion
     width : float
         Standard deviation of the edits in bins, at least 1. It is also the distance of the
         values that are computed, by two images each; a spline through them is as smooth as

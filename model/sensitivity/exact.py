@@ -33,10 +33,8 @@ def region_sensitivity(
     ----------
     renderer : RaycastRenderer
         Under a light that it differentiates.
-    inputs : SceneInputs
     size : int or Raster
         Width and height of the image in pixels, or the pixels of a wider one.
-    region : ImageRegion
 
     Returns
     -------
@@ -120,7 +118,6 @@ def sensitivity_field(
     ----------
     renderer : RaycastRenderer
         Under a light that it differentiates.
-    inputs : SceneInputs
     size : int
         Width and height of the image in pixels.
     block : int

@@ -43,8 +43,6 @@ class Sensitivity:
 
     Parameters
     ----------
-    generator : Generator
-    inputs : SceneInputs
     edit_width : float
         Standard deviation of the edits in bins; 0 for single bins. Derivatives are per unit
         of opacity: an edit's opacities add up to 1.
