@@ -1,0 +1,208 @@
+"""Largest errors at the extremes of what tfscope takes, against plain NumPy in 64 bits."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.cli.console import console, counting
+from model.errors import TfscopeError
+from model.rendering.path_tracing.renderer import Lamp, PathTracer
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import open_renderer
+from model.scene.scene import Lighting, RendererName
+from model.scene.transfer_function import TF_SAMPLES, ColorTF
+from tests import reference_light
+from tests.benchmarks.extreme_scenes import Posed, extremes, refused
+from tests.benchmarks.rows import print_machine, print_rows
+
+DISTANCE = 0.5
+"""Sample distance in voxels."""
+
+EDITS = ((40.0, 0.0), (128.0, 0.0), (128.0, 20.0), (220.0, 12.0))
+"""Edits of TFs: their middle and standard deviation in bins, 0 for a single bin."""
+
+HERE = ("<!-- by tests.benchmarks.extremes -->", "<!-- end -->")
+"""What stands around each of the page's tables."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure all extremes; print tables, and write them into the page if asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, help="page whose tables are replaced")
+    parser.add_argument("--kind", action="append", help="of extremes; may be repeated")
+    asked = parser.parse_args(arguments)
+    print_machine()
+    chosen = [each for each in extremes() if asked.kind is None or each.kind in asked.kind]
+    tables: list[list[tuple[str, ...]]] = [[("", "", *columns)] for columns in TABLES]
+    with counting("extremes", len(chosen)) as (progress, task):
+        for extreme in chosen:
+            posed = extreme.pose()
+            for columns, table in zip(TABLES, tables, strict=True):
+                found = (error_text(_found(measure, posed)) for measure in columns.values())
+                table.append((extreme.kind, extreme.name, *found))
+            progress.advance(task)
+    tables.append([("input", "what is said"), *refused().items()])
+    for heading, *rows in tables:
+        print_rows("", heading, rows)
+    if asked.out is not None:
+        write_tables(asked.out, tables)
+        console.print(f"{asked.out}")
+
+
+def write_tables(page: Path, tables: Sequence[Sequence[Sequence[str]]]) -> None:
+    """Replace a page's tables, one after the other."""
+    before, *parts = page.read_text(encoding="utf-8").split(HERE[0])
+    text = before
+    for part, (heading, *rows) in zip(parts, tables, strict=True):
+        lines = ["| " + " | ".join(row) + " |" for row in (heading, ["---"] * len(heading), *rows)]
+        text += "\n".join((HERE[0], *lines, HERE[1])) + part.split(HERE[1], 1)[1]
+    page.write_text(text, encoding="utf-8")
+
+
+def error_text(found: float | str) -> str:
+    """Say an error in few characters, or why there is none."""
+    if isinstance(found, str):
+        return found
+    if not math.isfinite(found):
+        return "not finite"
+    if found == 0:
+        return "0"
+    if found < 1e-4:
+        return f"{found:.0e}".replace("e-0", "e-")
+    return f"{found:.4f}".lstrip("0") if found < 0.001 else f"{found:.3f}".lstrip("0")
+
+
+def _found(measure: Callable[[Posed], float], posed: Posed) -> float | str:
+    try:
+        return measure(posed)
+    except TfscopeError as error:
+        return str(error)
+
+
+def _error(found: NDArray[np.floating], truth: NDArray[np.floating], relative: bool) -> float:
+    """Largest difference, as a share of the largest number of the truth if relative; or NaN."""
+    if not (np.isfinite(found).all() and np.isfinite(truth).all()):
+        return float("nan")
+    largest = float(np.abs(found - truth).max())
+    scale = float(np.abs(truth).max()) if relative else 1.0
+    return largest / scale if scale > 0 else largest
+
+
+def _drawn(posed: Posed, name: RendererName, lighting: Lighting) -> NDArray[np.float32]:
+    with closing(open_renderer(name, posed.volume, lighting)) as renderer:
+        return renderer.render(posed.inputs, posed.raster)
+
+
+def _truth(posed: Posed, lighting: Lighting) -> NDArray[np.float64]:
+    return reference_light.picture(posed.volume, posed.inputs, posed.raster, DISTANCE, lighting)
+
+
+def picture(lighting: Lighting) -> Callable[[Posed], float]:
+    """Return the measurement of the ray caster's pictures."""
+    return lambda posed: _error(
+        _drawn(posed, "raycast", lighting), _truth(posed, lighting), relative=True
+    )
+
+
+def _vtk(lighting: Lighting) -> Callable[[Posed], float]:
+    return lambda posed: _error(
+        _drawn(posed, "vtk", lighting), _truth(posed, lighting), relative=False
+    )
+
+
+def _path_opacity(posed: Posed) -> float:
+    """Error of the opacity under the usual light; NaN where a colour is not finite, or black."""
+    image = _drawn(posed, "raycast", "path")
+    if image[..., 3].max() > 0.01 and not image[..., :3].max() > 0:
+        return float("nan")
+    opacity = _error(image[..., 3], _truth(posed, "none")[..., 3], relative=False)
+    return opacity if np.isfinite(image).all() else float("nan")
+
+
+def _white_furnace(posed: Posed) -> float:
+    """Distance of a white medium's colour from its opacity under an even sky, which it equals."""
+    lamp = Lamp(key=0.0, sky=1.0, surfaces=False, bounces=100_000)
+    lowest = posed.volume.scalar_range[0]
+    white = ColorTF(posed.volume.scalar_range, ((lowest, 1.0, 1.0, 1.0),))
+    with closing(PathTracer(posed.volume, samples=2, lamp=lamp)) as tracer:
+        image = tracer.render(replace(posed.inputs, color_tf=white), posed.raster)
+    return _error(image[..., :3], np.repeat(image[..., 3:], 3, axis=-1), relative=False)
+
+
+def _edits() -> list[NDArray[np.float64]]:
+    bins = np.arange(TF_SAMPLES)
+    return [
+        np.exp(-0.5 * ((bins - middle) / width) ** 2) if width else (bins == middle).astype(float)
+        for middle, width in EDITS
+    ]
+
+
+@lru_cache(maxsize=16)
+def _derivative(
+    posed: Posed, lighting: Lighting, number: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    edit = _edits()[number]
+    return reference_light.derivative(
+        posed.volume, posed.inputs, posed.raster, DISTANCE, lighting, edit
+    )
+
+
+def _plot(lighting: Lighting) -> Callable[[Posed], float]:
+    """Error of the derivative of the picture's squared norm along some edits."""
+
+    def measure(posed: Posed) -> float:
+        rows, columns = posed.raster.shape
+        window = np.array([[0, rows, 0, columns]])
+        with closing(RaycastRenderer(posed.volume, lighting)) as renderer:
+            gradients, _ = renderer.differentiate(posed.inputs, posed.raster, window)
+        found, truth = [], []
+        for number, edit in enumerate(_edits()):
+            image, change = _derivative(posed, lighting, number)
+            found.append(float(gradients[0] @ edit))
+            truth.append(float((image[..., :3] * change[..., :3]).sum()))
+        return _error(np.array(found), np.array(truth), relative=True)
+
+    return measure
+
+
+def _field(lighting: Lighting) -> Callable[[Posed], float]:
+    """Error of each pixel's derivative along some edits, the largest of them all."""
+
+    def measure(posed: Posed) -> float:
+        with closing(RaycastRenderer(posed.volume, lighting)) as renderer:
+            found = [renderer.change(posed.inputs, posed.raster, edit) for edit in _edits()]
+        truth = [_derivative(posed, lighting, number)[1][..., :3] for number in range(len(EDITS))]
+        return _error(np.array(found), np.array(truth), relative=True)
+
+    return measure
+
+
+LIGHTS: tuple[Lighting, ...] = ("none", "direct", "soft")
+
+TABLES: tuple[dict[str, Callable[[Posed], float]], ...] = (
+    {
+        "unlit": picture("none"),
+        "direct": picture("direct"),
+        "soft": picture("soft"),
+        "VTK unlit": _vtk("none"),
+        "VTK direct": _vtk("direct"),
+        "path-traced opacity": _path_opacity,
+        "path-traced light": _white_furnace,
+    },
+    {f"plot, {light.replace('none', 'unlit')}": _plot(light) for light in LIGHTS}
+    | {f"field, {light.replace('none', 'unlit')}": _field(light) for light in LIGHTS},
+)
+"""Columns of the tables of pictures and of sensitivities."""
+
+
+if __name__ == "__main__":
+    main()

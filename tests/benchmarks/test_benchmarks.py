@@ -1,0 +1,47 @@
+"""Each benchmark once, with the smallest sizes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.benchmarks import accuracy, extremes, networks, path_light, renderers, sensitivity
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Options of a volume of bytes that a benchmark is done with at once."""
+    path: Path = tmp_path_factory.mktemp("volumes") / "ball_20x18x16_uint8.raw"
+    z, y, x = np.mgrid[0:16, 0:18, 0:20]
+    distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)
+    path.write_bytes(np.clip(255 - 25 * distance, 0, 255).astype(np.uint8).tobytes())
+    return f"--volume {path} --count 1 --size 16".split()
+
+
+def test_all_tables_are_printed(small: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    for benchmark in (renderers, accuracy, sensitivity):
+        benchmark.main(small)
+        assert "ball" in capsys.readouterr().out
+    path_light.main([*small, "--samples", "2", "--truth", "2", "--frames", "3"])
+    assert "Turning" in capsys.readouterr().out
+    networks.main(["--preset", "draft", "--backend", "eager", "--seconds", "0"])
+    assert "eager" in capsys.readouterr().out
+
+
+def test_extremes_are_written_into_their_page(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(3 * "# Table\n\n{}{}\n".format(*extremes.HERE))
+    extremes.main(["--kind", "ordinary", "--out", str(page)])
+    text = page.read_text()
+    assert text.count("| no extreme |") == 2
+    assert "| one voxel thick | volume: an array" in text
+
+
+@pytest.mark.slow
+def test_nothing_is_infinite_at_the_extremes(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(3 * "# Table\n\n{}{}\n".format(*extremes.HERE))
+    extremes.main(["--out", str(page)])
+    assert "not finite" not in page.read_text()
