@@ -318,6 +318,14 @@ QFrame[role="card"] QToolButton:checked, QFrame[role="tools"] QToolButton:checke
     background: {c.pressed}; border-color: {c.change};
 }}
 QFrame[role="card"] QPushButton:hover {{ border-color: {c.dim}; }}
+QFrame[role="card"] QSlider::groove:horizontal {{
+    height: 4px; background: {c.line}; border-radius: 2px;
+}}
+QFrame[role="card"] QSlider::handle:horizontal {{
+    width: 9px; margin: -6px 0; background: {c.dim}; border-radius: 3px;
+}}
+QFrame[role="card"] QSlider::handle:horizontal:hover {{ background: {c.text}; }}
+QFrame[role="card"] QRangeSlider {{ qproperty-barColor: {c.change}; }}
 QFrame[role="card"] QPushButton:disabled {{ color: {c.disabled}; }}
 QFrame[role="card"] QPushButton:focus, QFrame[role="card"] QToolButton:focus,
 QFrame[role="card"] QAbstractSpinBox:focus, QFrame[role="tools"] QToolButton:focus {{

@@ -11,7 +11,7 @@ from app.state.fidelity import LEAST_SAID, error_text
 from app.state.pace import SCALES
 from app.state.reference_work import ReferenceWork
 
-WIDTH = 360
+WIDTH = 400
 
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"

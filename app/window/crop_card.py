@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QApplication,
     QFrame,
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
     QWidget,
 )
+from superqt import QDoubleRangeSlider
 
 from app import theme
 from app.icons import IconButton
@@ -28,7 +29,7 @@ from app.state.crop_planes import (
     voxel_at,
 )
 from app.state.viewer_state import ViewerState
-from app.window.span_slider import SpanSlider
+from app.wheel_guard import WheelGuard
 from model.scene.crop import CropBox
 
 SLIDER_WIDTH = 180
@@ -37,10 +38,7 @@ SLIDER_WIDTH = 180
 PADDING = 22
 """Width of a voxel's box beside its number, in pixels."""
 
-SLIDER_TIP = (
-    "Drag an end, or the middle to move the slab\n"
-    "Arrow keys move an end by a voxel, with Ctrl the slab; Tab goes to the other end"
-)
+SLIDER_TIP = "Drag an end, or the middle to move the slab"
 
 
 class CropCard(QFrame):
@@ -56,7 +54,10 @@ class CropCard(QFrame):
         self.setProperty("role", "card")
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.names = [QLabel() for _ in range(3)]
-        self.sliders = [SpanSlider() for _ in range(3)]
+        self.sliders = [
+            QDoubleRangeSlider(Qt.Orientation.Horizontal)  # type: ignore[no-untyped-call]
+            for _ in range(3)
+        ]
         self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
         self.whole = QPushButton("Whole volume")
         self.whole.setToolTip("Show all of the volume again")
@@ -85,6 +86,9 @@ class CropCard(QFrame):
             # Otherwise the next number box would have it.
             self.window().setFocus()
         if shown != self.is_shown:
+            for slider in self.sliders:
+                # Nobody tells it of the mouse's release.
+                slider.setSliderDown(False)
             self.setVisible(shown)
             self.shownChanged.emit(shown)
 
@@ -92,7 +96,8 @@ class CropCard(QFrame):
         """Set the number of voxels along x, y and z."""
         self._dimensions = dimensions
         for axis, count in enumerate(dimensions):
-            self.sliders[axis].set_steps(place_of(1, count), least_length(count))
+            # Its ends come no nearer to each other.
+            self.sliders[axis].setSingleStep(least_length(count))
             for box in self.planes[axis]:
                 box.set_limits(0, count - 1)
                 box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
@@ -115,10 +120,14 @@ class CropCard(QFrame):
             slider = self.sliders[axis]
             slider.setToolTip(SLIDER_TIP)
             slider.setMinimumWidth(SLIDER_WIDTH)
+            slider.setRange(0.0, 1.0)
+            # The keys' way are the numbers beside it.
+            slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            WheelGuard(slider)
             for column, widget in enumerate((self.names[axis], first, slider, last)):
                 rows.addWidget(widget, axis, column)
-            slider.moved.connect(partial(self._drag, axis))
-            slider.released.connect(self._state.crop_input.finish)
+            slider.valueChanged.connect(partial(self._drag, axis))
+            slider.sliderReleased.connect(self._state.crop_input.finish)
             for side, box in enumerate((first, last)):
                 box.valueChanged.connect(partial(self._type, axis, side))
         column_of_all = QVBoxLayout(self)
@@ -142,7 +151,8 @@ class CropCard(QFrame):
         self.whole.setEnabled(self._state.crop is not None)
         for axis, count in enumerate(self._dimensions):
             span = crop.low[axis], crop.high[axis]
-            self.sliders[axis].set_span(*span)
+            with QSignalBlocker(self.sliders[axis]):
+                self.sliders[axis].setValue(span)
             first, last = (voxel_at(place, count) for place in span)
             apart = math.ceil(least_length(count) * (count - 1) - 1e-9)
             self.planes[axis][0].set_limits(0, max(last - apart, first))
@@ -150,9 +160,9 @@ class CropCard(QFrame):
             for box, voxel in zip(self.planes[axis], (first, last), strict=True):
                 box.show_value(voxel)
 
-    def _drag(self, axis: int, low: float, high: float) -> None:
+    def _drag(self, axis: int, span: tuple[float, float]) -> None:
         crop = self._state.crop or CropBox()
-        self._state.crop_input.move(crop.with_span(axis, low, high))
+        self._state.crop_input.move(crop.with_span(axis, *span))
 
     def _type(self, axis: int, side: int, voxel: int) -> None:
         crop, count = self._state.crop or CropBox(), self._dimensions[axis]

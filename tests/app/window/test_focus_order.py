@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 from pytestqt.qtbot import QtBot
+from superqt import QDoubleRangeSlider
 
 from app.image_view.image_canvas import ImageCanvas
 from app.window.main_window import MainWindow
@@ -75,7 +76,9 @@ def controls(window: MainWindow) -> Iterator[QWidget]:
         is_shown = (
             widget.isVisible() and widget.isEnabled() and not widget.visibleRegion().isEmpty()
         )
-        if isinstance(widget, CONTROLS) and is_shown and not inner:
+        # The keys' way to the planes of the crop box are the numbers beside its sliders.
+        is_for_mice = isinstance(widget, QDoubleRangeSlider)
+        if isinstance(widget, CONTROLS) and is_shown and not (inner or is_for_mice):
             yield widget
 
 

@@ -26,14 +26,13 @@ from app.window.main_window import MainWindow
 from app.window.movie_saving import MovieDialog
 from app.window.picture_dialog import PictureDialog
 from app.window.raw_dialog import RawDialog
-from app.window.span_slider import SpanSlider
 
 WindowMaker = Callable[..., MainWindow]
 
 
 def controls_of(parent: QWidget) -> list[QWidget]:
     """Everything that shows a value and might take the wheel, in menus and popups, too."""
-    kinds = (QAbstractSpinBox, QComboBox, QAbstractSlider, QTabBar, SpanSlider)
+    kinds = (QAbstractSpinBox, QComboBox, QAbstractSlider, QTabBar)
     found = [w for kind in kinds for w in parent.findChildren(kind)]
     return [w for w in found if not isinstance(w, QScrollBar)]
 
@@ -41,8 +40,6 @@ def controls_of(parent: QWidget) -> list[QWidget]:
 def shown_by(control: QWidget) -> object:
     if isinstance(control, QAbstractSpinBox):
         return control.text()
-    if isinstance(control, SpanSlider):
-        return control.span
     if isinstance(control, QComboBox | QTabBar):
         return control.currentIndex()
     assert isinstance(control, QAbstractSlider)
