@@ -139,20 +139,6 @@ def test_files_numbers_and_the_next_run_are_on_the_scale(
     assert not offer(again)
 
 
-def test_a_model_of_the_other_scale_says_so(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
-) -> None:
-    builders.scene = Scene.of(halo, image_size=16)
-    window = make_window("halo")
-    assert window.generator.canvas.image is not None
-    click(qtbot, window)
-    assert "over the values as they are" in window.generator.canvas.message
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.undo()
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.generator.canvas.message == ""
-
-
 def shows_as_the_model(window: MainWindow, scene: Scene) -> bool:
     volume, canvas = shown(window), window.generator.canvas
     return (volume.scalar_range, volume.scale) == (scene.scalar_range, "log") and not canvas.message
@@ -205,15 +191,9 @@ def test_a_model_opened_with_its_volume_decides_before_it_is_shown(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert shows_as_the_model(window, scene)
     assert not window.state.edits.stack.canUndo()
-
-
-def test_a_model_whose_volume_was_not_read_is_awaited_no_more(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume, tmp_path: Path
-) -> None:
-    folder = make_model(tmp_path / "model")
-    window = make_window("halo", model=None)
+    # One whose volume cannot be read is awaited no more.
     with qtbot.waitSignal(window.workspace.problem):
-        window.opening.open_model_and_volume(folder, Path("gone"))
+        window.opening.open_model_and_volume(make_model(tmp_path / "other"), Path("gone"))
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(Path("halo"))
+        window.opening.open_volume(Path("ramp"))
     assert window.workspace.model.folder is None

@@ -435,7 +435,7 @@ def test_a_light_is_proposed_only_for_a_volume_that_was_seen_in_none(
     qtbot: QtBot, builders: FakeBuilders, tmp_path: Path
 ) -> None:
     place = PreferencesStore(tmp_path / "preferences.json")
-    for chosen, seen in ((None, "path"), ("direct", "path"), (None, "direct")):
+    for chosen, seen in (("direct", "path"), (None, "direct")):
         window = MainWindow(builders.make(), preferences=Preferences(place))
         qtbot.addWidget(window)
         window.workspace.reference.propose("path")
@@ -491,10 +491,9 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(
     second.state.crop_input.set(None)
     second.state.light_input.set(LightDirection())
     second.close()
-    third = opened("ramp")
-    assert shown(third) == ("soft", LightDirection()) and third.state.crop is None
+    third = opened("ramp", lighting="none")
+    assert shown(third) == ("none", None) and third.state.crop is None
     third.close()
-    assert shown(opened("ramp", lighting="none")) == ("none", None)
     assert shown(opened("ramp")) == ("soft", LightDirection())
 
 

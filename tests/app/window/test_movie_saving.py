@@ -59,38 +59,33 @@ def frames_of(path: Path) -> np.ndarray:
 # imageio leaves its reader's pipes to the garbage collection.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
-@pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
-    qtbot: QtBot,
-    window: MainWindow,
-    asked: list[PictureRequest],
-    tmp_path: Path,
-    suffix: str,
+    qtbot: QtBot, window: MainWindow, asked: list[PictureRequest], tmp_path: Path
 ) -> None:
-    place = tmp_path / f"turn{suffix}"
-    window.movies.draw(TURN, place)
-    assert window.movies.progress is not None
-    # The user may go on meanwhile.
-    window.state.set_view(View(200.0, -50.0))
-    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
-    assert window.movies.progress is None and not window.movies.is_running
-    views = [request.inputs.view for request in asked if request.channel == "movie"]
-    assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
-    assert {view.elevation for view in views} == {20.0}
-    movie = frames_of(place)
-    assert movie.shape == (4, 48, 64, 3)
-    reds = movie[:, 20, 30, 0].astype(float)
-    assert reds == pytest.approx([255 * a / 360 for a in (10, 280, 190, 100)], abs=12)
-    meta = iio.immeta(place)
-    # GIF counts in hundredths of a second.
-    seconds = 1 / meta["fps"] if suffix == ".mp4" else meta["duration"] / 1000
-    assert seconds == pytest.approx(0.125, abs=0.006)
-    assert [*tmp_path.iterdir()] == [place]
-
-
-def test_it_has_the_legend_and_scale_bar_of_the_screen(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path
-) -> None:
+    for suffix in (".mp4", ".gif"):
+        place = tmp_path / f"turn{suffix}"
+        asked.clear()
+        window.status.tell("")
+        window.state.set_view(View(10.0, 20.0))
+        window.movies.draw(TURN, place)
+        assert window.movies.progress is not None
+        # The user may go on meanwhile.
+        window.state.set_view(View(200.0, -50.0))
+        qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+        assert window.movies.progress is None and not window.movies.is_running
+        views = [request.inputs.view for request in asked if request.channel == "movie"]
+        assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
+        assert {view.elevation for view in views} == {20.0}
+        movie = frames_of(place)
+        assert movie.shape == (4, 48, 64, 3)
+        reds = movie[:, 20, 30, 0].astype(float)
+        assert reds == pytest.approx([255 * a / 360 for a in (10, 280, 190, 100)], abs=12)
+        meta = iio.immeta(place)
+        # GIF counts in hundredths of a second.
+        seconds = 1 / meta["fps"] if suffix == ".mp4" else meta["duration"] / 1000
+        assert seconds == pytest.approx(0.125, abs=0.006)
+    assert {path.name for path in tmp_path.iterdir()} == {"turn.mp4", "turn.gif"}
+    # With the legend and the scale bar of the screen.
     for name, shown in (("plain", False), ("full", True)):
         window.preferences.set(legend=shown, scale_bar=shown)
         window.movies.draw(MovieChoice(300, 200, 0.5, 4), tmp_path / f"{name}.gif")
@@ -143,37 +138,36 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     assert not [*tmp_path.iterdir()] and window.movies.progress is None
 
 
-@pytest.mark.parametrize("answer", ["No", "Yes"])
 def test_a_window_is_closed_with_a_movie_only_where_that_is_meant(
     qtbot: QtBot,
     window: MainWindow,
     builders: FakeBuilders,
     tmp_path: Path,
-    answer: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    gate = builders.references[-1].gate = threading.Semaphore(1)
-    window.movies.draw(TURN, tmp_path / "turn.mp4")
-    progress = window.movies.progress
-    assert progress is not None
-    qtbot.waitUntil(lambda: progress.value() == 1)
     asked: list[str] = []
+    for answer, left in (("No", ["turn.mp4"]), ("Yes", [])):
+        gate = builders.references[-1].gate = threading.Semaphore(1)
+        window.status.tell("")
+        (tmp_path / answer).mkdir()
+        window.movies.draw(TURN, tmp_path / answer / "turn.mp4")
+        progress = window.movies.progress
+        assert progress is not None
+        qtbot.waitUntil(lambda progress=progress: progress.value() == 1)
 
-    def question(_parent: object, _title: str, text: str) -> QMessageBox.StandardButton:
-        asked.append(text)
-        return QMessageBox.StandardButton[answer]
+        def question(
+            _parent: object, _title: str, text: str, answer: str = answer
+        ) -> QMessageBox.StandardButton:
+            asked.append(text)
+            return QMessageBox.StandardButton[answer]
 
-    monkeypatch.setattr(QMessageBox, "question", question)
-    gate.release(10)
-    assert window.close() is (answer == "Yes")
-    assert asked == ["turn.mp4 is being drawn.\nQuit and stop it?"]
-    if answer == "Yes":
-        assert not [*tmp_path.iterdir()]
-        return
-    qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
-    assert [each.name for each in tmp_path.iterdir()] == ["turn.mp4"]
-    # Then there is nothing to ask.
-    assert window.close() and len(asked) == 1
+        monkeypatch.setattr(QMessageBox, "question", question)
+        gate.release(10)
+        assert window.close() is (answer == "Yes")
+        if answer == "No":
+            qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
+        assert [each.name for each in (tmp_path / answer).iterdir()] == left
+    assert asked == 2 * ["turn.mp4 is being drawn.\nQuit and stop it?"]
 
 
 def test_the_dialog_asks_for_size_length_and_rate(qtbot: QtBot) -> None:

@@ -51,7 +51,7 @@ def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
         window.workspace.reading.open(Path(name))
 
 
-def test_regions_their_names_and_numbers(qtbot: QtBot, open_window: Opener) -> None:
+def test_regions_and_the_plots_scales(qtbot: QtBot, open_window: Opener) -> None:
     window = open_window()
     asked = window.sensitivity_state
     for left in (0.1, 0.3, 0.5):
@@ -72,18 +72,6 @@ def test_regions_their_names_and_numbers(qtbot: QtBot, open_window: Opener) -> N
     assert asked.region_name == "Region 1"
     show(qtbot, window, "ramp")
     assert asked.regions == wanted and asked.region_name == "ribs"
-    window.close()
-    again = open_window()
-    assert again.sensitivity_state.regions == wanted
-    assert again.sensitivity_state.region_name == "ribs"
-    again.sensitivity_state.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
-    assert again.sensitivity_state.region_name == "Region 4"
-    show(qtbot, again, "other")
-    assert [one.name for one in again.sensitivity_state.regions] == ["Region 1"]
-
-
-def test_the_plots_scales_and_what_is_in_sight(qtbot: QtBot, open_window: Opener) -> None:
-    window = open_window()
     editor = window.editor
     editor.menu.set_logarithmic(True)
     (fine,) = (a for a in editor.menu.menu.findChildren(type(editor.menu._fine))
@@ -100,7 +88,13 @@ def test_the_plots_scales_and_what_is_in_sight(qtbot: QtBot, open_window: Opener
     assert fine.isChecked() and editor.menu._logarithmic.isChecked()
     window.close()
     again = open_window()
+    assert again.sensitivity_state.regions == wanted
+    assert again.sensitivity_state.region_name == "ribs"
     assert again.editor.area.axis == axis and again.editor.area.scale == scale
+    again.sensitivity_state.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
+    assert again.sensitivity_state.region_name == "Region 4"
+    show(qtbot, again, "other")
+    assert [one.name for one in again.sensitivity_state.regions] == ["Region 1"]
 
 
 def test_two_windows_of_one_volume_keep_the_regions_of_both(
