@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -49,17 +49,31 @@ def described(attributes: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def coordinate_step(
-    values: NDArray[Any], units: str, name: str
-) -> tuple[float | None, float, str, tuple[str, ...]]:
-    """Return step, start and unit of an axis by the coordinates along it, and notes.
+def placed(axes: Iterable[tuple[str, NDArray[Any] | None, str]]) -> dict[str, Any]:
+    """Return steps, units and starts of axes by their coordinates, as :func:`described` does.
 
     Parameters
     ----------
-    values : ndarray, shape (n,)
-    name : str
-        Of the axis.
+    axes : iterable of (str, ndarray or None, str)
+        Name, coordinates, shape (n,), and their unit; None for an axis without any.
     """
+    nothing: tuple[float | None, float, str, tuple[str, ...]] = None, 0.0, "", ()
+    found = [
+        nothing if values is None else _coordinate_step(values, unit, name)
+        for name, values, unit in axes
+    ]
+    return {
+        "steps": tuple(step for step, _, _, _ in found),
+        "starts": tuple(start for _, start, _, _ in found),
+        "units_of_steps": tuple(unit for _, _, unit, _ in found),
+        "notes": tuple(note for _, _, _, notes in found for note in notes),
+    }
+
+
+def _coordinate_step(
+    values: NDArray[Any], units: str, name: str
+) -> tuple[float | None, float, str, tuple[str, ...]]:
+    """Return step, start and unit of an axis by the coordinates along it, and notes."""
     numbers = np.asarray(values, np.float64)
     if numbers.ndim != 1 or len(numbers) < 2 or not np.isfinite(numbers).all():
         return None, 0.0, "", ()

@@ -25,7 +25,7 @@ from model.volume_files.frame import (
 )
 from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
-from model.volume_files.shear import Shear, sheared_back
+from model.volume_files.shear import sheared_back
 
 EVEN = 0.02
 """Relative difference below which slice distances count as equal."""
@@ -76,7 +76,7 @@ def read_stack(stack: Stack) -> Grid:
     origin = first.position or (0.0, 0.0, 0.0)
     shear_notes: tuple[str, ...] = ()
     if any(abs(shift) > LEAST_TILT * spacing[2] for shift in order.shear) and first.spacing:
-        shear = Shear(order.shear[0] / spacing[0], order.shear[1] / spacing[1])
+        shear = order.shear[0] / spacing[0], order.shear[1] / spacing[1]
         values, missing, moved = sheared_back(values, missing, shear)
         axes = np.array(first.orientation).reshape(2, 3)
         origin = tuple(np.array(origin) - (np.array(moved) * spacing[:2]) @ axes)

@@ -56,7 +56,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
     component : int, "magnitude" or None
         The component to use; None for the only one, the magnitude of up to four, or the first.
     """
-    grid, notes = finished(path, grid, component)
+    grid = finished(path, grid, component)
     try:
         return Volume(
             grid.values,
@@ -64,7 +64,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             grid.origin,
             readable_name(path),
             grid.units,
-            grid.notes + notes,
+            grid.notes,
             axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
             file=grid.facts,
@@ -76,24 +76,16 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         ) from None
 
 
-def finished(path: Path, grid: Grid, component: Component | None) -> tuple[Grid, tuple[str, ...]]:
-    """Reduce a grid to finite scalars, with a mask of what is missing.
-
-    Returns
-    -------
-    grid : Grid
-        Its missing voxels have the smallest value of the others.
-    notes : tuple of str
-        Further ones.
-    """
+def finished(path: Path, grid: Grid, component: Component | None) -> Grid:
+    """Reduce a grid to finite scalars; missing voxels have the smallest value of the others."""
     chosen, component_notes = _chosen_component(grid, component)
     scalars = _one_component(path, grid.values, chosen)
     contents = grid.facts.contents + _components(grid, scalars, chosen)
     scalars, missing, missing_notes = _without_missing(path, scalars, grid.missing)
     scalars, offset_notes = _without_offset(scalars)
     facts = replace(grid.facts, contents=contents)
-    notes = component_notes + missing_notes + offset_notes
-    return replace(grid, values=scalars, missing=missing, facts=facts), notes
+    notes = grid.notes + component_notes + missing_notes + offset_notes
+    return replace(grid, values=scalars, missing=missing, facts=facts, notes=notes)
 
 
 def _without_offset(

@@ -15,7 +15,7 @@ from model.volume_files.arrays import (
     attribute_text,
     grid_of_arrays,
 )
-from model.volume_files.cf import coordinate_step, described
+from model.volume_files.cf import described, placed
 from model.volume_files.checks import damaged, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.grid import Grid
@@ -115,60 +115,38 @@ def _array(path: Path, file: h5py.File, name: str, item: h5py.Dataset) -> Stored
         return item[index]
 
     attributes: Mapping[str, Any] = item.attrs
-    axes, steps, units, starts, notes = _axes(item)
-    if not any(steps):
-        steps, units, starts = _sizes(file, item)
+    place = _axes(item) if item.ndim > 2 else {}
+    if not any(place.get("steps", ())):
+        place |= _sizes(file, item)
     return StoredArray(
         name,
         tuple(int(n) for n in item.shape),
         item.dtype,
         read,
-        axes,
-        steps,
-        units,
-        starts,
-        notes=notes,
+        **place,
         **described(attributes),
     )
 
 
-def _axes(
-    item: h5py.Dataset,
-) -> tuple[
-    tuple[str, ...], tuple[float | None, ...], tuple[str, ...], tuple[float, ...], tuple[str, ...]
-]:
+def _axes(item: h5py.Dataset) -> dict[str, Any]:
     """Return names, steps, units and starts of an array's axes, by its dimension scales."""
-    names: list[str] = []
-    steps: list[float | None] = []
-    units: list[str] = []
-    starts: list[float] = []
-    notes: tuple[str, ...] = ()
-    labels = attribute_text(item.attrs, "axes") or attribute_text(item.attrs, "DimensionOrder")
-    if item.ndim < 3:
-        return (), (), (), (), ()
-    for k, dimension in enumerate(item.dims):
-        name, step, unit, start = str(dimension.label or ""), None, "", 0.0
+    letters = attribute_text(item.attrs, "axes") or attribute_text(item.attrs, "DimensionOrder")
+    labels = [*letters] if len(letters) == item.ndim else [""] * item.ndim
+    axes = []
+    for label, dimension, count in zip(labels, item.dims, item.shape, strict=True):
         scale = dimension[0] if len(dimension) else None
-        if scale is not None:
-            name = name or str(scale.name).rpartition("/")[2]
-            if (
-                scale.shape == (item.shape[k],)
-                and scale.dtype.kind in "iuf"
-                and scale.size < 1 << 20
-            ):
-                unit = attribute_text(scale.attrs, "units")
-                step, start, unit, said = coordinate_step(scale[:], unit, name)
-                notes += said
-        names.append(name or (labels[k] if len(labels) == item.ndim else ""))
-        steps.append(step)
-        units.append(unit)
-        starts.append(start)
-    return tuple(names), tuple(steps), tuple(units), tuple(starts), notes
+        name = str(dimension.label or "")
+        if scale is None:
+            axes.append((name or label, None, ""))
+            continue
+        name = name or str(scale.name).rpartition("/")[2] or label
+        is_usable = scale.shape == (count,) and scale.dtype.kind in "iuf" and count < 1 << 20
+        unit = attribute_text(scale.attrs, "units")
+        axes.append((name, scale[:] if is_usable else None, unit))
+    return {"axes": tuple(name for name, _, _ in axes), **placed(axes)}
 
 
-def _sizes(
-    file: h5py.File, item: h5py.Dataset
-) -> tuple[tuple[float | None, ...], tuple[str, ...], tuple[float, ...]]:
+def _sizes(file: h5py.File, item: h5py.Dataset) -> dict[str, Any]:
     """Return steps, units and starts of the last three axes, by attributes in use."""
     nothing: tuple[float, ...] = (0.0,) * (item.ndim - 3)
     attributes = item.attrs
@@ -176,23 +154,27 @@ def _sizes(
         sizes = attribute_numbers(attributes, name)
         if len(sizes) == 3 and all(size > 0 for size in sizes):
             unit = unit or attribute_text(attributes, "unit")
-            return (*(None for _ in nothing), *sizes), (unit,) * item.ndim, ()
+            return _along((*(None for _ in nothing), *sizes), unit)
     group = file.get("VTKHDF")
     if group is not None and item.name.startswith("/VTKHDF/"):
         sizes, origin = (attribute_numbers(group.attrs, name) for name in ("Spacing", "Origin"))
         if len(sizes) == 3:
             origin = origin if len(origin) == 3 else [0.0] * 3
             steps = (*(None for _ in nothing), *sizes[::-1])
-            return steps, ("",) * item.ndim, (*nothing, *origin[::-1])
+            return _along(steps, "", (*nothing, *origin[::-1]))
     image = file.get("DataSetInfo/Image")
     if image is not None and item.name.startswith("/DataSet/"):
         return _imaris_sizes(image.attrs, item)
-    return (), (), ()
+    return _along((), "")
 
 
-def _imaris_sizes(
-    attributes: Mapping[str, Any], item: h5py.Dataset
-) -> tuple[tuple[float | None, ...], tuple[str, ...], tuple[float, ...]]:
+def _along(
+    steps: tuple[float | None, ...], unit: str, starts: tuple[float, ...] = ()
+) -> dict[str, Any]:
+    return {"steps": steps, "units_of_steps": (unit,) * len(steps), "starts": starts}
+
+
+def _imaris_sizes(attributes: Mapping[str, Any], item: h5py.Dataset) -> dict[str, Any]:
     """Return the steps of an Imaris file, whose attributes are arrays of letters."""
 
     def number(name: str) -> float | None:
@@ -205,4 +187,4 @@ def _imaris_sizes(
     for axis, size in zip("210", item.shape[-3:], strict=True):
         low, high = number(f"ExtMin{axis}"), number(f"ExtMax{axis}")
         steps.append(None if low is None or high is None else (high - low) / size)
-    return tuple(steps), ("um",) * 3, ()
+    return _along(tuple(steps), "um")

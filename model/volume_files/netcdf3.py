@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from model.volume_files.arrays import StoredArray, attribute_text, grid_of_arrays
-from model.volume_files.cf import coordinate_step, described
+from model.volume_files.cf import described, placed
 from model.volume_files.choice import Choice
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import errors_of
@@ -30,21 +30,14 @@ def read_netcdf3(path: Path, choice: Choice) -> Grid:
 
 
 def _array(file: Any, name: str, variable: Any) -> StoredArray:
-    attributes = variable._attributes
-    steps: list[float | None] = []
-    units: list[str] = []
-    starts: list[float] = []
-    notes: tuple[str, ...] = ()
-    for axis in variable.dimensions:
-        step, start, unit = None, 0.0, ""
-        scale = file.variables.get(axis)
-        if scale is not None and len(scale.shape) == 1:
-            unit = attribute_text(scale._attributes, "units")
-            step, start, unit, said = coordinate_step(np.array(scale[:]), unit, axis)
-            notes += said
-        steps.append(step)
-        units.append(unit)
-        starts.append(start)
+    scales = [(axis, file.variables.get(axis)) for axis in variable.dimensions]
+    axes = [
+        (axis, np.array(scale[:]), attribute_text(scale._attributes, "units"))
+        if scale is not None and len(scale.shape) == 1
+        else (axis, None, "")
+        for axis, scale in scales
+    ]
+    place = placed(axes) if len(axes) > 2 else {}
     data = variable.data
     return StoredArray(
         name,
@@ -53,9 +46,6 @@ def _array(file: Any, name: str, variable: Any) -> StoredArray:
         # A copy: the file is closed when it is used.
         lambda index: np.array(data[index], np.dtype(data.dtype).newbyteorder("=")),
         tuple(variable.dimensions),
-        tuple(steps),
-        tuple(units),
-        tuple(starts),
-        notes=notes if len(variable.shape) > 2 else (),
-        **described(attributes),
+        **place,
+        **described(variable._attributes),
     )

@@ -15,18 +15,8 @@ MOST_TILT, MOST_ROOM = 0.9, 2.0
 """Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
 
 
-@dataclass(frozen=True)
-class Shear:
-    """Shift of each slice against the one before.
-
-    Attributes
-    ----------
-    x, y : float
-        In voxels.
-    """
-
-    x: float
-    y: float
+Shear = tuple[float, float]
+"""Shift of each slice against the one before along x and y, in voxels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +81,9 @@ def _sheared_back(
         return as_it_is
     if abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
         return as_it_is
-    shear = Shear(float(z @ x / lengths[0] ** 2), float(z @ y / lengths[1] ** 2))
-    tilt = np.hypot(shear.x * lengths[0], shear.y * lengths[1]) / lengths[2]
-    more = max(abs(shear.x), abs(shear.y)) * values.shape[0]
+    shear = float(z @ x / lengths[0] ** 2), float(z @ y / lengths[1] ** 2)
+    tilt = np.hypot(shear[0] * lengths[0], shear[1] * lengths[1]) / lengths[2]
+    more = max(map(abs, shear)) * values.shape[0]
     if not SQUARE < tilt < MOST_TILT or more > MOST_ROOM * max(values.shape[1:]):
         return as_it_is
     normal = np.cross(x, y) / (lengths[0] * lengths[1])
@@ -133,12 +123,12 @@ def sheared_back(
         Voxels that the first slice has moved along x and y: the grid begins so many before it.
     """
     nz, ny, nx = values.shape
-    more = [math.ceil(abs(step) * (nz - 1) - 1e-6) for step in (shear.x, shear.y)]
-    start = [count if step < 0 else 0 for count, step in zip(more, (shear.x, shear.y), strict=True)]
+    more = [math.ceil(abs(step) * (nz - 1) - 1e-6) for step in shear]
+    start = [count if step < 0 else 0 for count, step in zip(more, shear, strict=True)]
     shape = nz, ny + more[1], nx + more[0]
     moved, absent = np.zeros(shape, values.dtype), np.ones(shape, bool)
     for z in range(nz):
-        x, y = start[0] + z * shear.x, start[1] + z * shear.y
+        x, y = start[0] + z * shear[0], start[1] + z * shear[1]
         plane, nothing = values[z], None if missing is None else missing[z]
         _place(moved[z], absent[z], plane, nothing, x, y)
     return moved, absent, (start[0], start[1])

@@ -18,8 +18,8 @@ CASES = Path(__file__).parent / "cases" / "missing"
 
 def mask_of(path):
     """The mask, and the notes, of a VTI file."""
-    grid, notes = finished(path, read_vti(path, LARGEST), None)
-    return grid, " ".join(notes)
+    grid = finished(path, read_vti(path, LARGEST), None)
+    return grid, " ".join(grid.notes)
 
 
 def test_a_fill_value_that_the_file_does_not_declare_is_told_and_kept():
