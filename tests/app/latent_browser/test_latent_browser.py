@@ -526,16 +526,3 @@ def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None
     assert latent.brush != brush
     QTest.keyClick(grid, Qt.Key.Key_Minus)
     assert latent.brush == pytest.approx(brush)
-
-
-def test_who_turns_the_wheel_over_the_map_has_its_keys(qtbot: QtBot, window: MainWindow) -> None:
-    map_view = window.browser.map
-    window.activateWindow()
-    window.reference.canvas.setFocus()
-    handle = window.windowHandle()
-    at = map_view.mapTo(window, QPointF(map_view.rect().center()))
-    QTest.wheelEvent(handle, at, QPoint(0, 240))
-    qtbot.waitUntil(lambda: map_view.frame.zoom > 1)
-    assert map_view.hasFocus()
-    QTest.keyClick(window.focusWidget(), Qt.Key.Key_Home)
-    assert map_view.frame.zoom == 1

@@ -9,7 +9,7 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QRect, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
@@ -157,28 +157,6 @@ def test_a_panel_that_scrolls_shows_its_rows_to_their_ends(
     window.sensitivity.chips.panel.click()
     resize(qtbot, window, 1750, 900)
     assert findings.isHidden()
-
-
-def test_shares_add_up_to_no_more_than_all_and_peaks_say_theirs_from_a_fifth_on(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bins = np.arange(256)
-
-    def several(request: object) -> np.ndarray:
-        parts = ((30, 0.5), (120, 0.32), (210, 0.18))
-        row = sum(share * np.exp(-((bins - at) ** 2) / 50) for at, share in parts)
-        return np.tile(np.float32(row), (2, 1))
-
-    monkeypatch.setattr(builders.analysts[-1], "visibility", several)
-    window.sensitivity_state.activate(None)
-    visible, findings = window.sensitivity.visible, window.sensitivity.findings
-    qtbot.waitUntil(lambda: visible.peak_texts == ["111.8 · 50 %", "147.1 · 32 %"])
-    shares = [float(row.text.split()[-2]) for row in findings.value_rows if row.text]
-    assert shares == [50, 32, 18] and sum(shares) <= 100
-    window.sensitivity.chips.visible.click()
-    assert visible.peak_texts == []
-    # The curve is still there, and its edits.
-    assert window.sensitivity.responses.flags[0].isVisible()
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -423,36 +401,6 @@ def test_only_one_colour_bar_is_shown(qtbot: QtBot, window: MainWindow) -> None:
     assert not any(bar.isVisible() for bar in bars)
 
 
-def test_values_that_no_longer_show_stay_only_for_who_edits_them(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    bins, at = np.arange(256), [60]
-
-    def one_value(request: object) -> np.ndarray:
-        return np.tile(np.float32(np.exp(-((bins - at[0]) ** 2) / 50)), (2, 1))
-
-    monkeypatch.setattr(builders.analysts[-1], "visibility", one_value)
-    findings, dispatcher = window.sensitivity.findings, window.workspace.sensitivity
-    findings.set_open(True)
-    window.sensitivity_state.activate(None)
-
-    def values() -> list[str]:
-        return [row.text for row in findings.value_rows if row.text]
-
-    qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
-    qtbot.waitUntil(findings.lowers[0].isEnabled)
-    at[0] = 200
-    findings.lowers[0].click()
-    qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   0 %", "174.5 to 182.4   100 %"])
-    QApplication.sendEvent(findings, QEvent(QEvent.Type.Leave))
-    assert values() == ["174.5 to 182.4   100 %"]
-    # Whatever else changes the picture is not followed.
-    at[0] = 60
-    window.state.edits.undo()
-    qtbot.waitUntil(lambda: values() == ["119.6 to 127.5   100 %"])
-    assert dispatcher.answers.visibility is not None
-
-
 def test_another_theme_is_taken_by_all_that_is_painted(
     qtbot: QtBot, qapp: QApplication, window: MainWindow
 ) -> None:
@@ -477,9 +425,30 @@ def test_another_theme_is_taken_by_all_that_is_painted(
         qapp.processEvents()
 
 
-def test_the_tag_of_a_band_covers_neither_flags_nor_card_nor_handles(
-    qtbot: QtBot, window: MainWindow
+def test_a_peaks_label_covers_no_handle(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    resize(qtbot, window, 1000, 640)
+    mode = window.state.transfer_function.opacity.modes[0]
+    at = round((mode.mean - 100) / 100 * 255)
+
+    def at_the_mode(request: object) -> np.ndarray:
+        return np.tile(np.float32(np.exp(-((np.arange(256) - at) ** 2) / 50)), (2, 1))
+
+    monkeypatch.setattr(builders.analysts[-1], "visibility", at_the_mode)
+    tf = window.state.transfer_function
+    for height in (0.1, 0.3, 0.38, 0.45, 0.6):
+        modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
+        visible = window.sensitivity.visible
+        with qtbot.waitSignal(window.workspace.sensitivity.answers.visibilityAnswered):
+            window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
+        (label,) = [each for each in visible._labels if each.isVisible()]
+        view = window.editor.area.widget
+        box = view.mapFromScene(label.mapRectToScene(label.boundingRect())).boundingRect()
+        for handle in window.editor.opacity.peaks:
+            assert not box.contains(view.mapFromScene(handle.scenePos())), height
+        assert window.editor.area.rect.contains(box.adjusted(1, 1, -1, -1))
+    # Nor does the tag of a band cover flags, card or handles.
     resize(qtbot, window, 1280, 720)
     window.editor.select_strongest()
     flag, card, tag = (
@@ -507,28 +476,3 @@ def test_the_tag_of_a_band_covers_neither_flags_nor_card_nor_handles(
     window.sensitivity.findings.lowers[1].setEnabled(True)
     window.sensitivity.findings.lowers[1].setFocus()
     assert [row.is_lit for row in rows[:2]] == [False, True]
-
-
-def test_a_peaks_label_covers_no_handle(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    resize(qtbot, window, 1000, 640)
-    mode = window.state.transfer_function.opacity.modes[0]
-    at = round((mode.mean - 100) / 100 * 255)
-
-    def at_the_mode(request: object) -> np.ndarray:
-        return np.tile(np.float32(np.exp(-((np.arange(256) - at) ** 2) / 50)), (2, 1))
-
-    monkeypatch.setattr(builders.analysts[-1], "visibility", at_the_mode)
-    tf = window.state.transfer_function
-    for height in (0.1, 0.3, 0.38, 0.45, 0.6):
-        modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
-        visible = window.sensitivity.visible
-        with qtbot.waitSignal(window.workspace.sensitivity.answers.visibilityAnswered):
-            window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
-        (label,) = [each for each in visible._labels if each.isVisible()]
-        view = window.editor.area.widget
-        box = view.mapFromScene(label.mapRectToScene(label.boundingRect())).boundingRect()
-        for handle in window.editor.opacity.peaks:
-            assert not box.contains(view.mapFromScene(handle.scenePos())), height
-        assert window.editor.area.rect.contains(box.adjusted(1, 1, -1, -1))

@@ -35,7 +35,6 @@ from model.errors import RenderError
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
-from model.scene.scene import Scene
 from model.scene.tf_emphasis import STRIKING_COLORS
 from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.view import View
@@ -781,7 +780,11 @@ def test_the_values_that_a_region_shows_are_named(
 
 
 def test_what_is_shown_is_saved_as_figure_and_numbers(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    qtbot: QtBot,
+    window: MainWindow,
+    builders: FakeBuilders,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def choose(name: str) -> None:
         monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / name), ""))
@@ -803,6 +806,20 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     window.sensitivity_state.choose(shown=False)
     choose("nothing.png")
     assert "no sensitivity" in window.notice.text
+    # A field of another band is not saved.
+    window.sensitivity_state.choose(shown=True)
+    window.sensitivity_state.pin(120.0)
+    qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
+    found = window.sensitivity.result()
+    assert found is not None and found.place == "edits around 120 K"
+    builders.analysts[-1].gate = threading.Semaphore(0)
+    window.sensitivity_state.choose(engine="exact")
+    window.sensitivity_state.pin(180.0)
+    assert window.sensitivity.result() is None
+    for _ in range(40):
+        builders.analysts[-1].gate.release()
+    qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
+    builders.analysts[-1].gate = None
 
 
 def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWindow) -> None:
@@ -819,43 +836,6 @@ def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWin
 
     qtbot.waitUntil(is_answered)
     assert window.sensitivity.exact.scale == scale
-
-
-def test_a_generator_of_another_light_does_not_answer_alone(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
-    builders.scene = Scene.of(builders.volumes["ramp"], 16, "direct")
-    window = make_window()
-    dispatcher = window.workspace.sensitivity
-    window.workspace.reference.choose(lighting="soft")
-    for source in ("exact", "learned"):
-        qtbot.waitUntil(
-            lambda source=source: dispatcher.answers.is_fresh(
-                dispatcher.answers.regions.get(source)
-            )
-        )
-    assert dispatcher.answers.region is dispatcher.answers.regions["exact"]
-    label = window.sensitivity.source
-    dispatcher.answers.regions.pop("exact")
-    label.refresh()
-    assert "test images" not in label.said
-    assert "outside what it was trained on" in label.said
-
-
-def test_an_answer_of_an_engine_that_is_no_longer_chosen_is_ignored(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    analyst, dispatcher = builders.analysts[-1], window.workspace.sensitivity
-    analyst.gate = threading.Semaphore(0)
-    window.sensitivity_state.choose(engine="exact")
-    window.sensitivity_state.choose(engine="learned")
-    qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.regions.get("learned")))
-    for _ in range(40):
-        analyst.gate.release()
-    qtbot.waitUntil(lambda: not any(c["exact"].is_pending for c in dispatcher._channels))
-    qtbot.wait(50)
-    assert set(dispatcher.answers.regions) == {"learned"}
-    analyst.gate = None
 
 
 def test_flags_number_the_highest_peaks_of_the_curve(
@@ -921,45 +901,6 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     state.pick((0.5, 0.5))
     state.activate(None)
     assert state.place is None
-
-
-def test_a_field_of_another_band_is_not_saved(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    window.sensitivity_state.pin(120.0)
-    qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
-    found = window.sensitivity.result()
-    assert found is not None and found.place == "edits around 120 K"
-    builders.analysts[-1].gate = threading.Semaphore(0)
-    window.sensitivity_state.choose(engine="exact")
-    window.sensitivity_state.pin(180.0)
-    assert window.sensitivity.result() is None
-    for _ in range(40):
-        builders.analysts[-1].gate.release()
-    qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
-    builders.analysts[-1].gate = None
-
-
-def test_what_is_still_computed_is_not_called_nothing(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    findings = window.sensitivity.findings
-    builders.analysts[-1].gate = threading.Semaphore(0)
-    labels = window.editor.area.second_labels
-    window.sensitivity_state.choose(engine="exact", measure="change")
-    # Of another measure there is no curve yet, and so no numbers at the axis.
-    assert labels.labels == ()
-    assert findings.edits_note.text() == "computing …"
-    window.sensitivity_state.pick((0.2, 0.2))
-    assert findings.values_note.text() == "computing …"
-    for _ in range(40):
-        builders.analysts[-1].gate.release()
-    qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
-    qtbot.waitUntil(lambda: labels.labels != ())
-    builders.analysts[-1].gate = None
-    window.sensitivity_state.pick((0.7, 0.7))
-    assert findings.values_note.text() == "computing …"
-    qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
 
 
 def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: FakeBuilders) -> None:
