@@ -245,25 +245,24 @@ def test_deflated_and_big_endian(tmp_path, syntax):
     check(read_volume(series(tmp_path, stored, syntax=syntax)), array)
 
 
-def enhanced(count, times=1, **tags):
+def enhanced(count, times):
     """Functional groups of count slices, at each of a number of times."""
     groups = []
-    for time in range(times):
-        for z in range(count):
-            groups += item(
-                PlanePositionSequence=item(ImagePositionPatient=[1.0, 2.0, 3.0 * z]),
-                FrameContentSequence=item(TemporalPositionIndex=time + 1, StackID="1"),
-                PixelValueTransformationSequence=item(
-                    RescaleSlope=1 + z, RescaleIntercept=-5, RescaleType="US"
-                ),
-            )
+    for time, z in np.ndindex(times, count):
+        groups += item(
+            PlanePositionSequence=item(ImagePositionPatient=[1.0, 2.0, 3.0 * z]),
+            FrameContentSequence=item(TemporalPositionIndex=time + 1, StackID="1"),
+            PixelValueTransformationSequence=item(
+                RescaleSlope=1 + z, RescaleIntercept=-5, RescaleType="US"
+            ),
+        )
     shared = item(
         PlaneOrientationSequence=item(ImageOrientationPatient=[1, 0, 0, 0, 1, 0]),
         PixelMeasuresSequence=item(PixelSpacing=[2.0, 0.5], SliceThickness=9.0),
     )
     values = {"SOPClassUID": ENHANCED_MR, "PixelSpacing": None, "ImageOrientationPatient": None}
     values |= {"PerFrameFunctionalGroupsSequence": groups}
-    return values | {"SharedFunctionalGroupsSequence": shared, **tags}
+    return values | {"SharedFunctionalGroupsSequence": shared}
 
 
 @pytest.mark.parametrize("time", [None, "0", "1", "2"])
@@ -273,14 +272,9 @@ def test_many_frames_in_one_file(tmp_path, time):
     path = save(tmp_path / "a.dcm", ds)
     volume = read_volume(path, choice=Choice(time=time and str(int(time) + 1)))
     slopes = np.arange(1, 5)[:, None, None]
-    check(volume, array[int(time or 0)].astype(int) * slopes - 5)
-    assert volume.spacing == (0.5, 2.0, 3.0)
-    assert volume.origin == (1.0, 2.0, 0.0)
-    assert [(c.kind, c.name) for c in volume.file.contents] == [
-        ("time", "1"),
-        ("time", "2"),
-        ("time", "3"),
-    ]
+    expected = array[int(time or 0)].astype(int) * slopes - 5
+    check(volume, expected, spacing=(0.5, 2, 3), origin=(1, 2, 0))
+    assert [f"{c.kind} {c.name}" for c in volume.file.contents] == ["time 1", "time 2", "time 3"]
 
 
 def test_frames_without_functional_groups(tmp_path):
@@ -290,26 +284,26 @@ def test_frames_without_functional_groups(tmp_path):
     check(read_volume(path), array, spacing=(0.5, 2, 4))
 
 
-def test_a_rescaling_of_each_slice(tmp_path):
-    array = voxels("int16") // 64
-    each = lambda z: {"RescaleSlope": 1.5 + z, "RescaleIntercept": 0}  # noqa: E731
-    folder = series(tmp_path / "pt", array, Modality="PT", Units="BQML", each=each)
-    expected = array * (1.5 + np.arange(6))[:, None, None]
-    check(read_volume(folder), expected, rtol=1e-6, units="Bq/ml")
+HU = {"Modality": "CT", "RescaleSlope": 1, "RescaleIntercept": 0}
 
 
 @pytest.mark.parametrize(
     ("tags", "units"),
     [
-        ({}, ""),
-        ({"RescaleSlope": 1, "RescaleIntercept": -1024}, "HU"),
-        ({"RescaleSlope": 1, "RescaleIntercept": 0, "RescaleType": "US"}, ""),
-        ({"RescaleSlope": 1, "RescaleIntercept": 0, "RescaleType": "mgml"}, "mgml"),
+        ({"Modality": "CT"}, ""),
+        (HU, "HU"),
+        (HU | {"RescaleType": "US"}, ""),
+        (HU | {"RescaleType": "mgml"}, "mgml"),
+        ({"Modality": "PT", "Units": "BQML"}, "Bq/ml"),
     ],
 )
-def test_hounsfield_units_only_of_rescaled_values(tmp_path, tags, units):
-    folder = series(tmp_path / "ct", voxels("int16"), Modality="CT", **tags)
-    assert read_volume(folder).units == units
+def test_units_and_rescaling_of_each_slice(tmp_path, tags, units):
+    array, slopes = voxels("int16") // 64, np.ones(6)
+    if units == "Bq/ml":
+        slopes = 1.5 + np.arange(6)
+        tags = tags | {"each": lambda z: {"RescaleSlope": slopes[z], "RescaleIntercept": 0}}
+    volume = read_volume(series(tmp_path, array, **tags))
+    check(volume, array * slopes[:, None, None], rtol=1e-6, units=units)
 
 
 def test_a_modality_s_table(tmp_path):

@@ -28,14 +28,6 @@ def described(volume):
     return " ".join(volume.notes)
 
 
-def imagej(path, array, axes, **metadata):
-    resolution = metadata.pop("resolution", (2.0, 2.0))
-    tifffile.imwrite(
-        path, array, imagej=True, resolution=resolution, metadata={"axes": axes, **metadata}
-    )
-    return path
-
-
 def test_calibrated_by_imagej(tmp_path):
     description = b"ImageJ=1.54\nimages=6\nslices=6\nspacing=3.0\nunit=um\n\0"
     path = write_tiff(tmp_path / "a.tif", voxels(), description=description, resolution=(2, 0.5))
@@ -53,14 +45,11 @@ def test_channels_have_the_names_of_ome(tmp_path):
     refused(path, "there are DAPI, GFP", choice=Choice(channel="RFP"))
 
 
-def test_descriptions_that_cannot_be_used_are_said(tmp_path):
+def test_a_damaged_ome_header_is_said(tmp_path):
     path = tmp_path / "a.ome.tif"
     tifffile.imwrite(path, np.stack([voxels(), voxels()]), ome=True, metadata={"axes": "CZYX"})
     path.write_bytes(path.read_bytes().replace(b"</OME>", b"</OMX>"))
     assert "OME header is damaged" in described(read_volume(path))
-    text = "ImageJ=1.53t\nimages=90\nslices=90\n"
-    tifffile.imwrite(path, voxels(), description=text, metadata=None)
-    check(read_volume(path), voxels(), "does not fit")
 
 
 @pytest.mark.parametrize("part", [0.4, 0.6, 0.9])
@@ -71,10 +60,37 @@ def test_a_file_that_lost_its_end_says_so(tmp_path, part):
     refused(path, "truncated")
 
 
-def test_a_resolution_for_print_is_said_to_be_left_out(tmp_path):
+BYTES = voxels("uint8")
+LINE = "ImageJ=1.54\nimages=6\nslices=6\ncf={}\nc0=-10.0\nc1=0.5\nvunit=K\n"
+# The OME header has a unit for each axis.
+SIZES = {
+    "PhysicalSizeX": 500, "PhysicalSizeXUnit": "nm", "PhysicalSizeY": 0.5,
+    "PhysicalSizeYUnit": "µm", "PhysicalSizeZ": 0.002, "PhysicalSizeZUnit": "mm",
+}  # fmt: skip
+WRITTEN = {
+    "inches": ({"resolution": (72, 72), "resolutionunit": "INCH"}, "72 pixels per inch", {}),
+    "line": ({"description": LINE.format(0), "metadata": None}, "", {"units": "K"}),
+    "curve": ({"description": LINE.format(3), "metadata": None}, "calibration curve", {}),
+    "times": (
+        {"imagej": True, "metadata": {"axes": "TYX"}}, "calls its images time steps", {},
+    ),
+    "unlike units": (
+        {"ome": True, "metadata": {"axes": "ZYX", **SIZES}},
+        "", {"spacing": (500, 500, 2000), "spacing_unit": "nm"},
+    ),
+    "another description": (
+        {"description": "ImageJ=1.53t\nimages=90\nslices=90\n", "metadata": None},
+        "does not fit", {},
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_what_descriptions_and_tags_say(tmp_path, name):
+    options, said, facts = WRITTEN[name]
     path = tmp_path / "a.tif"
-    tifffile.imwrite(path, voxels(), resolution=(72, 72), resolutionunit="INCH")
-    assert "72 pixels per inch" in described(read_volume(path))
+    tifffile.imwrite(path, BYTES, photometric="minisblack", **options)
+    check(read_volume(path), BYTES * 0.5 - 10 if name == "line" else BYTES, said, **facts)
 
 
 @pytest.mark.parametrize(
@@ -160,42 +176,12 @@ def test_types_and_storage(tmp_path, dtype, kind):
 @pytest.mark.parametrize("channel", [0, 1])
 def test_times_and_channels_by_imagej(tmp_path, time, channel):
     array = voxels("uint16", (3, 4, 2, 5, 7))
-    path = imagej(tmp_path / "a.tif", array, "TZCYX", spacing=3, unit="mm")
+    path, metadata = tmp_path / "a.tif", {"axes": "TZCYX", "spacing": 3, "unit": "mm"}
+    tifffile.imwrite(path, array, imagej=True, resolution=(2, 2), metadata=metadata)
     volume = read_volume(path, choice=Choice(time=str(time), channel=str(channel)))
-    check(volume, array[time, :, channel])
-    assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 0.5, 3.0), "mm")
+    check(volume, array[time, :, channel], spacing=(0.5, 0.5, 3), spacing_unit="mm")
     kinds = [content.kind for content in volume.file.contents]
     assert kinds == ["time"] * 3 + ["channel"] * 2
-
-
-def test_slices_that_are_called_time_steps(tmp_path):
-    array = voxels("uint8", (6, 5, 7))
-    check(
-        read_volume(imagej(tmp_path / "a.tif", array, "TYX")), array, "calls its images time steps"
-    )
-
-
-def test_units_that_differ_are_converted(tmp_path):
-    # By the OME header, which has a unit for each axis.
-    ome = tmp_path / "b.ome.tif"
-    sizes = {"PhysicalSizeX": 500, "PhysicalSizeXUnit": "nm", "PhysicalSizeY": 0.5}
-    sizes |= {"PhysicalSizeYUnit": "µm", "PhysicalSizeZ": 0.002, "PhysicalSizeZUnit": "mm"}
-    tifffile.imwrite(ome, voxels("uint8"), metadata={"axes": "ZYX", **sizes})
-    volume = read_volume(ome)
-    assert volume.spacing == pytest.approx((500, 500, 2000))
-    assert volume.file.spacing_unit == "nm"
-
-
-@pytest.mark.parametrize("function", [0, 3])
-def test_a_calibration_line_and_a_curve(tmp_path, function):
-    array = voxels("uint8")
-    info = f"ImageJ=1.54\nimages=6\nslices=6\ncf={function}\nc0=-10.0\nc1=0.5\nvunit=K\n"
-    path = tmp_path / "a.tif"
-    tifffile.imwrite(path, array, photometric="minisblack", description=info, metadata=None)
-    if function == 0:
-        check(read_volume(path), array * 0.5 - 10, units="K")
-    else:
-        check(read_volume(path), array, "calibration curve")
 
 
 def test_ome_images_are_series_and_thumbnails_are_left_out(tmp_path):
@@ -205,13 +191,10 @@ def test_ome_images_are_series_and_thumbnails_are_left_out(tmp_path):
         writer.write(small, metadata={"axes": "ZYX", "Name": "overview", "PhysicalSizeX": 9.0})
         writer.write(large, metadata={"axes": "ZYX", "Name": "detail", "PhysicalSizeX": 3.0})
         writer.write(large[0], metadata={"axes": "YX", "Name": "label"})
-    volume = read_volume(path)
-    check(volume, large)
-    assert volume.spacing[0] == 3.0
-    assert "Flat images were left out: 1" in described(volume)
+    said = "Flat images were left out: 1"
+    check(read_volume(path), large, said, spacing=(3, 3, 3))
     other = read_volume(path, choice=Choice(series="overview"))
-    np.testing.assert_array_equal(other.voxels, small)
-    assert other.spacing[0] == 9.0
+    check(other, small, spacing=(9, 9, 9))
 
 
 def test_pages_written_one_by_one_are_a_stack_beside_a_thumbnail(tmp_path):
