@@ -16,7 +16,6 @@ from app import theme
 from app.image_view.crop_handles import CropHandles
 from app.image_view.gestures import ViewGestures
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.image_view.view_keys import ViewKeys
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.rendering.renderer import RendererName, open_renderer
@@ -280,12 +279,3 @@ def test_nothing_is_painted_or_dragged_without_an_image_or_when_inactive(
     assert color_at(canvas, at).lightness() < 60
     drag(canvas, at, QPointF(-40, 0))
     assert state.crop is None
-
-
-def test_keys_still_turn_the_view(
-    qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
-    ViewKeys(canvas, state)
-    canvas.setFocus()
-    QTest.keyClick(canvas, Qt.Key.Key_Right)
-    assert state.view != VIEW

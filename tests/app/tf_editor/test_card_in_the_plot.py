@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pyqtgraph as pg
@@ -60,29 +61,28 @@ def distance(box: QRect, point: QPoint) -> float:
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("mean", [100.0, 104.0, 150.0, 199.0, 200.0])
-@pytest.mark.parametrize("amplitude", [0.0, 0.5, 1.0])
 def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(
-    make_editor: EditorMaker, size: tuple[int, int], mean: float, amplitude: float
+    make_editor: EditorMaker, state: ViewerState, size: tuple[int, int]
 ) -> None:
-    editor = make_editor(*size, mean, amplitude)
-    handle = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
+    editor = make_editor(*size)
     plot, card = plot_of(editor), editor.card
-    flags = []
-    for x in (handle.x() - 60, handle.x() + 30):
-        flag = QToolButton()
+    flags = [QToolButton() for _ in range(2)]
+    for flag in flags:
         editor.area.add_flag(flag)
-        left = min(max(x, plot.left()), plot.right() - 60)
-        flag.setGeometry(left, plot.top(), 60, 19)
-        flag.show()
-        flags.append(flag)
-    editor.area.flagsMoved.emit()
-    box = card.geometry()
-    assert card.isVisible()
-    assert plot.contains(box)
-    assert distance(box, handle) <= 30
-    assert not box.contains(handle)
-    assert not any(box.intersects(flag.geometry()) for flag in flags)
+    for mean, amplitude in product((100.0, 104.0, 150.0, 199.0, 200.0), (0.0, 0.5, 1.0)):
+        mode = GaussianMode(mean, 8.0, amplitude)
+        opacity = OpacityTF((100.0, 200.0), modes=(mode,))
+        state.tf_input.set(replace(state.transfer_function, opacity=opacity), "edit")
+        handle = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
+        for flag, x in zip(flags, (handle.x() - 60, handle.x() + 30), strict=True):
+            left = min(max(x, plot.left()), plot.right() - 60)
+            flag.setGeometry(left, plot.top(), 60, 19)
+            flag.show()
+        editor.area.flagsMoved.emit()
+        box = card.geometry()
+        assert card.isVisible() and plot.contains(box)
+        assert distance(box, handle) <= 30 and not box.contains(handle)
+        assert not any(box.intersects(flag.geometry()) for flag in flags)
 
 
 def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerState) -> None:

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pyqtgraph as pg
 import pytest
+from editor_events import LEFT, double_click, drag, pixel
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
@@ -22,7 +23,7 @@ from model.scene.range_fitting import fit_to_range
 from model.scene.tf_editing import recolor_stop
 from model.scene.transfer_function import OpacityTF
 
-LEFT, MIDDLE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton
+MIDDLE = Qt.MouseButton.MiddleButton
 CTRL = Qt.KeyboardModifier.ControlModifier
 
 
@@ -38,25 +39,6 @@ def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
     qtbot.waitExposed(editor)
     state.start_volume(state.transfer_function, None)
     return editor
-
-
-def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
-    place = QPointF(editor.area.axis.place(value), height)
-    return editor.area.widget.mapFromScene(editor.area.opacity.mapViewToScene(place))
-
-
-def drag(
-    editor: TransferFunctionEditor,
-    start: QPoint,
-    end: QPoint,
-    button: Qt.MouseButton = LEFT,
-    modifier: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
-) -> None:
-    viewport = editor.area.widget.viewport()
-    QTest.mousePress(viewport, button, modifier, start)
-    QTest.mouseMove(viewport, (start + end) / 2)
-    QTest.mouseMove(viewport, end)
-    QTest.mouseRelease(viewport, button, modifier, end)
 
 
 def wheel(editor: TransferFunctionEditor, at: QPoint, steps: int) -> None:
@@ -179,7 +161,7 @@ def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(
     lo, hi = editor.area.axis.visible
     assert hi - lo == pytest.approx(200.0 / 1.25**4)
     assert pixel(editor, 150.0, 0.7).x() == pytest.approx(at.x(), abs=1)
-    drag(editor, pixel(editor, 150.0, 0.7), pixel(editor, 140.0, 0.7), MIDDLE)
+    drag(editor, pixel(editor, 150.0, 0.7), pixel(editor, 140.0, 0.7), button=MIDDLE)
     assert editor.area.axis.visible == pytest.approx((lo + 10.0, hi + 10.0), abs=0.5)
     editor.area.widget.setFocus()
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Home)
@@ -210,10 +192,7 @@ def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(
     assert state.transfer_function.opacity.modes[0].amplitude == pytest.approx(0.01, rel=0.1)
     # A double click adds a mode where it is.
     at = pixel(editor, 250.0, scale.height(0.02))
-    viewport = editor.area.widget.viewport()
-    QTest.mouseClick(viewport, LEFT, pos=at)
-    QTest.mouseDClick(viewport, LEFT, pos=at)
-    QTest.mouseRelease(viewport, LEFT, pos=at)
+    double_click(editor, at)
     assert state.transfer_function.opacity.modes[-1].amplitude == pytest.approx(0.02, rel=0.1)
     curve = editor.opacity._curve.getData()[1]
     assert curve.max() < scale.height(0.6)
@@ -262,12 +241,6 @@ def test_a_curve_drawn_by_others_stays_at_its_values(
     assert places.min() == 0
     assert places.max() <= 1
     np.testing.assert_allclose(heights, editor.area.axis.values(places) / 1000, rtol=1e-3)
-
-
-def test_the_range_fills_the_plots_when_asked(editor: TransferFunctionEditor) -> None:
-    assert editor.area.axis.visible == (100.0, 300.0)
-    editor.menu.range_shown.emit(True)
-    assert editor.area.axis.visible == pytest.approx((100.0, 225.0))
 
 
 def test_a_dragged_line_stretches_the_tf_and_back(

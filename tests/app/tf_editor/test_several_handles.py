@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
+from editor_events import NONE, click, drag, pixel
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
@@ -15,55 +16,22 @@ from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from model.scene.transfer_function import ColorTF
 
-LEFT = Qt.MouseButton.LeftButton
-NONE, SHIFT, CTRL = (
-    Qt.KeyboardModifier.NoModifier,
-    Qt.KeyboardModifier.ShiftModifier,
-    Qt.KeyboardModifier.ControlModifier,
-)
+SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
 STOPS = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (170.0, 0, 0, 1), (200.0, 1, 1, 1))
 
 
 @pytest.fixture
-def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
-    editor = TransferFunctionEditor(state)
-    qtbot.addWidget(editor)
-    editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
-    editor.resize(1100, 300)
-    editor.show()
-    qtbot.waitExposed(editor)
+def editor(editor: TransferFunctionEditor, state: ViewerState) -> TransferFunctionEditor:
     tf = state.transfer_function
     state.start_volume(replace(tf, color=ColorTF((100.0, 200.0), STOPS)), None)
     editor.area.widget.setFocus()
     return editor
 
 
-def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
-    at = editor.area.opacity.mapViewToScene(QPointF(value / 100 - 1, height))
-    return editor.area.widget.mapFromScene(at)
-
-
 def press_key(
     editor: TransferFunctionEditor, key: Qt.Key, modifier: Qt.KeyboardModifier = NONE
 ) -> None:
     QTest.keyClick(editor.area.widget, key, modifier)
-
-
-def click(editor: TransferFunctionEditor, at: QPoint, modifier: Qt.KeyboardModifier = NONE) -> None:
-    QTest.mouseClick(editor.area.widget.viewport(), LEFT, modifier, at)
-
-
-def drag(
-    editor: TransferFunctionEditor,
-    start: QPoint,
-    end: QPoint,
-    modifier: Qt.KeyboardModifier = NONE,
-) -> None:
-    viewport = editor.area.widget.viewport()
-    QTest.mousePress(viewport, LEFT, modifier, start)
-    QTest.mouseMove(viewport, (start + end) / 2)
-    QTest.mouseMove(viewport, end)
-    QTest.mouseRelease(viewport, LEFT, modifier, end)
 
 
 def means(state: ViewerState) -> list[float]:

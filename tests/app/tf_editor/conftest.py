@@ -1,0 +1,21 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pytestqt.qtbot import QtBot
+
+from app.state.viewer_state import ViewerState
+from app.tf_editor.editor import TransferFunctionEditor
+
+
+@pytest.fixture
+def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
+    """An editor over 100..200 K, 1100 x 300 pixels large."""
+    editor = TransferFunctionEditor(state)
+    qtbot.addWidget(editor)
+    editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+    editor.resize(1100, 300)
+    editor.show()
+    qtbot.waitExposed(editor)
+    state.start_volume(state.transfer_function, None)
+    return editor
