@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QApplication
 from app.engines.engines import REAL_BUILDERS, Builders, GeneratorSettings
 from app.figures.picture import save_image
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.window_start import WindowStart
 from app.theme import apply_theme
 from app.window.main_window import MainWindow

@@ -11,8 +11,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import Result
-from app.state.dispatcher import Dispatcher
-from app.state.drawing_plan import NO_MODEL_SIZE
+from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.exactness import STOPS, Stop
 from app.state.known_volume import FORMER_LIGHT, LightingChoice
 from app.state.light_keeper import LightKeeper

@@ -25,8 +25,7 @@ from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.start_order import StartOrder
-from app.state.transfer_function_keeper import TransferFunctionKeeper
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionKeeper, TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.volume_ranging import VolumeRanging
 from app.state.volume_reading import VolumeReading

@@ -37,14 +37,13 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.session_work import SessionWork
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
 from app.window.crop_card import CropCard
-from app.window.emptiness_notice import EmptinessNotice
 from app.window.empty_card import EmptyCard
 from app.window.figure import Subject
 from app.window.file_dialogs import FileDialogs
@@ -53,26 +52,22 @@ from app.window.floating import Floating
 from app.window.focus_areas import FocusAreas
 from app.window.image_error import ImageError
 from app.window.key_hints import KeyHints
-from app.window.light_notice import LightNotice
-from app.window.logarithm_offer import LogarithmOffer
-from app.window.menus import Menus
+from app.window.menus import Menus, WindowParts
 from app.window.movie_saving import MovieSaving
-from app.window.narrow_notice import NarrowNotice
 from app.window.notices import Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
 from app.window.quitting import may_quit
+from app.window.scene_notices import EmptinessNotice, LightNotice, LogarithmOffer, NarrowNotice
 from app.window.session_files import SessionFiles
 from app.window.shown_images import ShownImages
 from app.window.status_line import StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
-from app.window.up_axis_card import UpAxisCard
-from app.window.up_axis_question import UpAxisQuestion
+from app.window.up_axis_question import UpAxisCard, UpAxisQuestion
 from app.window.window_memory import WindowMemory
-from app.window.window_parts import WindowParts
 from app.window.window_place import size_on
 from model.rendering.scale_bar import Scale
 

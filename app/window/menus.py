@@ -2,26 +2,132 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 from PySide6.QtCore import QObject
-from PySide6.QtGui import QActionGroup, QKeySequence
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QApplication, QMainWindow, QMenu
 
+from app.caption_button import CaptionButton
 from app.controls import add_action
 from app.glosses import open_glossary
+from app.image_view.engine_pane import EnginePane
+from app.image_view.reference_controls import ReferenceControls
 from app.menu_tips import show_tips
+from app.sensitivity_view.sensitivity_view import SensitivityView
+from app.state.latent_state import LatentState
+from app.state.preferences import Preferences
 from app.state.remembered import ThemeChoice
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.state.workspace import Workspace
+from app.tf_editor.editor import TransferFunctionEditor
 from app.theme import apply_theme
-from app.window.caption_menus import fill_captions
+from app.window.crop_card import CropCard
+from app.window.file_dialogs import FileDialogs
+from app.window.file_menus import RecentMenus, SampleMenus
+from app.window.file_opening import FileOpening
 from app.window.help_pages import show_gestures, show_page
-from app.window.recent_menu import RecentMenus
-from app.window.sample_menus import SampleMenus
-from app.window.single_keys import SingleKeys
-from app.window.top_bar import show_action
-from app.window.window_parts import WindowParts
+from app.window.image_error import ImageError
+from app.window.movie_saving import MovieSaving
+from app.window.overlays import Overlays
+from app.window.pane_layout import PaneLayout, Shown
+from app.window.picture_saving import PictureSaving
+from app.window.session_files import SessionFiles
+from app.window.top_bar import TopBar, show_action
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
+
+
+@dataclass(frozen=True)
+class WindowParts:
+    """Parts of the window that menus act on."""
+
+    opening: FileOpening
+    files: FileDialogs
+    pictures: PictureSaving
+    movies: MovieSaving
+    sessions: SessionFiles
+    state: ViewerState
+    workspace: Workspace
+    preferences: Preferences
+    generator: EnginePane
+    reference: EnginePane
+    bar: TopBar
+    controls: ReferenceControls
+    error: ImageError
+    panes: PaneLayout
+    overlays: Overlays
+    crop: CropCard
+    editor: TransferFunctionEditor
+    sensitivity: SensitivityState
+    view: SensitivityView
+    latent: LatentState
+
+
+class SingleKeys(QObject):
+    """Takes the keys that are letters alone from all entries of menus, or gives them back.
+
+    Parameters
+    ----------
+    window : QObject
+        Has the entries.
+    """
+
+    def __init__(self, window: QObject, preferences: Preferences) -> None:
+        super().__init__(window)
+        self._window = window
+        self._preferences = preferences
+        self._all: dict[QAction, list[QKeySequence]] = {}
+
+    @property
+    def are_on(self) -> bool:
+        """Whether letters alone are keys."""
+        return bool(self._preferences.value("single_keys"))
+
+    def toggle(self) -> None:
+        """Switch them off, or on again, and remember that."""
+        self._preferences.set(single_keys=not self.are_on)
+        self.keep()
+
+    def keep(self) -> None:
+        """Have all entries that there are keep to the choice."""
+        for action in self._window.findChildren(QAction):
+            keys = self._all.setdefault(action, action.shortcuts())
+            if any(_is_letter(key) for key in keys):
+                action.setShortcuts([key for key in keys if self.are_on or not _is_letter(key)])
+
+
+def _is_letter(keys: QKeySequence) -> bool:
+    """Whether a shortcut is a letter alone."""
+    return len(keys.toString()) == 1
+
+
+def fill_captions(generator: CaptionButton, reference: CaptionButton, panes: PaneLayout) -> None:
+    """Offer to see one of the images alone, and what the generator's error means."""
+    _add_alone(generator, panes, "generator")
+    _add_alone(reference, panes, "reference")
+    explain = partial(open_glossary, generator.window(), "RMSE")
+    add_action(generator.menu(), "What is the error (RMSE)?", explain)
+
+
+def _add_alone(caption: CaptionButton, panes: PaneLayout, shown: Shown) -> None:
+    """Add an entry that shows one image alone, or both again."""
+    menu = caption.add_menu()
+    alone = add_action(
+        menu,
+        "Show alone",
+        lambda: panes.show_images("both" if panes.shown == shown else shown),
+    )
+    alone.setCheckable(True)
+
+    def show_state() -> None:
+        alone.setEnabled(panes.can_compare)
+        alone.setChecked(panes.can_compare and panes.shown == shown)
+
+    menu.aboutToShow.connect(show_state)
+
 
 THEMES: dict[ThemeChoice, str] = {"system": "As the s&ystem", "dark": "&Dark", "light": "&Light"}
 """Colours of the window, by their menu entries."""

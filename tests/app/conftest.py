@@ -14,7 +14,7 @@ from shiboken6 import getAllValidWrappers
 from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
 

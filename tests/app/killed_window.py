@@ -20,7 +20,7 @@ from window_fakes import FakeBuilders
 
 from app.engines.engines import GeneratorSettings
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.view import View

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from app.state.preferences import PreferencesStore
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 
 SCRIPT = Path(__file__).with_name("killed_window.py")
 

@@ -17,7 +17,7 @@ from window_fakes import FakeBuilders, red_of
 from app import launch
 from app.engines.engines import FASTEST
 from app.launch import run_window
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.window_start import WindowStart
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError

@@ -10,8 +10,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.state import delayed_writer
-from app.state.transfer_function_keeper import TransferFunctionKeeper
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionKeeper, TransferFunctionStore
 from model.errors import TransferFunctionError
 from model.scene.transfer_function import TransferFunction
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from ramp import make_tf
 
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from model.errors import TransferFunctionError
 
 

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
 from model.networks.card import ModelCard
 from model.networks.size import NetworkSize

@@ -20,7 +20,7 @@ from window_fakes import FakeBuilders, FakeEngine
 
 from app.image_view.engine_pane import EnginePane
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError, RenderError

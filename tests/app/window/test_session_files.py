@@ -13,7 +13,7 @@ from window_fakes import FakeBuilders
 
 from app.state.known_volume import FORMER_TOLD
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_store import TransferFunctionStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 from model.scene.region import Outline

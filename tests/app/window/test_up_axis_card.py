@@ -5,7 +5,7 @@ import base64
 from PySide6.QtGui import QColor, QImage
 from pytestqt.qtbot import QtBot
 
-from app.window.up_axis_card import ICON, UpAxisCard
+from app.window.up_axis_question import ICON, UpAxisCard
 from model.scene.axes import AXES
 
 

@@ -13,6 +13,7 @@ from ramp import make_volume
 from window_fakes import FakeBuilders
 
 from app.state import library
+from app.window.file_menus import menu_names
 from app.window.main_window import MainWindow
 
 WindowMaker = Callable[..., MainWindow]
@@ -68,3 +69,9 @@ def test_a_sample_model_opens_with_its_volume(
     menu.aboutToShow.emit()
     assert entries(menu) == ["None ship with this version"]
     assert not menu.actions()[0].isEnabled()
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders() -> None:
+    paths = [Path("/a/engine.nrrd"), Path("/b/engine.nrrd"), Path("/a/fly & co.nrrd")]
+    assert menu_names(paths) == ["engine.nrrd  (a)", "engine.nrrd  (b)", "fly && co.nrrd"]
+    assert menu_names([]) == []
