@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -176,30 +175,16 @@ def centred(
         image = np.stack([right, up]) / (tangent * (distance * FAR_DISTANCE_RADII - back))
         return image.min(axis=1), image.max(axis=1)
 
-    def fits(distance: float) -> bool:
-        low, high = ends(distance)
-        return bool(((high - low) / 2 <= room).all())
-
-    distance = nearest_fitting(fits, NEAREST_HOME, view.distance)
+    near, distance = NEAREST_HOME, view.distance
+    for _ in range(HALVINGS):
+        low, high = ends((near + distance) / 2)
+        if ((high - low) / 2 <= room).all():
+            distance = (near + distance) / 2
+        else:
+            near = (near + distance) / 2
     low, high = ends(distance)
     pan_x, pan_y = map(float, -(low + high) / 2)
     return replace(view, distance=distance, pan_x=pan_x, pan_y=pan_y)
-
-
-def nearest_fitting(fits: Callable[[float], bool], near: float, far: float) -> float:
-    """Return the smallest distance that fits, between one that may not and one that should.
-
-    Parameters
-    ----------
-    fits : callable
-        Says of a distance whether it fits; of all that are larger, too, then.
-    near, far : float
-        The farther one is returned where none fits.
-    """
-    for _ in range(HALVINGS):
-        distance = (near + far) / 2
-        near, far = (near, distance) if fits(distance) else (distance, far)
-    return far
 
 
 def _in_radii(

@@ -24,16 +24,11 @@ LEAST_AMPLITUDE = 0.004
 """Opacity below which no mode is fitted: one step of an 8-bit image."""
 
 
-def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> OpacityTF:
+def fitted_curve(opacity: OpacityTF) -> OpacityTF:
     """Return a free curve of few points through the samples of one with many.
 
     Points are added where the curve is farthest from the samples (Ramer, Douglas, Peucker, with
     differences in opacity alone).
-
-    Parameters
-    ----------
-    largest_error : float
-        Largest difference of square roots at any of the points.
     """
     if len(opacity.points) < 3:
         return opacity
@@ -51,7 +46,7 @@ def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> Opac
         inside = slice(first + 1, last)
         line = np.interp(values[inside], values[[first, last]], heights[[first, last]])
         errors = np.abs(np.sqrt(heights[inside]) - np.sqrt(line))
-        if errors.max() > largest_error:
+        if errors.max() > CURVE_ERROR:
             middle = first + 1 + int(errors.argmax())
             kept.add(middle)
             open_parts += [(first, middle), (middle, last)]
@@ -59,22 +54,12 @@ def fitted_curve(opacity: OpacityTF, largest_error: float = CURVE_ERROR) -> Opac
     return replace(opacity, points=points)
 
 
-def fitted_modes(opacity: OpacityTF, most: int = MAX_MODES) -> OpacityTF:
-    """Return at most a number of Gaussian modes that come near an opacity TF.
+def fitted_modes(opacity: OpacityTF) -> OpacityTF:
+    """Return Gaussian modes that come near an opacity TF; none where it shows hardly anything.
 
     Modes are added where most is missing, and all of them fitted together after each, by
     least squares with a soft loss: a plateau's edges, which no mode can follow, do not pull
     the others away.
-
-    Parameters
-    ----------
-    most : int
-        Largest number of modes.
-
-    Returns
-    -------
-    OpacityTF
-        Without modes for a TF that shows hardly anything.
     """
     from scipy.optimize import least_squares
 
@@ -82,7 +67,7 @@ def fitted_modes(opacity: OpacityTF, most: int = MAX_MODES) -> OpacityTF:
     bins = np.arange(TF_SAMPLES, dtype=np.float64)
     # Means, widths (both in bins) and amplitudes, one row per mode.
     modes = np.empty((0, 3))
-    for _ in range(most):
+    for _ in range(MAX_MODES):
         missing = wanted - _sum(modes, bins)
         if missing.max() < LEAST_AMPLITUDE:
             break

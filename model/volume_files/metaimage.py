@@ -92,13 +92,13 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
         )
     values, listed = _values(header, sizes, channels[0], dtype, choice)
     axes = len(sizes)
-    steps = _leading(header.numbers(axes, "ElementSpacing", "ElementSize"), 3)
+    steps = (header.numbers(axes, "ElementSpacing", "ElementSize") or [])[:3] or None
     spacing, notes = usable_spacing(steps)
     matrix = header.numbers(axes * axes, "TransformMatrix", "Rotation", "Orientation")
     directions = None
     if matrix is not None:
         directions = np.array(matrix).reshape(axes, axes)[:3, :3]
-    origin = _leading(header.numbers(axes, "Offset", "Position", "Origin"), 3)
+    origin = (header.numbers(axes, "Offset", "Position", "Origin") or [])[:3]
     unit = unit_directions(directions)
     values, place, mirror_notes = unmirrored(
         values, steps or (), origin or (0.0, 0.0, 0.0), np.array(unit) if unit else None
@@ -155,10 +155,6 @@ def _labels(header: _Header, directions: NDArray[np.float64] | None) -> tuple[st
         return axis_labels(np.eye(3), toward)
     # As ITK, which writes both: the matrix holds, and its space is the patient's.
     return axis_labels(directions, "LPS")
-
-
-def _leading(numbers: list[float] | None, count: int) -> list[float] | None:
-    return None if numbers is None else numbers[:count]
 
 
 def _read_header(path: Path) -> _Header:

@@ -169,7 +169,6 @@ def _shifted(
     wide, there = np.zeros(shape), np.zeros(shape, bool)
     place = [slice(None), slice(None)]
     # One voxel of room before, for the neighbor of the first.
-    place[axis] = slice(whole + 1, whole + 1 + count)
     room = shape[axis] - (whole + 1)
     kept = [slice(None), slice(None)]
     kept[axis] = slice(0, min(count, room))
