@@ -22,9 +22,8 @@ from PySide6.QtWidgets import QSizePolicy
 from app import theme
 from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.latent_browser import map_marks as marks
-from app.latent_browser.brush_grips import Grip, cursor_of, dragged, grips_at
 from app.latent_browser.map_colors import Shades
-from app.latent_browser.map_frame import WHEEL_FACTOR, MapFrame
+from app.latent_browser.map_frame import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
 from app.state.latent_drawer import LatentDrawer
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place

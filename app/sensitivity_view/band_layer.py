@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
 from app.icons import IconButton
-from app.sensitivity_view.add_button import AddButton
+from app.sensitivity_view.panel_rows import AddButton
 from app.sensitivity_view.visible_layer import VisibleLayer
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState

@@ -3,13 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
-from PySide6.QtCore import QEvent, QObject, QRectF, Qt
+from PySide6.QtCore import QEvent, QObject, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QEnterEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QAbstractButton, QHBoxLayout, QLabel, QMenu, QToolButton, QWidget
 
 from app import theme
-from app.controls import ElidedLabel
+from app.controls import ElidedLabel, add_action
+
+
+class AddButton(QToolButton):
+    """Adds a mode when clicked; the menu beside it has the same in another colour.
+
+    Parameters
+    ----------
+    place : str
+        Where it adds one, for the tooltip.
+    """
+
+    addRequested = Signal(bool)
+    """Emitted with whether the mode shall have a colour that stands out."""
+
+    def __init__(self, place: str) -> None:
+        super().__init__()
+        self.setText("Add")
+        self.setToolTip(
+            f"Add a mode at {place}: of the listed opacity, in the colour that the TF has there"
+        )
+        # After a click, keys such as R are the window's again.
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setPopupMode(QToolButton.ToolButtonPopupMode.MenuButtonPopup)
+        menu = QMenu(self)
+        add_action(menu, "In a colour that stands out", partial(self.addRequested.emit, True))
+        self.setMenu(menu)
+        self.clicked.connect(lambda: self.addRequested.emit(False))
+
 
 HEIGHT, LOW_HEIGHT = 26, 24
 """Heights of a row, in pixels: usually, and where there is little room."""

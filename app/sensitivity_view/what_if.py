@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
+from PySide6.QtWidgets import QPushButton, QWidget
 
-from app.sensitivity_view.held_button import HeldButton
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.short_numbers import short
 from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
@@ -19,6 +19,42 @@ from app.tf_editor.mode_card import WIDTHS
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_text import range_text
+
+CLICK_MS = 350
+"""Time up to which a press is a click; the button is held if it takes longer."""
+
+
+class HeldButton(QPushButton):
+    """Asks for something to be shown as long as it is held; a click lasts until the next one.
+
+    Whoever shows it checks the button, and unchecks it when it is no longer shown.
+    """
+
+    turnedOn = Signal()
+    turnedOff = Signal()
+
+    def __init__(self, text: str, parent: QWidget | None = None) -> None:
+        super().__init__(text, parent)
+        self.setCheckable(True)
+        self._held = QElapsedTimer()
+        self.pressed.connect(self._press)
+        self.released.connect(self._release)
+
+    def nextCheckState(self) -> None:
+        """Stay as it is when clicked: on or off is not for the button to decide."""
+
+    def _press(self) -> None:
+        if self.isChecked():
+            self._held.invalidate()
+            self.turnedOff.emit()
+        else:
+            self._held.start()
+            self.turnedOn.emit()
+
+    def _release(self) -> None:
+        if self._held.isValid() and self._held.elapsed() > CLICK_MS:
+            self.turnedOff.emit()
+
 
 TIP = (
     "Show what a mode at the value under the mouse (or where the curve is highest) would change: "

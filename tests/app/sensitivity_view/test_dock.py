@@ -23,8 +23,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
-from app.sensitivity_view.peak_flag import place_flags
-from app.sensitivity_view.response_layer import round_below
+from app.sensitivity_view.response_layer import place_flags, round_below
 from app.state.sensitivity_state import SensitivityState
 from app.theme import DARK, LIGHT, Colors, apply_theme
 from app.window.main_window import MainWindow

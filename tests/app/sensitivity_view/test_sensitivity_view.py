@@ -28,7 +28,7 @@ from app.engines.requests import (
 from app.glosses import without_links
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.band_layer import _percent
-from app.sensitivity_view.held_button import CLICK_MS
+from app.sensitivity_view.what_if import CLICK_MS
 from app.state.sensitivity_answers import Agreement
 from app.window.main_window import MainWindow
 from model.errors import RenderError
