@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from model.networks.names import BackendName, StudyName
+from model.networks.names import StudyName
 from model.scene.scene import RendererName
 
 Renderer = Literal[RendererName, "generator"]
@@ -33,9 +33,6 @@ PaperItem = Literal[
     StudyName,
 ]
 """The paper's figures and tables."""
-
-Backend = Literal["auto", BackendName]
-"""Backends of generators, or the fastest."""
 
 
 def minutes_of(minutes: float | None, samples: int | None, default: float) -> float | None:

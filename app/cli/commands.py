@@ -84,8 +84,6 @@ def window(
     component: options.ComponentName = None,
     crop: options.CropPlanes = None,
     device: options.DeviceName = "auto",
-    backend: options.BackendName = "auto",
-    precision: options.PrecisionName = "auto",
     screenshot: Annotated[
         Path | None,
         typer.Option(
@@ -126,7 +124,7 @@ def window(
         named = volume, model, session, tf, view, crop, scalar_range, renderer, screenshot
         if not any(named):
             start = first_look(start)
-        code = open_window(start, device, backend, precision, screenshot)
+        code = open_window(start, device, screenshot)
         raise typer.Exit(code)
     given = [
         name

@@ -13,7 +13,7 @@ from app.cli.console import about, console, counting
 from app.cli.outputs import make_room_for
 from model.errors import DatasetError, TfscopeError
 from model.files import free_space
-from model.scene.scene import Lighting, RendererName, Scene, TFFamily
+from model.scene.scene import Lighting, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
@@ -25,12 +25,11 @@ MAX_HOLDOUT = 2000
 
 
 class SceneOptions(NamedTuple):
-    """Arguments of :meth:`model.scene.scene.Scene.of` after the volume, in order."""
+    """Arguments of :meth:`model.scene.scene.Scene.of` after the volume."""
 
-    size: int
+    image_size: int
     lighting: Lighting
-    window: Range | None
-    renderer: RendererName
+    scalar_window: Range | None
     movable_light: bool
     tf_family: TFFamily
     up: str
@@ -53,7 +52,7 @@ def make_dataset(
             "with 'dask worker'; leave one of --workers and --scheduler out."
         )
     volume = source.read()
-    scene, size = Scene.of(volume, *options), options.size
+    scene, size = Scene.of(volume, **options._asdict(), renderer="raycast"), options.image_size
     # Late: impossible options are refused before it.
     from model.samples.sample_store import SampleStore
     from model.training.sources import LEAST_HOLDOUT

@@ -81,15 +81,6 @@ def render(
     ] = None,
     light: options.LightAngles = None,
     crop: options.CropPlanes = None,
-    code: Annotated[
-        str | None,
-        typer.Option(
-            "--code",
-            metavar="N,N,...",
-            help="Draw this latent code of the model instead of an opacity TF; the colours are "
-            "those of --tf.",
-        ),
-    ] = None,
     samples: Annotated[
         int | None,
         typer.Option(
@@ -175,8 +166,6 @@ def render(
         ),
     ] = None,
     device: options.DeviceName = "auto",
-    backend: options.BackendName = "eager",
-    precision: options.PrecisionName = "float32",
 ) -> None:
     """Render one image, or a movie of a full turn, to a file."""
     from app.cli.render import render_to_file
@@ -204,10 +193,7 @@ def render(
         draws_missing=missing,
         sample_distance=sample_distance,
         device=device,
-        backend=backend,
-        precision=precision,
         out=out,
-        code=values.latent_code(code),
     )
     if session is not None:
         from app.cli.session_order import of_session

@@ -94,7 +94,7 @@ def save_latent(order: LatentOrder) -> None:
         space = LatentSpace.shipped(
             volume.scalar_range, default_scalar_window(volume), volume.scale
         )
-    map_ = _final(space, space.open_map(order.samples))
+    map_ = _final(space, space.open_map())
     colors = default_transfer_function(volume)
     if order.tf is not None:
         colors = load_fitted(order.tf, volume.scalar_range, volume.scale)
@@ -154,9 +154,8 @@ def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: Scen
         from model.latent.code_pictures import draw_codes
 
         generator = Generator.load(order.model)
-        of = order.picture or "code"
         return _Engine(
-            lambda codes: draw_codes(generator, space, codes, inputs, of), lambda: None, of
+            lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None, "code"
         )
     from model.rendering.raycast.renderer import RaycastRenderer
 

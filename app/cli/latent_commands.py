@@ -10,7 +10,6 @@ import typer
 from app.cli import options, values
 from app.cli.latent_order import Brush, LatentOrder, Place
 from app.cli.volume_options import takes_volume
-from model.latent.codes import PictureOf
 from model.volume_files.source import VolumeSource
 
 
@@ -35,12 +34,6 @@ def latent(
             callback=values.model,
         ),
     ] = None,
-    samples: Annotated[
-        int,
-        typer.Option(
-            "--samples", min=5, max=200_000, help="Codes on the map; the shipped one has 10000."
-        ),
-    ] = 10_000,
     grid: Annotated[
         str | None,
         typer.Option(
@@ -74,20 +67,11 @@ def latent(
         int,
         typer.Option("--size", min=16, max=1024, help="Pixels; a model has its own size."),
     ] = 128,
-    picture: Annotated[
-        PictureOf | None,
-        typer.Option(
-            "--picture",
-            help="code: the model's picture of the latent code itself, as in the paper; tf: that "
-            "of the TF which the code decodes to. (default: code, if the model draws from codes)",
-        ),
-    ] = None,
 ) -> None:
     """Map opacity TFs by their latent codes, and draw what its parts show."""
     order = LatentOrder(
         source,
         model,
-        samples,
         cast(Brush | None, values.numbers(grid, 4, "--grid")),
         cast(Place | None, values.numbers(at, 2, "--at")),
         near,
@@ -95,7 +79,6 @@ def latent(
         tf,
         size,
         out,
-        picture,
     )
     # Late: with it comes torch.
     from app.cli.latent import save_latent

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import LatentError
-from model.latent.codes import PictureOf
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
@@ -30,7 +29,6 @@ class LatentOrder:
 
     volume: VolumeSource
     model: Path | None
-    samples: int
     grid: Brush | None
     at: Place | None
     near: Path | None
@@ -38,7 +36,6 @@ class LatentOrder:
     tf: Path | None
     size: int
     out: Path
-    picture: PictureOf | None = None
 
     def __post_init__(self) -> None:
         if self.near is not None and (self.grid is not None or self.at is not None):
@@ -49,10 +46,6 @@ class LatentOrder:
             raise LatentError(
                 "A model draws over the range and scale that it was trained on; leave --range and "
                 "--scale out."
-            )
-        if self.model is None and self.picture == "code":
-            raise LatentError(
-                "Pictures of codes are a model's; give --model, or leave --picture out."
             )
         if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
             raise LatentError(

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from app.cli import choices, values
+from app.cli import values
 from model.networks.names import DeviceChoice, PrecisionChoice
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.region import Region
-from model.scene.scene import Lighting, RendererName, TFFamily
+from model.scene.scene import Lighting, TFFamily
 from model.scene.value_scale import ValueScale
 from model.scene.view import View
 
@@ -101,21 +101,6 @@ PictureSize = Annotated[
     int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
 ]
 DeviceName = Annotated[DeviceChoice, typer.Option("--device", help="Where the generator runs.")]
-BackendName = Annotated[
-    choices.Backend,
-    typer.Option(
-        "--backend",
-        help="What draws the generator's images. (auto: the fastest here)",
-    ),
-]
-PrecisionName = Annotated[
-    PrecisionChoice,
-    typer.Option(
-        "--precision",
-        help="In bfloat16 images come faster and are off by some 1/255. (auto: where that is "
-        "little beside the network's own error, and faster here)",
-    ),
-]
 TrainingPrecisionName = Annotated[
     PrecisionChoice,
     typer.Option(
@@ -151,14 +136,6 @@ FAMILY_HELP = (
     "bands, free curves, constants and empty ones, as people draw them."
 )
 TFFamilyName = Annotated[TFFamily, typer.Option("--tf-family", help=FAMILY_HELP)]
-SampleRendererName = Annotated[
-    RendererName,
-    typer.Option(
-        "--renderer",
-        help="What renders the samples: the fast ray caster, or VTK. They differ in global "
-        "lighting only.",
-    ),
-]
 VIEW_HELP = (
     "Degrees, and the distance in units of the one at which the whole volume is in view: 1 is "
     "the farthest that models are trained for, 0.4 the nearest. X,Y puts the volume's centre "

@@ -20,13 +20,11 @@ from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
 
-def draw_pairs(
-    paths: list[Path] | None, out: Path, blocks: int, seed: int, samples: int, largest: int
-) -> None:
+def draw_pairs(paths: list[Path] | None, out: Path, blocks: int, seed: int, samples: int) -> None:
     """Draw pairs of the volumes that are not there yet."""
     volumes = [read_volume(path) for path in paths or shipped_volumes()]
     with counting("Blocks of pairs", blocks * len(volumes)) as (progress, task):
-        for _ in write_pairs(out, volumes, blocks, seed, samples, largest):
+        for _ in write_pairs(out, volumes, blocks, seed, samples):
             progress.advance(task)
     count = sum(len(each.error) for each in read_pairs(out).values())
     console.print(f"{out} has {count} pairs.")

@@ -26,18 +26,12 @@ def pairs(
     samples: Annotated[
         int, typer.Option("--samples", min=8, max=4096, help="Of what is learned.")
     ] = 64,
-    largest: Annotated[
-        int,
-        typer.Option(
-            "--largest", min=1, max=16, help="Parts of pictures up to so many times as large."
-        ),
-    ] = 3,
     seed: options.Seed = 0,
 ) -> None:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
     from app.cli.path_light import draw_pairs
 
-    draw_pairs(volume, out, blocks, seed, samples, largest)
+    draw_pairs(volume, out, blocks, seed, samples)
 
 
 @light.command()

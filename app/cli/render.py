@@ -25,7 +25,6 @@ from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
-from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
@@ -44,8 +43,6 @@ def render_to_file(order: RenderOrder) -> None:
     """Render an image and write it, replacing an existing file."""
     if order.light is not None and order.lighting == "none":
         raise RenderError("An unlit image has no light to be moved.", lighting="direct")
-    if order.code is not None and order.renderer != "generator":
-        raise RenderError("A latent code is a model's.", renderer="generator")
     is_movie = order.out.suffix.lower() in SUFFIXES
     if order.is_array and (order.legend or order.scale_bar):
         raise RenderError(f"{order.out}: an array has no legend or scale bar; choose .png.")
@@ -296,18 +293,12 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
     warn_outside(inputs, scene)
     from model.generator.generator import Generator
 
-    generator = Generator.load(folder, order.device, order.backend, order.precision)
-    drawn_from, code = "", None
-    if order.code is not None:
-        code = np.array(order.code, dtype=np.float32)
-        inputs = with_opacity(inputs, generator.decode(code))
-        drawn_from = f", from the latent code {','.join(f'{n:g}' for n in order.code)}"
+    generator = Generator.load(folder, order.device)
     own = scene.image_size
     raster = order.size or Raster(own, own)
 
     def draw(view: View) -> NDArray[np.float32]:
-        seen = replace(inputs, view=view)
-        rgba = generator.render(seen) if code is None else generator.render_latent(code, seen)
+        rgba = generator.render(replace(inputs, view=view))
         if raster.shorter != own:
             from skimage.transform import resize
 
@@ -322,7 +313,7 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
         scene.volume_name,
         scene.lighting,
         order.light or scene.light,
-        lambda: f"the model {folder}{drawn_from}",
+        lambda: f"the model {folder}",
         raster,
         lambda: None,
     )

@@ -52,10 +52,7 @@ class RenderOrder(Look):
     draws_missing: bool
     sample_distance: float | None
     device: str
-    backend: str
-    precision: str
     out: Path
-    code: tuple[float, ...] | None = None
     background: Background | None = (0, 0, 0)
     legend: bool = False
     scale_bar: bool = False

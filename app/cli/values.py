@@ -78,19 +78,6 @@ def numbers(text: str | None, count: int, name: str) -> tuple[float, ...] | None
     return found
 
 
-def latent_code(text: str | None) -> tuple[float, ...] | None:
-    """Parse the numbers of a latent code, with commas between them; None stays None.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is not a list of finite numbers.
-    """
-    if text is None:
-        return None
-    return numbers(text, text.count(",") + 1, "--code")
-
-
 def scalar_window(text: str | None) -> Range | None:
     """Parse ``"LO,HI"``; None stays None.
 

@@ -53,9 +53,7 @@ def first_look(start: WindowStart) -> WindowStart:
     return replace(start, volume=SCAN, proposed="path")
 
 
-def open_window(
-    start: WindowStart, device: str, backend: str, precision: str, screenshot: Path | None
-) -> int:
+def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int:
     """Open the window and return its exit code."""
     import gc
 
@@ -71,6 +69,6 @@ def open_window(
 
         if screenshot is not None:
             make_room_for(screenshot)
-        return run_window(start, GeneratorSettings(device, backend, precision), screenshot)
+        return run_window(start, GeneratorSettings(device), screenshot)
     finally:
         gc.enable()

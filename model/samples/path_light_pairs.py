@@ -94,14 +94,10 @@ class PairDrawer:
         Samples of what is learned.
     size : int
         Width and height in pixels, a multiple of 16.
-    largest : int
-        Up to how many times as large the pictures are of which these are parts.
     """
 
-    def __init__(
-        self, volume: Volume, many: int = MANY, size: int = SIZE, largest: int = LARGEST
-    ) -> None:
-        self._volume, self._many, self._size, self._largest = volume, many, size, largest
+    def __init__(self, volume: Volume, many: int = MANY, size: int = SIZE) -> None:
+        self._volume, self._many, self._size = volume, many, size
         self._scene = Scene.of(volume, size, "path", renderer="raycast", movable_light=True)
         self._lit = {name: RaycastRenderer(volume, name) for name in ("direct", "soft")}
 
@@ -146,7 +142,7 @@ class PairDrawer:
 
     def _part(self, rng: np.random.Generator) -> Raster:
         """Draw a part of a larger picture."""
-        scale = int(rng.integers(self._largest)) + 1
+        scale = int(rng.integers(LARGEST)) + 1
         left, top = rng.integers((scale - 1) * self._size + 1, size=2).tolist()
         whole = scale * self._size
         return Raster(whole, whole, left, top, self._size, self._size)
@@ -177,11 +173,10 @@ def write_pairs(
     blocks: int,
     seed: int = 0,
     many: int = MANY,
-    largest: int = LARGEST,
 ) -> Iterator[Path]:
     """Draw blocks of pairs of each volume in turn, and yield the file of each.
 
-    Files that are there already are not drawn anew, nor yielded. For `many` and `largest` see
+    Files that are there already are not drawn anew, nor yielded. For `many` see
     :class:`PairDrawer`.
 
     Raises
@@ -191,7 +186,7 @@ def write_pairs(
     """
     if not available():
         raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
-    drawers = [PairDrawer(volume, many, largest=largest) for volume in volumes]
+    drawers = [PairDrawer(volume, many) for volume in volumes]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for number in range(blocks):

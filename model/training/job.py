@@ -12,7 +12,7 @@ from pathlib import Path
 from model.errors import TrainingError
 from model.networks.names import PrecisionChoice
 from model.networks.size import NetworkSize
-from model.scene.scene import Lighting, RendererName, Scene, TFFamily
+from model.scene.scene import Lighting, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 from model.training.options import PRESETS, Budget, TrainingOptions
@@ -42,7 +42,7 @@ class TrainingJob:
         Changes of the recipe, see :meth:`TrainingOptions.with_settings`.
     samples : int or None
         The budget; exactly one of the two is given.
-    lighting, movable_light, tf_family, renderer, window, up, reuse
+    lighting, movable_light, tf_family, window, up, reuse
         Options of samples that are rendered during training; see
         :class:`model.scene.scene.Scene` and
         :class:`model.training.streamed_samples.StreamSource`.
@@ -74,7 +74,6 @@ class TrainingJob:
     lighting: Lighting = "none"
     movable_light: bool = False
     tf_family: TFFamily = "drawn"
-    renderer: RendererName = "raycast"
     window: Range | None = None
     up: str = ""
     reuse: float | None = None
@@ -95,7 +94,6 @@ class TrainingJob:
             "range": self.volume.scalar_range is not None,
             "scale": self.volume.scale is not None,
             "reuse": self.reuse is not None,
-            "renderer": self.renderer != "raycast",
             "workers": self.workers is not None,
         }
         given = [name for name, is_given in without_effect.items() if is_given]
@@ -149,7 +147,7 @@ class TrainingJob:
             self.size.image_size,
             self.lighting,
             self.window,
-            self.renderer,
+            "raycast",
             self.movable_light,
             self.tf_family,
             self.up,

@@ -266,8 +266,6 @@ def test_a_study_writes_its_table_and_goes_on(
     assert run(arguments.split()) == 0
     assert (tmp_path / "l1-weight.json").read_text() == first
     capsys.readouterr()
-    assert run([*arguments.split(), "--set", "seed=1"]) == 2
-    assert "options.seed 0, not 1" in one_line(capsys)
     assert run([*arguments.split(), "--images", "48"]) == 2
     assert "share 32 training images, not 48; give --images 32" in one_line(capsys)
 
@@ -555,25 +553,6 @@ def test_light_moves_in_lit_images_only(
     assert np.abs(images[0] - images[1]).max() > 0.05
     assert run([*base, "--light", "60,20"]) == 2
     assert "Try: --lighting direct" in one_line(capsys)
-
-
-def test_a_latent_code_is_drawn_by_models_alone(
-    raw_file: Path, trained: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    base = f"render --renderer generator --volume {raw_file} --model {trained} --out {tmp_path}"
-    code = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8"
-    assert run(f"{base}/code.npy --code {code}".split()) == 0
-    assert np.load(tmp_path / "code.npy").shape == (64, 64, 4)
-    assert run(f"{base}/x.npy --code 0.1,0.2".split()) == 2
-    assert "8 numbers, not 2" in one_line(capsys)
-    assert run(f"render --volume {raw_file} --out {tmp_path}/x.npy --code {code}".split()) == 2
-    assert "--renderer generator" in one_line(capsys)
-    map_ = f"latent --volume {raw_file} --samples 20 --at 0,0 --picture code --out {tmp_path}/x.png"
-    assert run(map_.split()) == 2
-    assert "give --model" in one_line(capsys)
-    assert not (tmp_path / "x.png").exists()
-    assert run(f"{map_} --model {trained}".split()) == 0
-    assert (tmp_path / "x.png").exists()
 
 
 def test_a_value_is_coloured_by_the_fields_of_all_values(
