@@ -10,7 +10,9 @@ from pytestqt.qtbot import QtBot
 
 from app.image_view.exactness_slider import UNKNOWN
 from app.state.exactness import USUAL
+from app.state.reference_choices import ReferenceChoices
 from app.window.main_window import MainWindow
+from model.scene.scene import Lighting
 
 
 def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(
@@ -39,16 +41,11 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(
     assert control.figures.accessibleName() == f"Moving images: {control.figures.text()}"
 
 
-def test_in_path_traced_light_samples_stay_apart(
-    make_window: Callable[..., MainWindow],
-) -> None:
-    window = make_window(model=None)
-    work = window.workspace.reference
-    for lighting, exact in (("none", 0.25), ("path", 0.5)):
-        work.choose(lighting=lighting, stop=USUAL)
-        assert work.settings.sample_distance == 0.5
-        work.choose(stop="exact")
-        assert work.settings.sample_distance == exact
+@pytest.mark.parametrize(("lighting", "exact"), [("none", 0.25), ("path", 0.5)])
+def test_in_path_traced_light_samples_stay_apart(lighting: Lighting, exact: float) -> None:
+    for stop, distance in (("fast", 0.5), (USUAL, 0.5), ("exact", exact)):
+        choices = ReferenceChoices(lighting, stop=stop)
+        assert choices.settings(None).sample_distance == distance
 
 
 def test_a_narrow_bar_has_the_slider_alone(make_window: Callable[..., MainWindow]) -> None:
