@@ -16,61 +16,43 @@ _IMAGES = (
 )
 _UNPACK = "unpack it first, and open what is in it"
 
-KINDS: dict[str, tuple[str, str]] = {
-    **dict.fromkeys((".czi", ".zvi"), ("a Zeiss microscope's file", _FIJI)),
-    **dict.fromkeys((".lif", ".lof", ".xlef"), ("a Leica microscope's file", _FIJI)),
-    ".nd2": ("a Nikon microscope's file", "open it in Fiji, or convert it with the package nd2"),
-    **dict.fromkeys((".oib", ".oif", ".oir", ".vsi"), ("an Olympus microscope's file", _FIJI)),
-    **dict.fromkeys((".svs", ".ndpi", ".scn", ".mrxs"), ("a slide scanner's file", _FIJI)),
-    ".pic": ("a Bio-Rad microscope's file", _FIJI),
-    **dict.fromkeys(
-        (".dm3", ".dm4", ".ser", ".emd"),
-        ("an electron microscope's file", "convert it with HyperSpy, or in Fiji"),
-    ),
-    **dict.fromkeys(
-        (".txrm", ".xrm", ".txm"),
-        ("a Zeiss X-ray microscope's file", "export it as TIFF or DICOM in its own program"),
-    ),
-    **dict.fromkeys(
-        (".vgi", ".vgl", ".vol"),
-        ("a volume of VGStudio or Avizo's kind", "open the voxels beside it as a raw file"),
-    ),
-    **dict.fromkeys(
-        (".isq", ".aim"), ("a Scanco scanner's file", "convert it with the package itk-ioscanco")
-    ),
-    **dict.fromkeys(
-        (".am", ".amira", ".amiramesh"), ("Amira's format", "save it as NRRD in Amira or Fiji")
-    ),
-    **dict.fromkeys(
-        (".vtu", ".vtp", ".vts", ".vtr", ".vtm"), ("another data set of VTK", _PARAVIEW)
-    ),
-    **dict.fromkeys(
-        (".pvti", ".pvtu", ".pvd", ".vth"), ("a VTK file that names others", _PARAVIEW)
-    ),
-    **dict.fromkeys((".stl", ".ply", ".obj", ".off", ".gltf", ".glb"),
-                    ("a surface, not a volume", "sample it on a grid, as with ParaView")),
-    ".vdb": ("OpenVDB's format", "convert it with the package pyopenvdb, and save it with NumPy"),
-    **dict.fromkeys(
-        (".fits", ".fit", ".fts"), ("a FITS file", "save its cube as .npy with astropy")
-    ),
-    **dict.fromkeys((".mnc", ".mnc2"), ("MINC's format", "convert it with mnc2nii")),
-    ".mif": ("MRtrix's format", "convert it with mrconvert to .nii.gz"),
-    ".par": ("a Philips scanner's file", "convert it with dcm2niix"),
-    **dict.fromkeys((".head", ".brik"), ("AFNI's format", "convert it with 3dAFNItoNIFTI")),
-    ".mat": ("MATLAB's format", "save the array with niftiwrite, or as HDF5 (-v7.3) named .h5"),
-    **dict.fromkeys((".pkl", ".pickle", ".pt", ".pth"),
-                    ("a Python object, which is not loaded", "save its array with numpy.save")),
-    ".edf": ("an ESRF data file", "convert it with the package fabio"),
-    **dict.fromkeys((".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".jp2"),
-                      ("a flat image", _IMAGES)),
-    **dict.fromkeys((".avi", ".mp4", ".mov"), ("a movie", _IMAGES)),
-    **dict.fromkeys(
-        (".zip", ".7z", ".rar", ".tar", ".tgz", ".xz", ".zst"), ("an archive", _UNPACK)
-    ),
-    **dict.fromkeys((".gz", ".bz2"), ("a compressed file", _UNPACK)),
-    **dict.fromkeys((".csv", ".txt", ".xlsx"), ("a table or text", "save its numbers with NumPy")),
-    ".pdf": ("a document", "choose a volume"),
-}  # fmt: skip
+_ROWS = (
+    (".czi .zvi", "a Zeiss microscope's file", _FIJI),
+    (".lif .lof .xlef", "a Leica microscope's file", _FIJI),
+    (".nd2", "a Nikon microscope's file", "open it in Fiji, or convert it with the package nd2"),
+    (".oib .oif .oir .vsi", "an Olympus microscope's file", _FIJI),
+    (".svs .ndpi .scn .mrxs", "a slide scanner's file", _FIJI),
+    (".pic", "a Bio-Rad microscope's file", _FIJI),
+    (".dm3 .dm4 .ser .emd", "an electron microscope's file",
+     "convert it with HyperSpy, or in Fiji"),
+    (".txrm .xrm .txm", "a Zeiss X-ray microscope's file",
+     "export it as TIFF or DICOM in its own program"),
+    (".vgi .vgl .vol", "a volume of VGStudio or Avizo's kind",
+     "open the voxels beside it as a raw file"),
+    (".isq .aim", "a Scanco scanner's file", "convert it with the package itk-ioscanco"),
+    (".am .amira .amiramesh", "Amira's format", "save it as NRRD in Amira or Fiji"),
+    (".vtu .vtp .vts .vtr .vtm", "another data set of VTK", _PARAVIEW),
+    (".pvti .pvtu .pvd .vth", "a VTK file that names others", _PARAVIEW),
+    (".stl .ply .obj .off .gltf .glb", "a surface, not a volume",
+     "sample it on a grid, as with ParaView"),
+    (".vdb", "OpenVDB's format", "convert it with the package pyopenvdb, and save it with NumPy"),
+    (".fits .fit .fts", "a FITS file", "save its cube as .npy with astropy"),
+    (".mnc .mnc2", "MINC's format", "convert it with mnc2nii"),
+    (".mif", "MRtrix's format", "convert it with mrconvert to .nii.gz"),
+    (".par", "a Philips scanner's file", "convert it with dcm2niix"),
+    (".head .brik", "AFNI's format", "convert it with 3dAFNItoNIFTI"),
+    (".mat", "MATLAB's format", "save the array with niftiwrite, or as HDF5 (-v7.3) named .h5"),
+    (".pkl .pickle .pt .pth", "a Python object, which is not loaded",
+     "save its array with numpy.save"),
+    (".edf", "an ESRF data file", "convert it with the package fabio"),
+    (".png .jpg .jpeg .bmp .gif .webp .jp2", "a flat image", _IMAGES),
+    (".avi .mp4 .mov", "a movie", _IMAGES),
+    (".zip .7z .rar .tar .tgz .xz .zst", "an archive", _UNPACK),
+    (".gz .bz2", "a compressed file", _UNPACK),
+    (".csv .txt .xlsx", "a table or text", "save its numbers with NumPy"),
+    (".pdf", "a document", "choose a volume"),
+)  # fmt: skip
+KINDS = {suffix: (what, remedy) for suffixes, what, remedy in _ROWS for suffix in suffixes.split()}
 """What files are, and what makes a volume of them, by suffix."""
 
 _STARTS: dict[bytes, str] = {
