@@ -11,8 +11,7 @@ from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
 from app.state.exactness import STOPS
 from app.state.fidelity import error_text
-from app.state.reference_choices import ReferenceChoices
-from app.state.reference_work import ReferenceWork
+from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.wheel_guard import WheelGuard
 
 WIDTH = 76

@@ -15,8 +15,7 @@ from app.engines.engines import ReferenceSettings
 from app.image_view.brightness_slider import BrightnessSlider
 from app.image_view.light_ball import LightBall
 from app.state.brightness import Brightness
-from app.state.reference_choices import ReferenceChoices
-from app.state.reference_work import ReferenceWork
+from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.viewer_state import ViewerState
 from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange

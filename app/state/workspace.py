@@ -15,18 +15,16 @@ from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
-from app.state.look_keeper import LookKeeper
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.state.reference_choices import ReferenceChoices
-from app.state.reference_work import ReferenceWork
-from app.state.region_keeper import RegionKeeper
+from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_dispatcher import SensitivityDispatcher
 from app.state.sensitivity_state import SensitivityState
 from app.state.start_order import StartOrder
 from app.state.transfer_function_keeper import TransferFunctionKeeper, TransferFunctionStore
 from app.state.viewer_state import ViewerState
+from app.state.volume_keepers import LookKeeper, RegionKeeper
 from app.state.volume_ranging import VolumeRanging
 from app.state.volume_reading import VolumeReading
 from model.scene.range_fitting import fit_to_range, fit_to_volume

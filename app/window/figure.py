@@ -16,8 +16,12 @@ from PySide6.QtGui import QImage, QPainter
 
 from app.image_view.picture import Background, compose
 from app.window.difference import difference_of, in_colors
-from app.window.legend import paint_legend
-from app.window.scale_bar import paint_caption, paint_difference_bar, paint_scale_bar
+from app.window.image_marks import (
+    paint_caption,
+    paint_difference_bar,
+    paint_legend,
+    paint_scale_bar,
+)
 from model.errors import RenderError
 from model.rendering.scale_bar import Scale
 from model.scene.inputs import SceneInputs

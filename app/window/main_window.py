@@ -51,7 +51,6 @@ from app.window.file_opening import FileOpening
 from app.window.floating import Floating
 from app.window.focus_areas import FocusAreas
 from app.window.image_error import ImageError
-from app.window.key_hints import KeyHints
 from app.window.menus import Menus, WindowParts
 from app.window.movie_saving import MovieSaving
 from app.window.notices import Notices
@@ -63,12 +62,11 @@ from app.window.quitting import may_quit
 from app.window.scene_notices import EmptinessNotice, LightNotice, LogarithmOffer, NarrowNotice
 from app.window.session_files import SessionFiles
 from app.window.shown_images import ShownImages
-from app.window.status_line import StatusLine
+from app.window.status_line import KeyHints, StatusLine
 from app.window.tool_strip import ToolStrip
 from app.window.top_bar import TopBar
 from app.window.up_axis_question import UpAxisCard, UpAxisQuestion
-from app.window.window_memory import WindowMemory
-from app.window.window_place import size_on
+from app.window.window_memory import WindowMemory, size_on
 from model.rendering.scale_bar import Scale
 
 PAPER_TITLE = "Paper's networks"

@@ -16,8 +16,7 @@ from app.image_view.orientation_cube import OrientationCube
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.window.figure import Subject
-from app.window.legend import paint_legend
-from app.window.scale_bar import paint_scale_bar
+from app.window.image_marks import paint_legend, paint_scale_bar
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
 

@@ -14,8 +14,7 @@ from app.engines.messages import Result
 from app.image_view.engine_pane import EnginePane
 from app.state.known_volume import FORMER_TOLD
 from app.state.opened_volume import OpenedVolume
-from app.state.reference_choices import ReferenceChoices
-from app.state.reference_work import ReferenceWork
+from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.notices import Notices

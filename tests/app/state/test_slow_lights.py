@@ -9,7 +9,7 @@ from ramp import make_tf
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import ImageRequest
-from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceChoices
 from app.state.slow_lights import SlowLights
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from PySide6.QtCore import QRect, QSize
 
-from app.window.window_place import first_size, fitting_place
+from app.window.window_memory import first_size, fitting_place
 
 LAPTOP, SECOND = QRect(0, 25, 1366, 743), QRect(1366, 0, 1920, 1080)
 

@@ -9,7 +9,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.image_view.image_canvas import ImageCanvas
-from app.window.legend import paint_legend
+from app.window.image_marks import paint_legend
 
 
 def painted(size: int, background: str = "#000000", units: str = "K") -> NDArray[np.uint8]:
