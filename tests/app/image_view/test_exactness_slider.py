@@ -10,7 +10,7 @@ from pytestqt.qtbot import QtBot
 
 from app.image_view.exactness_slider import UNKNOWN
 from app.state.exactness import USUAL
-from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceChoices
 from app.window.main_window import MainWindow
 from model.scene.scene import Lighting
 
