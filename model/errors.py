@@ -8,6 +8,9 @@ shows it and continues. Any other exception that escapes is a defect of tfscope.
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 
 class TfscopeError(Exception):
     """Base of every error whose message is meant for the user.
@@ -28,6 +31,11 @@ class TfscopeError(Exception):
 def first_line(error: Exception) -> str:
     """Return the first line of a library's error message, or the error's type if it has none."""
     return next(iter(str(error).splitlines()), "") or type(error).__name__
+
+
+def install_command(extra: str) -> str:
+    """Return the command that adds an extra of ``pyproject.toml`` to this environment."""
+    return f'{sys.executable} -m pip install --editable "{Path(__file__).parents[1]}[{extra}]"'
 
 
 def reason(error: OSError) -> str:

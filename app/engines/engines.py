@@ -46,7 +46,7 @@ from model.scene.volume import Volume
 if TYPE_CHECKING:
     from model.generator.generator import Generator
     from model.latent.latent_space import LatentSpace
-    from model.networks.names import BackendName
+    from model.networks.names import BackendChoice, BackendName, PrecisionChoice
     from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
 
@@ -58,9 +58,7 @@ Drawing = Literal["auto"] | RendererName
 
 BACKEND_NAMES: dict[BackendName, str] = {
     "eager": "",
-    "compiled": "compiled",
     "openvino": "OpenVINO",
-    "onnxruntime": "ONNX Runtime",
 }
 
 
@@ -109,16 +107,14 @@ class GeneratorSettings:
     ----------
     device : str
         "auto", "cpu" or "cuda".
-    backend : str
-        "eager", "compiled", "openvino", "onnxruntime", or "auto"; see
-        :func:`model.generator.backends.choose_backends`.
-    precision : str
-        "float32", "bfloat16", or "auto"; see :meth:`model.generator.generator.Generator.load`.
+    backend : {"eager", "openvino", "auto"}
+    precision : {"float32", "bfloat16", "auto"}
+        See :meth:`model.generator.generator.Generator.load`.
     """
 
     device: str = "auto"
-    backend: str = "auto"
-    precision: str = "auto"
+    backend: BackendChoice = "auto"
+    precision: PrecisionChoice = "auto"
 
 
 FASTEST = GeneratorSettings()

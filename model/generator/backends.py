@@ -1,49 +1,38 @@
-"""Backends for a generator's decoder: torch, compiled torch, or an inference library.
+"""Backends for a generator's decoder: torch, or OpenVINO on CPUs.
 
 Torch computes the features of views and TFs; a backend decodes them into images.
-Inference libraries build a model for each batch size when it first occurs: for single images, and
+OpenVINO builds a model for each batch size when it first occurs: for single images, and
 for :data:`TOGETHER` of them, which more are divided into.
 """
 
 from __future__ import annotations
 
 import importlib.util
-import locale
-import logging
-import os
-import shutil
-import sysconfig
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import version
-from pathlib import Path
-from typing import Any, NamedTuple, cast, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from model.errors import DeviceError
+from model.errors import DeviceError, install_command
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.names import BackendName, Precision, PrecisionChoice
-
-BACKENDS: tuple[BackendName, ...] = get_args(BackendName)
+from model.networks.names import BackendChoice, BackendName, Precision, PrecisionChoice
 
 Decode = Callable[..., tuple[Tensor, Tensor]]
 """A function with the signature of :meth:`GeneratorNetwork.decode`."""
 
 TOGETHER = 4
-"""Images that are one call of an inference library.
+"""Images that are one call of OpenVINO.
 
 On 2 cores, 4 of the paper's networks' images take less than 4 calls, and 16 of them in one call
 more than in 4. Each other number would take seconds
 to build.
 """
-
-MODULES = {"openvino": ("openvino",), "onnxruntime": ("onnxruntime", "onnx", "onnxscript")}
 
 
 class Backend(NamedTuple):
@@ -51,7 +40,7 @@ class Backend(NamedTuple):
 
     Attributes
     ----------
-    name : {"eager", "compiled", "openvino", "onnxruntime"}
+    name : {"eager", "openvino"}
     precision : {"float32", "bfloat16"}
     """
 
@@ -65,31 +54,25 @@ class Backend(NamedTuple):
 
 
 EAGER = Backend("eager")
-"""Torch in float32, always available, and the reference for the others."""
+"""Torch in float32, always available, and the reference for the other."""
 
 
 def obstacle(backend: Backend, device: torch.device) -> str | None:
     """Return the reason that a backend cannot be used here, as a clause, or None."""
-    missing = [m for m in MODULES.get(backend.name, ()) if importlib.util.find_spec(m) is None]
-    if missing:
-        return f"{' and '.join(missing)} must be installed for it"
-    if backend.name in MODULES and device.type != "cpu":
-        return "it runs on the CPU only here"
-    if backend.name == "onnxruntime" and backend.precision == "bfloat16":
-        return "its convolutions know no bfloat16 on CPUs"
-    if backend.name == "openvino" and backend.precision == "bfloat16" and not _knows_bfloat16():
+    if backend.name == EAGER.name:
+        return None
+    if importlib.util.find_spec("openvino") is None:
+        return f"openvino must be installed for it, by: {install_command('openvino')}"
+    if device.type != "cpu":
+        return "it runs on CPUs only"
+    if backend.precision == "bfloat16" and not _knows_bfloat16():
         return "this CPU knows no bfloat16"
-    if backend.name == "compiled" and device.type == "cpu":
-        if shutil.which(os.environ.get("CXX", "g++")) is None:
-            return "a C++ compiler must be installed for it"
-        if not Path(sysconfig.get_paths()["include"], "Python.h").exists():
-            return "Python's header files must be installed for it"
     return None
 
 
 def library_version(backend: Backend) -> str:
     """Return the version of the library behind a backend."""
-    return version(MODULES.get(backend.name, ("torch",))[0])
+    return version("torch" if backend.name == EAGER.name else backend.name)
 
 
 @cache
@@ -110,51 +93,32 @@ def _knows_bfloat16() -> bool:
     return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
 
 
-def choose_backends(name: str, precision: str, device: torch.device) -> list[Backend]:
+def choose_backends(
+    name: BackendChoice, precision: PrecisionChoice, device: torch.device
+) -> list[Backend]:
     """Return the backend of a name, or for "auto" all candidates worth timing here.
-
-    Compilation takes most of a minute and has not been faster than the libraries,
-    so "auto" excludes it; on GPUs nothing has been
-    measured yet, and torch is used.
 
     Parameters
     ----------
-    name : str
-        One of :data:`BACKENDS`, or "auto".
+    name : {"eager", "openvino", "auto"}
     precision : {"auto", "float32", "bfloat16"}
-        "auto" may take bfloat16 of libraries, which rounds images by some 1/255: a network's own
+        "auto" may take bfloat16 of OpenVINO, which rounds images by some 1/255: a network's own
         error is many times that.
 
     Returns
     -------
     list of Backend
         At least one; for "auto", torch in float32 last.
-
-    Raises
-    ------
-    DeviceError
-        When the backend or the precision is unknown.
     """
-    if precision not in get_args(PrecisionChoice):
-        names = ", ".join(get_args(PrecisionChoice))
-        raise DeviceError(f"The precision '{precision}' is unknown; choose {names}.")
-    if name != "auto" and name not in BACKENDS:
-        names = ", ".join(BACKENDS)
-        raise DeviceError(f"The backend '{name}' is unknown; choose auto, {names}.")
     digits: Precision = "bfloat16" if precision == "bfloat16" else "float32"
-    rounded: list[Precision] = ["bfloat16"] if precision == "auto" else []
-    libraries = ["openvino", "onnxruntime"] if name == "auto" else [name]
-    found = [
-        Backend(cast(BackendName, library), each)
-        for library in libraries
-        if library != EAGER.name
-        for each in (*(rounded if library in MODULES else ()), digits)
-    ]
-    if name not in ("auto", EAGER.name):
-        # What cannot be had is said when it is made; a rounded one is only an offer.
-        return [b for b in found if b.precision == digits or obstacle(b, device) is None]
-    there = [backend for backend in found if obstacle(backend, device) is None]
-    return [*there, Backend("eager", digits)]
+    eager = Backend("eager", digits)
+    if name == EAGER.name:
+        return [eager]
+    exact, rounded = Backend("openvino", digits), Backend("openvino", "bfloat16")
+    offered = [rounded, exact] if precision == "auto" else [exact]
+    there = [backend for backend in offered if obstacle(backend, device) is None]
+    # What is asked for and cannot be had is said when it is made; a rounded one is only an offer.
+    return [*there, eager] if name == "auto" else there or [exact]
 
 
 def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Decode:
@@ -172,33 +136,14 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
     """
     trouble = obstacle(backend, device)
     if trouble is not None:
-        names = ", ".join(b for b in BACKENDS if obstacle(Backend(b), device) is None)
-        raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}; choose {names}.")
+        raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}; or choose eager.")
     if backend.name == "openvino":
         return _ForEachSize(lambda *inputs: _openvino(network, backend.precision, inputs))
-    if backend.name == "onnxruntime":
-        return _ForEachSize(lambda *inputs: _onnxruntime(network, inputs))
-    decode: Decode = network.decode
-    if backend.name == "compiled":
-        # On GPUs this mode replays CUDA graphs.
-        mode = "reduce-overhead" if device.type == "cuda" else "default"
-        _read_utf8()
-        decode = torch.compile(network.decode, dynamic=False, mode=mode)
-    return _rounded(decode, device) if backend.precision == "bfloat16" else decode
-
-
-def _read_utf8() -> None:
-    """Have text files read as UTF-8, where another library has left the locale at plain ASCII.
-
-    Torch's compiler reads sources of its own in the locale's encoding, which are not plain ASCII.
-    """
-    if locale.getencoding().upper().replace("-", "") != "UTF8":
-        with suppress(locale.Error):
-            locale.setlocale(locale.LC_CTYPE, "C.UTF-8")
+    return _rounded(network.decode, device) if backend.precision == "bfloat16" else network.decode
 
 
 class _Decoding(nn.Module):
-    """The decoder as a module of plain tensors, for conversion by libraries."""
+    """The decoder as a module of plain tensors, for conversion."""
 
     def __init__(self, network: GeneratorNetwork) -> None:
         super().__init__()
@@ -209,7 +154,7 @@ class _Decoding(nn.Module):
 
 
 class _ForEachSize:
-    """Decoder that builds a library's model for single images, and one for several."""
+    """Decoder that builds a model of OpenVINO for single images, and one for several."""
 
     def __init__(self, make: Callable[..., Callable[..., list[Any]]]) -> None:
         self._make = make
@@ -223,7 +168,7 @@ class _ForEachSize:
             if not found:
                 found = [np.empty((count, *part.shape[1:]), np.float32) for part in drawn]
             for images, part in zip(found, drawn, strict=True):
-                # A copy, as the library may reuse its memory; of filled up rows it has more.
+                # A copy, as OpenVINO may reuse its memory; of filled up rows it has more.
                 images[first : first + TOGETHER] = part[: count - first]
         image, opacity = map(torch.from_numpy, found)
         return image, opacity
@@ -240,31 +185,16 @@ class _ForEachSize:
         return self._models[size](*(x.contiguous().numpy() for x in features))
 
 
-@contextmanager
-def _reading() -> Iterator[None]:
-    """Context for conversion of a network by libraries, without gradients and warnings.
-
-    The libraries warn of deprecated torch functions, which they use themselves, and
-    of sizes that become constants, which is intended.
-    """
-    torch_log = logging.getLogger("torch.onnx")
-    level = torch_log.level
-    torch_log.setLevel(logging.ERROR)
-    try:
-        with torch.inference_mode(False), torch.no_grad(), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        torch_log.setLevel(level)
-
-
 def _openvino(
     network: GeneratorNetwork, precision: Precision, inputs: tuple[Tensor, ...]
 ) -> Callable[..., list[Any]]:
     from openvino.frontend import FrontEndManager
     from openvino.frontend.pytorch.ts_decoder import TorchScriptPythonDecoder
 
-    with _reading():
+    # OpenVINO warns of deprecated functions of torch that it uses itself, and of sizes that become
+    # constants, as is intended.
+    with torch.inference_mode(False), torch.no_grad(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         example = tuple(x.clone() for x in inputs)
         # Manually: openvino.convert_model would send telemetry.
         decoder = TorchScriptPythonDecoder(_Decoding(network).eval(), example_input=example)
@@ -280,27 +210,6 @@ def _openvino(
 
     def run(*arrays: Any) -> list[Any]:
         return list(compiled(arrays).values())
-
-    return run
-
-
-def _onnxruntime(network: GeneratorNetwork, inputs: tuple[Tensor, ...]) -> Callable[..., list[Any]]:
-    import onnxruntime
-
-    with _reading():
-        example = tuple(x.clone() for x in inputs)
-        program = torch.onnx.export(_Decoding(network).eval(), example, dynamo=True, verbose=False)
-    assert program is not None
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = torch.get_num_threads()
-    session = onnxruntime.InferenceSession(
-        program.model_proto.SerializeToString(), options, providers=["CPUExecutionProvider"]
-    )
-    names = [port.name for port in session.get_inputs()]
-
-    def run(*arrays: Any) -> list[Any]:
-        found: list[Any] = session.run(None, dict(zip(names, arrays, strict=True)))
-        return found
 
     return run
 

@@ -24,6 +24,7 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import load_model
 from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.networks.generator_network import GeneratorNetwork
+from model.networks.names import BackendChoice, PrecisionChoice
 from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
@@ -71,8 +72,8 @@ class Generator:
         cls,
         folder: Path,
         device: str = "auto",
-        backend: str = "eager",
-        precision: str = "float32",
+        backend: BackendChoice = "eager",
+        precision: PrecisionChoice = "float32",
     ) -> Generator:
         """Load a model folder.
 
@@ -80,11 +81,11 @@ class Generator:
         ----------
         device : {"auto", "cpu", "cuda"}
             "auto" uses the GPU if there is one.
-        backend : {"eager", "compiled", "openvino", "onnxruntime", "auto"}
+        backend : {"eager", "openvino", "auto"}
             "auto" chooses the fastest on this machine, which is measured when a
             network of this size is first loaded, and then cached.
         precision : {"auto", "float32", "bfloat16"}
-            "auto" also tries inference libraries' bfloat16: a network's own error is many times
+            "auto" also tries OpenVINO's bfloat16: a network's own error is many times
             what is rounded.
 
         Raises
@@ -92,7 +93,7 @@ class Generator:
         CheckpointError
             When the folder holds no valid model.
         DeviceError
-            When the device or the backend is unknown or unavailable.
+            When the device or the backend is unavailable.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
