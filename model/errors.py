@@ -9,7 +9,7 @@ shows it and continues. Any other exception that escapes is a defect of tfscope.
 from __future__ import annotations
 
 import sys
-from pathlib import Path
+from importlib.util import find_spec
 
 
 class TfscopeError(Exception):
@@ -33,9 +33,31 @@ def first_line(error: Exception) -> str:
     return next(iter(str(error).splitlines()), "") or type(error).__name__
 
 
-def install_command(extra: str) -> str:
-    """Return the command that adds an extra of ``pyproject.toml`` to this environment."""
-    return f'{sys.executable} -m pip install --editable "{Path(__file__).parents[1]}[{extra}]"'
+EXTRAS = {
+    "evaluate": {"ot": "POT", "flip_evaluator": "flip-evaluator", "sklearn": "scikit-learn"},
+    "maps": {"sklearn": "scikit-learn"},
+    "movies": {"imageio_ffmpeg": "imageio-ffmpeg"},
+    "openvino": {"openvino": "openvino"},
+    "cluster": {"distributed": "distributed"},
+}
+"""Packages of ``pyproject.toml``'s extras, by the modules that they are imported as."""
+
+
+def missing(extra: str) -> str | None:
+    """Return the command that installs what an extra lacks here, as a clause, or None."""
+    packages = [package for module, package in EXTRAS[extra].items() if find_spec(module) is None]
+    if not packages:
+        return None
+    return (
+        f"{' and '.join(packages)} must be installed by: "
+        f"{sys.executable} -m pip install {' '.join(packages)}"
+    )
+
+
+def require(extra: str) -> None:
+    """Raise :class:`TfscopeError` unless an extra of ``pyproject.toml`` is installed."""
+    if (clause := missing(extra)) is not None:
+        raise TfscopeError(f"For this {clause}")
 
 
 def reason(error: OSError) -> str:

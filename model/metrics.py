@@ -6,18 +6,15 @@ clipped to that range first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
-import flip_evaluator
 import numpy as np
-import ot
-import torch
 from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
-from model.networks.encoding import encode_unit
+from model.errors import require
 from model.scene.color_space import rgb_to_lab
 
 EMD_BINS = (8, 12, 12)
@@ -81,6 +78,9 @@ def color_emd(image: Image, truth: Image) -> float:
     Euclidean between bin indices, divided by its maximum, so that the result
     lies in [0, 1].
     """
+    require("evaluate")
+    import ot
+
     a, b = _histogram(image), _histogram(truth)
     used_a, used_b = np.flatnonzero(a), np.flatnonzero(b)
     cost = _ground_distance()[np.ix_(used_a, used_b)]
@@ -92,22 +92,11 @@ def flip(image: Image, truth: Image) -> float:
 
     Lies in [0, 1]; computed for the evaluator's default viewing distance (67 pixels per degree).
     """
+    require("evaluate")
+    import flip_evaluator
+
     pair = [np.ascontiguousarray(np.clip(x, 0, 1), dtype=np.float32) for x in (truth, image)]
     return float(flip_evaluator.evaluate(*pair, "LDR", applyMagma=False)[1])
-
-
-def shift_tolerant_lpips(image: Image, truth: Image) -> float | None:
-    """Shift-tolerant LPIPS distance (Ghildyal and Liu 2022).
-
-    None if the package stlpips-pytorch is not installed.
-    """
-    network = _lpips_network()
-    if network is None:
-        return None
-    pair = (np.clip(x, 0, 1).transpose(2, 0, 1)[None] for x in (image, truth))
-    a, b = (encode_unit(x.astype(np.float32)) for x in pair)
-    with torch.inference_mode():
-        return float(network(a, b))
 
 
 def summary(
@@ -135,16 +124,6 @@ def _histogram(image: Image) -> NDArray[np.float64]:
     flat = np.ravel_multi_index(tuple(index.T), EMD_BINS)
     counts = np.bincount(flat, minlength=int(bins.prod())).astype(np.float64)
     return counts / counts.sum()
-
-
-@cache
-def _lpips_network() -> Callable[..., torch.Tensor] | None:
-    try:
-        from stlpips_pytorch import stlpips
-    except ImportError:
-        return None
-    network: Callable[..., torch.Tensor] = stlpips.LPIPS(net="alex", variant="shift_tolerant")
-    return network
 
 
 @cache

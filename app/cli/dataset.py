@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,15 +10,14 @@ from rich.filesize import decimal
 
 from app.cli.console import about, console, counting
 from app.cli.outputs import make_room_for
-from model.errors import DatasetError, TfscopeError
+from model.errors import DatasetError, TfscopeError, require
 from model.files import free_space
 from model.scene.scene import Lighting, Scene, TFFamily
 from model.scene.transfer_function import Range
-from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
 
 if TYPE_CHECKING:
-    from model.samples.sample_store import SampleStore
+    pass
 
 MAX_HOLDOUT = 2000
 
@@ -46,14 +44,17 @@ def make_dataset(
     scheduler: str | None,
 ) -> None:
     """Create or continue a store until it holds `count` training samples and its hold-out."""
-    if workers and scheduler not in (None, "local"):
+    if workers and scheduler is not None:
         raise TfscopeError(
             "--workers counts processes of this machine, and those of a scheduler are started "
             "with 'dask worker'; leave one of --workers and --scheduler out."
         )
+    if scheduler is not None:
+        require("cluster")
     volume = source.read()
     scene, size = Scene.of(volume, **options._asdict(), renderer="raycast"), options.image_size
     # Late: impossible options are refused before it.
+    from model.samples.sample_rendering import render_store
     from model.samples.sample_store import SampleStore
     from model.training.sources import LEAST_HOLDOUT
 
@@ -75,7 +76,13 @@ def make_dataset(
 
     try:
         with counting("rendering", total, rendered) as (progress, task):
-            _render(store, volume, workers, scheduler, advance)
+            if scheduler is None:
+                render_store(store, volume, workers, advance)
+            else:
+                # Late: with it comes Dask.
+                from model.samples.cluster import render_store_on_cluster
+
+                render_store_on_cluster(store, volume, scheduler, advance)
     except KeyboardInterrupt:
         console.print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
         raise
@@ -108,20 +115,3 @@ def _check_room(out: Path, image_bytes: int) -> None:
             f"{out}: these samples take at least {decimal(image_bytes // 10)}, and "
             f"{decimal(free)} are free; lower --count or --size, or choose another place."
         )
-
-
-def _render(
-    store: SampleStore,
-    volume: Volume,
-    workers: int | None,
-    scheduler: str | None,
-    on_progress: Callable[[int], None],
-) -> None:
-    if scheduler is None:
-        from model.samples.sample_rendering import render_store
-
-        render_store(store, volume, workers, on_progress)
-    else:
-        from model.samples.distributed_rendering import render_store_on_cluster
-
-        render_store_on_cluster(store, volume, scheduler, workers, on_progress)

@@ -10,6 +10,7 @@ from rich.progress import Progress, TaskID
 
 from app.cli.console import console, counting, print_table
 from app.cli.outputs import write_json
+from model.errors import require
 from model.evaluation.job import EvaluationJob, run_evaluation
 from model.networks.card import MODEL_FILE, add_metrics, load_card
 
@@ -19,7 +20,6 @@ MEASURES = {
     "emd": "colour EMD",
     "ssim": "SSIM",
     "flip": "FLIP",
-    "st_lpips": "shift-tolerant LPIPS",
     "opacity_rmse": "opacity image RMSE",
 }
 AGREEMENTS = {
@@ -33,6 +33,7 @@ AGREEMENTS = {
 
 def evaluate_model(job: EvaluationJob, json_path: Path | None, record: bool = False) -> None:
     """Measure the model, print a table, and write JSON and the card when asked."""
+    require("evaluate")
     with _Bars() as bars:
         figures = run_evaluation(job, bars.show, console.print)
     _print(figures)

@@ -49,8 +49,8 @@ def dataset(
         typer.Option(
             "--scheduler",
             metavar="ADDRESS",
-            help="Render on the workers of a Dask scheduler such as tcp://host:8786, or of a "
-            "local one. (default: processes of its own)",
+            help="Render on the workers of a Dask scheduler such as tcp://host:8786. "
+            "(default: processes of its own)",
         ),
     ] = None,
 ) -> None:

@@ -9,7 +9,7 @@ from app.cli.console import console, counting, print_table
 from app.cli.outputs import write_json, write_text
 from app.cli.train import TrainingDisplay
 from model.devices import choose_device
-from model.errors import TfscopeError, reason
+from model.errors import TfscopeError, reason, require
 from model.evaluation.study import STUDIES, Study, StudyPlan, run_study
 from model.evaluation.study_pictures import study_pictures
 from model.evaluation.study_table import markdown, recipe_lines, study_table
@@ -56,6 +56,7 @@ def study_models(order: StudyOrder) -> list[Path]:
     list of Path
         The files that were written.
     """
+    require("evaluate")
     study, job = STUDIES[order.study], order.job
     volume = job.volume.read()
     store = _store(order, volume, job.size)

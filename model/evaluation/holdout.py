@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from sklearn.metrics import pairwise_distances_argmin_min
 
 from model import metrics
+from model.errors import require
 from model.generator.generator import Generator
 from model.networks.encoding import decode_unit
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
@@ -36,8 +36,7 @@ class Evaluation:
     Attributes
     ----------
     generator : dict of ndarray
-        ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``;
-        also ``st_lpips`` if its package is installed.
+        ``rmse``, ``emd``, ``ssim``, ``flip``, ``masked_rmse`` and ``opacity_rmse``.
     nearest_neighbor : dict of ndarray
         The same without ``opacity_rmse``.
     neighbors : int
@@ -139,6 +138,9 @@ def nearest_images(queries: Images, store: SampleStore) -> Images:
     -------
     ndarray of uint8, shape (N, S, S, 4)
     """
+    require("evaluate")
+    from sklearn.metrics import pairwise_distances_argmin_min
+
     flat = _flatten(queries)
     smallest = np.full(len(queries), np.inf)
     found = np.zeros_like(queries)
@@ -174,14 +176,12 @@ def _render(
 def image_errors(image: NDArray[Any], truth: NDArray[np.float64]) -> dict[str, float]:
     """Return the errors of an image (S, S, 3) against the true one (S, S, 4), by measure."""
     color, opacity = truth[..., :3], truth[..., 3]
-    lpips = metrics.shift_tolerant_lpips(image, color)
     return {
         "rmse": metrics.rmse(image, color),
         "masked_rmse": metrics.masked_rmse(image, color, opacity),
         "emd": metrics.color_emd(image, color),
         "ssim": metrics.ssim(image, color),
         "flip": metrics.flip(image, color),
-        **({} if lpips is None else {"st_lpips": lpips}),
     }
 
 

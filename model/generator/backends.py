@@ -7,7 +7,6 @@ for :data:`TOGETHER` of them, which more are divided into.
 
 from __future__ import annotations
 
-import importlib.util
 import warnings
 from collections.abc import Callable
 from functools import cache
@@ -19,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from model.errors import DeviceError, install_command
+from model.errors import DeviceError, missing
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import BackendChoice, BackendName, Precision, PrecisionChoice
 
@@ -61,8 +60,8 @@ def obstacle(backend: Backend, device: torch.device) -> str | None:
     """Return the reason that a backend cannot be used here, as a clause, or None."""
     if backend.name == EAGER.name:
         return None
-    if importlib.util.find_spec("openvino") is None:
-        return f"openvino must be installed for it, by: {install_command('openvino')}"
+    if (clause := missing("openvino")) is not None:
+        return clause
     if device.type != "cpu":
         return "it runs on CPUs only"
     if backend.precision == "bfloat16" and not _knows_bfloat16():

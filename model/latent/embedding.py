@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import LatentError
+from model.errors import LatentError, missing
 from model.latent.codes import Codes, checked_codes
 
 PERPLEXITY = 30
@@ -64,6 +64,8 @@ class EmbeddingProcess:
         LatentError
             When the process ends without a map.
         """
+        if (clause := missing("maps")) is not None:
+            raise LatentError(f"The principal components are shown, as for a map {clause}")
         with TemporaryDirectory(prefix="tfscope-map-") as folder:
             source, target = Path(folder) / "codes.npy", Path(folder) / "places.npy"
             np.save(source, self._scaled)

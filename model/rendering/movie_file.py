@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import RenderError
+from model.errors import RenderError, missing
 from model.files import write_atomically
 
 SUFFIXES = (".mp4", ".gif")
@@ -35,6 +35,8 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
         raise RenderError(
             f"{path}: movies end in {', '.join(SUFFIXES)}; choose one of these formats."
         )
+    if suffix == ".mp4" and (clause := missing("movies")) is not None:
+        raise RenderError(f"{path}: for MP4 {clause}, or choose .gif")
     partial = path.with_name(f".{path.stem}.partial{suffix}")
     try:
         settings: dict[str, Any] = (

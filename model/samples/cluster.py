@@ -1,111 +1,147 @@
-"""Connections to a Dask scheduler, or to a local cluster of processes."""
+"""Rendering of a store on the workers of a Dask scheduler.
+
+Workers return the samples of a block, and this process writes them. The volume is the result of
+a task: Dask copies it from worker to worker, and makes it anew if all that have it are lost.
+"""
 
 from __future__ import annotations
 
 import asyncio
-import logging
 import os
-import signal
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+import threading
+import warnings
+from collections import deque
+from collections.abc import Callable
+from dataclasses import fields
+from queue import Empty, SimpleQueue
+from time import monotonic
+from typing import Any
 
-from distributed import Client, LocalCluster, Security, rpc
+from distributed import Client, Future, KilledWorker, Security, rpc
 
-from model.errors import DatasetError
-
-LOCAL = "local"
-"""Stands for a cluster of processes on this machine, instead of a scheduler's address."""
+from model.errors import DatasetError, RenderError, TfscopeError
+from model.samples.sample_rendering import make_renderer, render_samples
+from model.samples.sample_store import SPLITS, SampleBatch, SampleStore
+from model.samples.sampling import Split
+from model.scene.scene import Scene
+from model.scene.volume import Volume
 
 CONNECT_SECONDS = 10.0
-"""Timeout for a scheduler's answer."""
+# One running, one queued, one at the scheduler.
+BLOCKS_PER_THREAD = 3
+
+_kept = threading.local()
+"""A worker's renderer between blocks, one per thread, as OpenGL contexts belong to threads."""
 
 
-@contextmanager
-def connected(scheduler: str, workers: int) -> Iterator[Client]:
-    """Connect to a scheduler, or start a local cluster of processes.
+def render_store_on_cluster(
+    store: SampleStore,
+    volume: Volume,
+    scheduler: str,
+    on_progress: Callable[[int], None] = lambda count: None,
+    patience: float = 300.0,
+) -> None:
+    """Render a store's missing samples, the same as those rendered by one process.
 
-    Parameters
-    ----------
-    scheduler : str
-        A scheduler's address such as ``tcp://host:8786``, or ``local``.
-    workers : int
-        Number of processes of a local cluster.
-
-    Yields
-    ------
-    distributed.Client
-
-    Raises
-    ------
-    DatasetError
-        When no scheduler answers at the address.
+    `on_progress` is called with the number of new samples after each block. Without a worker for
+    `patience` seconds, rendering fails.
     """
-    if scheduler == LOCAL:
-        with (
-            environment_kept(),
-            _local_cluster(workers) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            yield client
+    waiting = deque((split, block) for split in SPLITS for block in store.missing_blocks(split))
+    if not waiting:
         return
+    running: dict[str, tuple[Split, range]] = {}
+    done: SimpleQueue[Future] = SimpleQueue()
+    with _connected(scheduler) as client, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Sending large graph")
+        # Plain data, which needs no tfscope to be read; no image shows the file's facts.
+        data = {f.name: getattr(volume, f.name) for f in fields(volume)}
+        data = {name: value for name, value in data.items() if name not in ("file", "stored")}
+        sent = client.submit(dict, data, pure=False)
+        order = volume.fingerprint, store.scene.to_json(), store.seed
+        render, served = block_renderer(), monotonic()
+        while waiting or running:
+            threads = sum(client.nthreads().values())
+            served = monotonic() if threads else served
+            if monotonic() - served > patience:
+                raise DatasetError(
+                    f"No Dask worker was there for {patience:g} seconds; "
+                    "start some for this scheduler and start again to go on."
+                )
+            while waiting and len(running) < BLOCKS_PER_THREAD * threads:
+                block = waiting.popleft()
+                future = client.submit(render, sent, *order, *block, pure=False, retries=2)
+                running[future.key] = block
+                future.add_done_callback(done.put)
+            try:
+                future = done.get(timeout=1.0)
+            except Empty:
+                continue
+            split, samples = running.pop(future.key)
+            batch = _result(future, f"samples {samples.start} to {samples.stop - 1}", patience)
+            store.write_block(split, samples, batch)
+            on_progress(len(batch))
+
+
+def block_renderer() -> Callable[..., SampleBatch]:
+    """Return :func:`_render_block` by value: without tfscope a task fails, and not its worker."""
+
+    def render(*arguments: Any) -> SampleBatch:
+        from model.samples.cluster import _render_block
+
+        return _render_block(*arguments)
+
+    return render
+
+
+def _render_block(
+    data: dict[str, Any], fingerprint: str, scene: dict[str, Any], seed: int, *block: Any
+) -> SampleBatch:
+    made_for = Scene.from_json(scene)
+    if getattr(_kept, "made_for", None) != (made_for, fingerprint):
+        if renderer := vars(_kept).pop("renderer", None):
+            renderer.close()
+        # Each thread renders its own blocks; Mesa's threads would compete with them.
+        os.environ.setdefault("LP_NUM_THREADS", "1")
+        _kept.made_for, _kept.renderer = None, make_renderer(Volume(**data), made_for)
+        _kept.made_for = made_for, fingerprint
+    return render_samples(_kept.renderer, made_for, seed, *block)
+
+
+async def _identify(scheduler: str) -> None:
+    # A client would wait endlessly for a server that is silent.
+    security = Security().get_connection_args("client")
+    async with rpc(scheduler, timeout=CONNECT_SECONDS, connection_args=security) as server:
+        await server.identity()
+
+
+def _connected(scheduler: str) -> Client:
     try:
         asyncio.run(asyncio.wait_for(_identify(scheduler), CONNECT_SECONDS))
-        client = Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
-    except Exception as error:  # a foreign server's answers may cause any error
+        return Client(scheduler, timeout=CONNECT_SECONDS, set_as_default=False)
+    except Exception as error:
         raise DatasetError(
             f"No Dask scheduler answers at '{scheduler}'; start one with 'dask scheduler' "
             "and give the address that it prints, such as tcp://host:8786."
         ) from error
-    with client:
-        yield client
 
 
-def _local_cluster(workers: int) -> LocalCluster:
-    with _interrupts_held_back():
-        return LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            memory_limit=None,
-            dashboard_address=None,
-            # By default it uses port 8787, which may be occupied by another cluster.
-            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-            silence_logs=logging.CRITICAL,
-        )
-
-
-@contextmanager
-def environment_kept() -> Iterator[None]:
-    """Restore the environment variables afterwards; Dask limits numerical libraries' threads."""
-    before = dict(os.environ)
+def _result(future: Future, what: str, patience: float) -> SampleBatch:
     try:
-        yield
-    finally:
-        os.environ.clear()
-        os.environ.update(before)
-
-
-@contextmanager
-def _interrupts_held_back() -> Iterator[None]:
-    """Block SIGINT in processes started in this context, so that only this process handles it."""
-    if sys.platform == "win32":
-        yield
-        return
-    from multiprocessing import resource_tracker  # not on Windows
-
-    # Otherwise multiprocessing starts it with the first process, and unblocks the signal.
-    resource_tracker.ensure_running()
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-
-
-async def _identify(address: str) -> None:
-    """Raise an error unless there is a scheduler; a client would wait for it endlessly."""
-    arguments = Security().get_connection_args("client")
-    async with rpc(address, timeout=CONNECT_SECONDS, connection_args=arguments) as server:
-        identity = await server.identity()
-    if identity["type"] != "Scheduler":
-        raise ValueError(f"{address} is the address of a {identity['type']}")
+        return future.result(timeout=patience)
+    except TfscopeError:
+        raise
+    except KilledWorker as error:
+        raise RenderError(
+            f"Dask workers ended time and again while they had {what} (out of memory?); "
+            "give each more memory and start again to go on."
+        ) from error
+    except ModuleNotFoundError as error:
+        raise DatasetError(
+            f"A Dask worker has no module '{error.name}'; start workers from this tfscope's "
+            "folder and with its Python: 'python -m dask worker ADDRESS'."
+        ) from error
+    except Exception as error:
+        raise RenderError(
+            f"A Dask worker cannot render {what} ({type(error).__name__}: {error}); "
+            "see its log, and start again to go on."
+        ) from error

@@ -1,58 +1,255 @@
+"""A store rendered by the workers of a Dask scheduler."""
+
 from __future__ import annotations
 
+import logging
+import os
+import pickle
+import signal
 import socket
-from collections.abc import Iterator
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+from unittest import mock
 
+import cloudpickle
+import numpy as np
 import pytest
-from distributed import LocalCluster
+from distributed import Client, LocalCluster
 
-from model.errors import DatasetError
-from model.samples.cluster import connected
+from model.errors import DatasetError, RenderError
+from model.samples import cluster as cluster_module
+from model.samples.cluster import _render_block, block_renderer, render_store_on_cluster
+from model.samples.sample_store import BLOCK, SPLITS, SampleBatch, SampleStore
+from model.scene.scene import Scene
+from model.scene.volume import Volume
+
+TOTAL = 192
+ROOT = Path(__file__).parents[3]
+
+posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
 
-@pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("model.samples.cluster.CONNECT_SECONDS", 0.3)
+@contextmanager
+def started(workers: int) -> Iterator[LocalCluster]:
+    with (
+        # Dask limits numerical libraries' threads.
+        mock.patch.dict(os.environ),
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+    ):
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[LocalCluster]:
+    """A scheduler and two worker processes, which are restarted when they die."""
+    with started(2) as cluster:
+        yield cluster
 
 
 @pytest.fixture
-def silent() -> Iterator[str]:
-    """The address of a server that takes connections and says nothing."""
+def scheduler(cluster: LocalCluster) -> str:
+    return str(cluster.scheduler_address)
+
+
+@pytest.fixture
+def empty_scheduler() -> Iterator[str]:
+    """A scheduler without workers."""
+    with started(0) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture
+def new(scene: Scene, tmp_path: Path) -> SampleStore:
+    """An empty store of what the fixture ``store`` holds, which one process has rendered."""
+    return SampleStore.create(tmp_path / "new.zarr", scene, 7, {"train": 160, "holdout": 32})
+
+
+def assert_equal(one: SampleStore, other: SampleStore) -> None:
+    one.require_complete()
+    for split in SPLITS:
+        everything = range(other.count(split))
+        batch, expected = one.read(split, everything), other.read(split, everything)
+        for name, values in expected.arrays.items():
+            np.testing.assert_array_equal(batch.arrays[name], values)
+
+
+def test_a_wrong_address_is_said(
+    new: SampleStore, volume: Volume, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cluster_module, "CONNECT_SECONDS", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
-        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        # It takes connections and says nothing.
+        silent = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        for address in ("", "host", "host:port", "tcp://127.0.0.1:1", "tls://127.0.0.1:1", silent):
+            with pytest.raises(DatasetError, match=f"No Dask scheduler answers at '{address}'"):
+                render_store_on_cluster(new, volume, address)
 
 
-def refuse(address: str) -> None:
-    with (
-        pytest.raises(DatasetError, match=f"No Dask scheduler answers at '{address}'"),
-        connected(address, 1),
-    ):
-        pass
+def test_an_interrupted_run_goes_on_and_makes_the_same_store(
+    store: SampleStore, new: SampleStore, volume: Volume, scheduler: str
+) -> None:
+    def interrupt(count: int) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        render_store_on_cluster(new, volume, scheduler, on_progress=interrupt)
+    seen: list[int] = []
+    render_store_on_cluster(new, volume, scheduler, on_progress=seen.append)
+    assert seen == [BLOCK] * (TOTAL // BLOCK - 1)
+    assert_equal(new, store)
+    render_store_on_cluster(new, volume, "nowhere:1")  # Nothing is missing: nobody is asked.
 
 
+def blocks_do(patch: pytest.MonkeyPatch, work: Callable[..., Any]) -> None:
+    """Let workers do something else than to render; a lambda pickles whole."""
+    patch.setattr(cluster_module, "block_renderer", lambda: work)
+
+
+def all_but_the_first_wait_for(gate: Path) -> Callable[..., SampleBatch]:
+    render = block_renderer()
+
+    def work(*arguments: Any) -> SampleBatch:
+        while arguments[-1].start > 0 and not gate.exists():
+            time.sleep(0.01)
+        return render(*arguments)
+
+    return work
+
+
+@posix
 @pytest.mark.parametrize(
-    "address", ["", "host", "host:port", "tcp://127.0.0.1:1", "tls://127.0.0.1:1", "smoke://host:1"]
+    "lost", [pytest.param(1, id="one"), pytest.param(2, id="all", marks=pytest.mark.slow)]
 )
-def test_a_wrong_address_is_said(address: str) -> None:
-    refuse(address)
-
-
-def test_a_silent_server_is_not_waited_for(silent: str) -> None:
-    refuse(silent)
-
-
-def test_a_worker_is_no_scheduler() -> None:
-    with LocalCluster(
-        n_workers=1,
-        processes=False,
-        protocol="tcp",
-        dashboard_address=None,
-        scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
-    ) as cluster:
-        refuse(cluster.workers[0].worker_address)
-
-
-def test_a_local_cluster_has_the_workers_asked_for_and_one_thread_each() -> None:
-    with connected("local", 2) as client:
+def test_killed_workers_cost_nothing_but_their_blocks(
+    lost: int,
+    store: SampleStore,
+    new: SampleStore,
+    volume: Volume,
+    cluster: LocalCluster,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    gate = tmp_path / "gate"
+    blocks_do(monkeypatch, all_but_the_first_wait_for(gate))
+    with Client(cluster, set_as_default=False) as client:
         client.wait_for_workers(2)
-        assert list(client.nthreads().values()) == [1, 1]
+        processes = client.run(os.getpid)
+    at_work: list[int] = []
+    seen: list[int] = []
+
+    def kill_at_first(count: int) -> None:
+        seen.append(count)
+        if len(seen) == 1:
+            workers = cluster.scheduler.workers
+            busiest = sorted(processes, key=lambda address: -len(workers[address].processing))
+            at_work.extend(len(workers[address].processing) for address in busiest[:lost])
+            for address in busiest[:lost]:
+                os.kill(processes[address], signal.SIGKILL)
+            gate.touch()
+
+    render_store_on_cluster(new, volume, cluster.scheduler_address, on_progress=kill_at_first)
+    assert len(at_work) == lost and all(at_work)
+    assert sum(seen) == TOTAL
+    assert_equal(new, store)
+
+
+def test_an_error_of_a_block_arrives(
+    new: SampleStore, volume: Volume, scheduler: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = Volume(np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
+    with pytest.raises(DatasetError, match="is not the one"):
+        render_store_on_cluster(new, other, scheduler)
+    blocks_do(monkeypatch, lambda *arguments: 1 / 0)
+    expected = r"cannot render samples \d+ to \d+ \(ZeroDivisionError: division by zero\)"
+    with pytest.raises(RenderError, match=expected):
+        render_store_on_cluster(new, volume, scheduler)
+
+
+@posix
+def test_blocks_that_kill_their_workers_end_the_run(
+    new: SampleStore, volume: Volume, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocks_do(monkeypatch, lambda *arguments: os.kill(os.getpid(), signal.SIGKILL))
+    with started(1) as cluster:
+        cluster.scheduler.allowed_failures = 0
+        with pytest.raises(RenderError, match="ended time and again while they had samples"):
+            render_store_on_cluster(new, volume, cluster.scheduler_address)
+
+
+@contextmanager
+def worker_in(folder: Path, scheduler: str) -> Iterator[None]:
+    """A worker as a user starts one."""
+    command = [sys.executable, "-m", "dask", "worker", scheduler, "--nthreads", "1"]
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    process = subprocess.Popen(
+        [*command, "--no-nanny", "--no-dashboard"],
+        cwd=folder,
+        env=environment,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_a_worker_that_comes_later_is_used(
+    store: SampleStore, new: SampleStore, volume: Volume, empty_scheduler: str
+) -> None:
+    with worker_in(ROOT, empty_scheduler):
+        render_store_on_cluster(new, volume, empty_scheduler)
+    assert_equal(new, store)
+
+
+def test_the_lack_of_workers_or_of_tfscope_is_said(
+    new: SampleStore, volume: Volume, empty_scheduler: str, tmp_path: Path
+) -> None:
+    with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
+        render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
+    with (
+        worker_in(tmp_path, empty_scheduler),
+        pytest.raises(DatasetError, match="no module 'model'; start workers from this tfscope"),
+    ):
+        render_store_on_cluster(new, volume, empty_scheduler)
+
+
+def test_a_workers_renderer_stays_until_the_scene_changes(
+    volume: Volume, scene: Scene, store: SampleStore
+) -> None:
+    data = {name: getattr(volume, name) for name in ("voxels", "spacing", "origin", "name")}
+    small = Scene.from_json({**scene.to_json(), "image_size": 32})
+    renderers = []
+    for each in (scene, scene, small):
+        arguments = volume.fingerprint, each.to_json(), 7, "train", range(3, 5)
+        batch = _render_block(data, *arguments)  # type: ignore[arg-type]
+        renderers.append(cluster_module._kept.renderer)
+        if each is scene:
+            np.testing.assert_array_equal(batch.rgba, store.read("train", range(3, 5)).rgba)
+    first, second, third = renderers
+    assert first is second and third is not second
+    third.close()
+    del cluster_module._kept.renderer, cluster_module._kept.made_for
+
+
+def test_what_is_sent_needs_tfscope_only_when_it_is_called(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sent = cloudpickle.dumps(block_renderer())
+    monkeypatch.setitem(sys.modules, "model.samples.cluster", None)
+    task = pickle.loads(sent)
+    with pytest.raises(ModuleNotFoundError):
+        task()
