@@ -6,15 +6,17 @@ import argparse
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import get_args
 
 import torch
 
 from model.devices import choose_device
-from model.generator.backends import BACKENDS, Backend, make_decode, obstacle
+from model.generator.backends import Backend, make_decode, obstacle
 from model.networks.blocks import place
 from model.networks.build import build_generator
 from model.networks.checkpoint import load_model
 from model.networks.encoding import EncodedInputs
+from model.networks.names import BackendName
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.training.options import PRESETS
@@ -27,7 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--model", type=Path, help="(default: untrained networks of --preset)")
     parser.add_argument("--preset", default="paper", choices=PRESETS)
-    parser.add_argument("--backend", action="append", choices=BACKENDS, help="may be repeated")
+    backends = get_args(BackendName)
+    parser.add_argument("--backend", action="append", choices=backends, help="may be repeated")
     parser.add_argument("--seconds", type=float, default=2.0, help="least time of a measurement")
     asked = parser.parse_args(arguments)
     print_machine()
@@ -48,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         truth, *_ = network.decode(*features)
         first = None
         for precision in ("float32", "bfloat16"):
-            for name in asked.backend or BACKENDS:
+            for name in asked.backend or backends:
                 backend = Backend(name, precision)
                 why = obstacle(backend, device)
                 if why is not None:
