@@ -60,12 +60,6 @@ def test_keys(
     assert not state.live
 
 
-def test_home_resets(state: ViewerState, image: QWidget) -> None:
-    state.set_view(View(100.0, pan_x=2.0))
-    QTest.keyClick(image, Qt.Key.Key_Home)
-    assert state.view == state.home
-
-
 def repeat(image: QWidget, kind: QEvent.Type) -> None:
     event = QKeyEvent(kind, Qt.Key.Key_Right, PLAIN, "", True)
     QApplication.sendEvent(image, event)
@@ -82,9 +76,7 @@ def test_a_key_that_is_held_is_a_drag(qtbot: QtBot, state: ViewerState, image: Q
         assert state.live
         QTest.keyRelease(image, Qt.Key.Key_Right)
     assert state.view.azimuth == pytest.approx(15.0)
-
-
-def test_a_key_ends_when_the_focus_goes(state: ViewerState, image: QWidget) -> None:
+    # It ends when the focus goes, too.
     QTest.keyPress(image, Qt.Key.Key_Right)
     assert state.live
     QApplication.sendEvent(image, QFocusEvent(QEvent.Type.FocusOut))

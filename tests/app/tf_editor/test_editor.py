@@ -238,16 +238,6 @@ def test_a_free_curve_has_points_that_can_be_dragged(
     assert len(state.transfer_function.opacity.points) == 2
 
 
-def test_undoing_an_added_handle_drops_its_selection(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
-    editor.add_button.click()
-    assert editor.selection.index("opacity") == 2
-    state.edits.undo()
-    assert editor.selection.selected is None
-    assert editor.card.heading == "Nothing selected"
-
-
 def test_the_strongest_mode_can_be_selected_from_outside(
     editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
