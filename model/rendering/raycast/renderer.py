@@ -277,14 +277,14 @@ class RaycastRenderer:
 
         arguments = self._path_arguments(inputs, size)
         by_bin, begin = band_of(edits * self._classified(inputs).derivative)
-        count = int(begin.max()) + BAND
+        count = max(int(begin.max()) + BAND, len(edits))
         turns = None
         if self._light.grid is not None:
-            padded = np.zeros((max(count, len(edits)), TF_SAMPLES), dtype=np.float32)
+            padded = np.zeros((count, TF_SAMPLES), dtype=np.float32)
             padded[: len(edits)] = edits
             is_fine = Raster.of(size).shorter >= FINE_FROM
             grid = self._light.grid if is_fine else self._light.coarse_grid()
-            turns = grid.changes(*self._light.soft_inputs(inputs), padded[:count], inputs.crop)
+            turns = grid.changes(*self._light.soft_inputs(inputs), padded, inputs.crop)
         parts: list[NDArray[np.float64]] = []
         run: Any = differentiate_windows
 

@@ -56,7 +56,7 @@ def image(volume: Volume, name: str = "raycast", given: SceneInputs | None = Non
 def test_what_is_stored_where_nothing_was_measured_appears_nowhere(name, lighting):
     images = [
         image(half_ball(dtype, fill), name, lighting=lighting)
-        for dtype, fill in [("float32", -1e20), ("float32", 150), ("int16", 199), ("int16", 9999)]
+        for dtype, fill in [("float32", -1e20), ("float32", 150), ("uint8", 199), ("uint8", 7)]
     ]
     assert images[0][..., 3].max() > 0.9
     np.testing.assert_array_equal(images[0], images[1])
@@ -98,40 +98,6 @@ def test_opacity_of_what_was_measured_is_that_of_its_length(name):
     assert found[SIZE // 2, SIZE // 2, 3] == pytest.approx(1 - 0.9**13, abs=0.006)
 
 
-@pytest.mark.slow
-def test_derivatives_leave_missing_voxels_out():
-    volume = half_ball(fill=77.0)
-    renderer = RaycastRenderer(volume, threads=1)
-    windows = np.array([[0, SIZE, 0, SIZE]])
-    random = np.random.default_rng(3)
-    values = np.linspace(*RANGE, 256)
-    opacity = random.uniform(0.02, 0.2, 256)
-    edit = random.uniform(-0.01, 0.01, 256)
-
-    def tf(step: float) -> OpacityTF:
-        points = zip(values.tolist(), (opacity + step * edit).tolist(), strict=True)
-        return OpacityTF(RANGE, points=tuple(points))
-
-    def colors(step: float) -> NDArray[np.float64]:
-        return renderer.render(inputs(tf(step)), SIZE)[..., :3].astype(np.float64)
-
-    renderer.terminate_early = renderer.skip_empty = False
-    expected = (colors(0.5) - colors(-0.5)).reshape(-1)
-    change = renderer.change(inputs(tf(0)), SIZE, edit).astype(np.float64)
-    assert np.abs(change.reshape(-1) - expected).max() < 0.01 * np.abs(expected).max()
-    gradients, energies = renderer.differentiate(inputs(tf(0)), SIZE, windows)
-    assert energies[0] == pytest.approx((colors(0) ** 2).sum(), rel=1e-4)
-    assert gradients[0] @ edit == pytest.approx((colors(0) * change).sum(), rel=2e-3)
-    spike = np.zeros((1, 256))
-    spike[0, 250:] = edit[250:]
-    squares = renderer.squared_changes(inputs(tf(0)), SIZE, windows, spike)
-    alone = renderer.change(inputs(tf(0)), SIZE, spike[0]).astype(np.float64)
-    assert squares[0] == pytest.approx((alone**2).sum(), rel=2e-3)
-    visible = renderer.visibility(inputs(tf(0)), SIZE, windows)
-    assert visible.sum() == pytest.approx(renderer.opacity_image(inputs(tf(0)), SIZE).sum(), 1e-3)
-    renderer.close()
-
-
 def test_cells_without_a_measured_voxel_are_skipped():
     volume = half_ball(fill=200.0)
     renderer = RaycastRenderer(volume)
@@ -146,7 +112,7 @@ def test_cells_without_a_measured_voxel_are_skipped():
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
 def test_drawn_they_are_what_is_stored_there(name):
-    volume = half_ball("int16", 150)
+    volume = half_ball("uint8", 150)
     whole = Volume(volume.voxels)
     np.testing.assert_array_equal(image(volume.drawing_missing(True), name), image(whole, name))
     far = half_ball("float32", 1e20).drawing_missing(True)

@@ -67,7 +67,7 @@ def rms(difference: NDArray) -> float:
     return float(np.sqrt(np.mean(difference**2)))
 
 
-@pytest.mark.parametrize("dtype", ["uint8", "int16", "int32", "float32", "float64"])
+@pytest.mark.parametrize("dtype", ["uint8", "int32", "float32"])
 @pytest.mark.parametrize("chosen", RANGES)
 @pytest.mark.parametrize("make", [ramp, noise])
 def test_what_lies_between_voxels_is_what_it_is_over_any_range(
@@ -114,10 +114,9 @@ def test_renderers_agree_over_any_range(volume: Volume, lighting: Lighting, chos
     assert rms(images[0] - images[1]) < 0.006
 
 
-@pytest.mark.parametrize("dtype", ["int16", "float32"])
-def test_a_thin_shell_in_a_cliff_is_found(dtype: str) -> None:
+def test_a_thin_shell_in_a_cliff_is_found() -> None:
     # From -1000 to 1000 within one voxel; the range is a tenth of that.
-    voxels = np.full((20, 20, 20), -1000, dtype)
+    voxels = np.full((20, 20, 20), -1000.0)
     voxels[6:14, 6:14, 6:14] = 1000
     volume = Volume(voxels).over((-100.0, 100.0))
     shell = OpacityTF((-100.0, 100.0), points=((-90.0, 0.0), (0.0, 0.99), (90.0, 0.0)))

@@ -1,22 +1,30 @@
-"""The renderer's sensitivity against differences of a second ray caster in float64."""
+"""Exact sensitivities: what adds up, what is nothing, where values are seen, what is refused."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from model.errors import RenderError
-from model.rendering.opacity_correction import NEARLY_OPAQUE
+from model.rendering.raster import Raster, middle_square
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.inputs import SceneInputs
-from model.scene.region import Region
+from model.scene.region import Outline, Region
+from model.scene.tf_perturbation import edit_around, response_to_edits
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.exact import region_sensitivity, sensitivity_field
-from tests.reference_raycaster import cast, composite, correct
+from model.sensitivity.exact import (
+    change_norms,
+    region_sensitivity,
+    sensitivity_field,
+    visibility,
+)
+from tests.reference_raycaster import alphas_of, cast, correct
 
 RANGE = (0.0, 255.0)
 VIEW = View(35.0, 25.0, 7.0, 0.6)
@@ -56,54 +64,6 @@ def renderer() -> RaycastRenderer:
     return RaycastRenderer(small_volume(), threads=2)
 
 
-@pytest.fixture
-def at_step(renderer: RaycastRenderer, request: pytest.FixtureRequest) -> RaycastRenderer:
-    renderer.sample_distance = getattr(request, "param", 0.5)
-    return renderer
-
-
-steps = pytest.mark.parametrize("at_step", [0.5, 1.0, 2.0], indirect=True)
-
-
-class Reference:
-    """The norm of a region in float64, as a function of the TF."""
-
-    def __init__(self, renderer: RaycastRenderer, region: Region = REGION) -> None:
-        self.step = renderer.sample_distance
-        rays = cast(small_volume(), VIEW, SIZE, self.step)
-        within = slice(region.top, region.bottom), slice(region.left, region.right)
-        bins, self.shares = rays.bins[within], rays.shares[within]
-        # The renderer's tables hold some values per bin of the TF, the nearest of which counts.
-        self.bins = np.rint(LEVELS_PER_BIN * bins) / LEVELS_PER_BIN
-
-    def norm(self, per_sample: Array) -> float:
-        image = composite(
-            self.bins, self.shares, per_sample, COLOR.sample(RANGE).astype(np.float64)
-        )
-        return float(np.sqrt((image[..., :3] ** 2).sum()))
-
-    def differences(self, opacity: Array, below: float = 1e-6, above: float = 1e-6) -> Array:
-        """The derivative by differences; one-sided where one of the two steps is 0."""
-        return self._differences(opacity, lambda o: self.norm(correct(o, self.step)), below, above)
-
-    def per_sample_differences(self, per_sample: Array) -> Array:
-        """The derivative by the opacities of a sample, from below."""
-        return self._differences(per_sample, self.norm, 1e-6, 0.0)
-
-    def _differences(self, values: Array, norm, below: float, above: float) -> Array:
-        slopes = np.empty(256)
-        for i in range(256):
-            lower, upper = values.copy(), values.copy()
-            lower[i] -= below
-            upper[i] += above
-            slopes[i] = (norm(upper) - norm(lower)) / (below + above)
-        return slopes
-
-
-def sensitivity(renderer: RaycastRenderer, opacity: Array) -> NDArray[np.float32]:
-    return region_sensitivity(renderer, SceneInputs.of(VIEW, tf_of(opacity)), SIZE, REGION)
-
-
 def assert_close(found: Array, expected: Array, tolerance: float = 5e-4) -> None:
     assert found.dtype == np.float32
     scale = np.abs(expected).max()
@@ -116,132 +76,61 @@ def random_opacity(highest: float) -> Array:
     return values.astype(np.float32).astype(np.float64)
 
 
-@steps
-@pytest.mark.parametrize("highest", [0.9, 0.05, 1e-3, 4e-6])
-def test_any_tf(at_step: RaycastRenderer, highest: float) -> None:
-    opacity = random_opacity(highest)
-    difference = 1e-4 * highest * max(highest, 1e-3)
-    expected = Reference(at_step).differences(opacity, difference, difference)
-    assert_close(sensitivity(at_step, opacity), expected)
-
-
-@steps
-def test_a_nearly_opaque_tf(at_step: RaycastRenderer) -> None:
-    opacity = np.full(256, np.float32(0.99), np.float64)
-    assert_close(sensitivity(at_step, opacity), Reference(at_step).differences(opacity))
-
-
-@pytest.mark.parametrize("at_step", [1.0], indirect=True)
-def test_an_opaque_tf_is_exact_at_a_step_of_one_voxel(at_step: RaycastRenderer) -> None:
-    opacity = np.ones(256)
-    expected = Reference(at_step).differences(opacity, above=0.0)
-    assert_close(sensitivity(at_step, opacity), expected)
-
-
-@pytest.mark.parametrize("at_step", [2.0], indirect=True)
-def test_an_opaque_tf_has_no_derivative_at_longer_steps(at_step: RaycastRenderer) -> None:
-    # 1 - (1 - a)^2 is flat at a = 1.
-    assert not sensitivity(at_step, np.ones(256)).any()
-
-
-@pytest.mark.parametrize("at_step", [0.5], indirect=True)
-def test_an_opaque_tf_at_shorter_steps_counts_as_the_last_one_below(
-    at_step: RaycastRenderer,
-) -> None:
-    by_sample = Reference(at_step).per_sample_differences(np.ones(256))
-    expected = by_sample * 0.5 * (1 - NEARLY_OPAQUE) ** -0.5
-    assert_close(sensitivity(at_step, np.ones(256)), expected)
-
-
-@pytest.mark.parametrize("at_step", [1.0], indirect=True)
-def test_opaque_from_some_value_on(at_step: RaycastRenderer) -> None:
-    opacity = (np.arange(256) >= 90).astype(np.float64)
-    found, reference = sensitivity(at_step, opacity), Reference(at_step)
-    # Up from 0, down from 1.
-    assert_close(found[:90], reference.differences(opacity, below=0.0)[:90])
-    assert_close(found[90:], reference.differences(opacity, above=0.0)[90:])
-
-
-@pytest.mark.parametrize("at_step", [0.25, 0.5], indirect=True)
-def test_a_tf_of_one_bin(at_step: RaycastRenderer) -> None:
-    opacity = np.zeros(256)
-    opacity[100] = 0.5
-    expected = Reference(at_step).differences(opacity, below=0.0)
-    expected[100] = Reference(at_step).differences(opacity)[100]
-    found = sensitivity(at_step, opacity)
-    assert_close(found, expected)
-    # What is transparent can be made visible: it counts, too.
-    assert np.count_nonzero(found) > 100
-
-
-def test_a_black_region_has_none(at_step: RaycastRenderer) -> None:
+def test_a_black_region_has_none(renderer: RaycastRenderer) -> None:
     for tf in (tf_of(np.zeros(256)), tf_of(np.ones(256), ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),)))):
-        found = region_sensitivity(at_step, SceneInputs.of(VIEW, tf), SIZE, REGION)
+        found = region_sensitivity(renderer, SceneInputs.of(VIEW, tf), SIZE, REGION)
         np.testing.assert_array_equal(found, 0)
-        field = sensitivity_field(at_step, SceneInputs.of(VIEW, tf), SIZE, 5)
+        field = sensitivity_field(renderer, SceneInputs.of(VIEW, tf), SIZE, 5)
         np.testing.assert_array_equal(field, 0)
 
 
-def test_a_region_beside_the_volume_has_none(at_step: RaycastRenderer) -> None:
+def test_a_region_beside_the_volume_has_none(renderer: RaycastRenderer) -> None:
     far = View(35.0, 25.0, 7.0, 3.0)
     corner = Region(0, 0, 2, 2)
     assert not region_sensitivity(
-        at_step, SceneInputs.of(far, tf_of(np.ones(256))), SIZE, corner
+        renderer, SceneInputs.of(far, tf_of(np.ones(256))), SIZE, corner
     ).any()
     assert region_sensitivity(
-        at_step, SceneInputs.of(far, tf_of(np.ones(256))), SIZE, Region(0, 0, 14, 14)
+        renderer, SceneInputs.of(far, tf_of(np.ones(256))), SIZE, Region(0, 0, 14, 14)
     ).any()
-
-
-def test_brightening_a_dark_region_raises_its_norm(at_step: RaycastRenderer) -> None:
-    # Black is the lowest norm there is: more opacity of a bright value is more light.
-    white = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
-    dark = np.full(256, 0.01)
-    found = region_sensitivity(at_step, SceneInputs.of(VIEW, tf_of(dark, white)), SIZE, REGION)
-    assert (found >= 0).all() and found.max() > 0
-    image = at_step.render(SceneInputs(VIEW, tf_of(dark, white).opacity, white), SIZE)
-    brighter = at_step.render(SceneInputs(VIEW, tf_of(dark + 1e-3, white).opacity, white), SIZE)
-    rows, columns = slice(REGION.top, REGION.bottom), slice(REGION.left, REGION.right)
-    norms = [np.linalg.norm(i[rows, columns, :3].astype(np.float64)) for i in (image, brighter)]
-    assert norms[1] - norms[0] == pytest.approx(1e-3 * found.sum(), rel=0.05)
 
 
 @pytest.mark.parametrize("block", [1, 4, 5, 14])
-def test_blocks_add_up_to_the_whole_image(at_step: RaycastRenderer, block: int) -> None:
+def test_blocks_add_up_to_the_whole_image(renderer: RaycastRenderer, block: int) -> None:
     tf = tf_of(random_opacity(0.5))
-    field = sensitivity_field(at_step, SceneInputs.of(VIEW, tf), SIZE, block)
+    field = sensitivity_field(renderer, SceneInputs.of(VIEW, tf), SIZE, block)
     count = -(-SIZE // block)
     assert (field.shape, field.dtype) == ((count, count, 256), np.float32)
-    at_step.skip_empty = at_step.terminate_early = False
-    image = at_step.render(SceneInputs(VIEW, tf.opacity, tf.color), SIZE)[..., :3].astype(
+    renderer.skip_empty = renderer.terminate_early = False
+    image = renderer.render(SceneInputs(VIEW, tf.opacity, tf.color), SIZE)[..., :3].astype(
         np.float64
     )
-    at_step.skip_empty = at_step.terminate_early = True
+    renderer.skip_empty = renderer.terminate_early = True
     total = np.zeros(256)
     for row, column in np.ndindex(count, count):
         top, left = row * block, column * block
         norm = np.linalg.norm(image[top : top + block, left : left + block])
         total += norm * field[row, column]
-    whole = region_sensitivity(at_step, SceneInputs.of(VIEW, tf), SIZE, Region(0, 0, SIZE, SIZE))
+    whole = region_sensitivity(renderer, SceneInputs.of(VIEW, tf), SIZE, Region(0, 0, SIZE, SIZE))
     # Half the square's derivative is a sum over pixels; the norm divides it by itself.
     assert_close((total / np.linalg.norm(image)).astype(np.float32), whole, 1e-4)
 
 
-def test_a_block_is_a_region(at_step: RaycastRenderer) -> None:
+def test_a_block_is_a_region(renderer: RaycastRenderer) -> None:
     tf = tf_of(random_opacity(0.5))
-    field = sensitivity_field(at_step, SceneInputs.of(VIEW, tf), SIZE, 5)
+    field = sensitivity_field(renderer, SceneInputs.of(VIEW, tf), SIZE, 5)
     for row, column in ((0, 1), (1, 1), (1, 2), (2, 2)):
         left, top = 5 * column, 5 * row
         region = Region(left, top, min(left + 5, SIZE), min(top + 5, SIZE))
-        expected = region_sensitivity(at_step, SceneInputs.of(VIEW, tf), SIZE, region)
+        expected = region_sensitivity(renderer, SceneInputs.of(VIEW, tf), SIZE, region)
         np.testing.assert_allclose(field[row, column], expected, rtol=1e-4, atol=1e-6)
 
 
-def test_energies_are_those_of_the_image(at_step: RaycastRenderer) -> None:
+def test_energies_are_those_of_the_image(renderer: RaycastRenderer) -> None:
     tf = TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.4),)), COLOR)
     windows = np.array([[0, 14, 0, 14], [3, 9, 2, 5], [0, 1, 0, 1]])
-    _, energies = at_step.differentiate(SceneInputs(VIEW, tf.opacity, tf.color), SIZE, windows)
-    image = at_step.render(SceneInputs(VIEW, tf.opacity, tf.color), SIZE)[..., :3].astype(
+    _, energies = renderer.differentiate(SceneInputs(VIEW, tf.opacity, tf.color), SIZE, windows)
+    image = renderer.render(SceneInputs(VIEW, tf.opacity, tf.color), SIZE)[..., :3].astype(
         np.float64
     )
     for (top, bottom, left, right), energy in zip(windows, energies, strict=True):
@@ -278,3 +167,66 @@ def test_a_region_is_read_from_text() -> None:
     for text in ("", "1,2,3", "1,2,3,4,5", "1,2,3,x", "1.5,2,3,4"):
         with pytest.raises(RenderError, match="is not a region; give left,top,right,bottom"):
             Region.parse(text)
+
+
+@pytest.mark.parametrize("highest", [0.0, 1e-3, 0.5, 1.0])
+def test_visibility_is_what_each_value_adds_to_the_opacity(
+    renderer: RaycastRenderer, highest: float
+) -> None:
+    opacity = random_opacity(highest)
+    rays = cast(small_volume(), VIEW, SIZE, 0.5)
+    bins = np.rint(LEVELS_PER_BIN * rays.bins[3:13, 2:11]) / LEVELS_PER_BIN
+    shares = rays.shares[3:13, 2:11]
+    at = np.nan_to_num(bins)
+    alpha = alphas_of(bins, shares, correct(opacity, 0.5))
+    clear = np.cumprod(1 - alpha, axis=-1)
+    weight = alpha * np.concatenate([np.ones_like(clear[..., :1]), clear[..., :-1]], axis=-1)
+    lower = np.floor(at).astype(int)
+    expected = np.zeros(257)
+    np.add.at(expected, lower, weight * (1 - (at - lower)))
+    np.add.at(expected, lower + 1, weight * (at - lower))
+    inputs = SceneInputs.of(VIEW, tf_of(opacity))
+    found = visibility(renderer, inputs, SIZE, REGION)
+    np.testing.assert_allclose(found, expected[:256] / 90, atol=1e-5)
+    image = renderer.opacity_image(inputs, SIZE)[3:13, 2:11]
+    assert found.sum() == pytest.approx(image.mean(), abs=2e-3)
+
+
+@pytest.mark.parametrize("width", [0.0, 1.0, 6.0, 40.0])
+def test_an_edit_adds_up_to_one_and_matches_the_response(width: float) -> None:
+    slopes = np.random.default_rng(0).normal(size=256).astype(np.float32)
+    edit = edit_around(128.0, RANGE, width)
+    assert edit.sum() == pytest.approx(1, abs=2e-3)
+    assert edit @ slopes == pytest.approx(response_to_edits(slopes, width)[128], abs=1e-5)
+
+
+@pytest.mark.parametrize("raster", [Raster(40, 24), Raster(24, 40)])
+def test_a_wider_image_has_the_square_ones_answers_in_its_middle(raster: Raster) -> None:
+    """And beside it, those of its own pixels: seen from near, the volume reaches there."""
+    renderer = RaycastRenderer(small_volume(), "direct", sample_distance=1.0)
+    inputs = SceneInputs.of(View(35.0, 25.0, 0.0, 0.25), tf_of(random_opacity(0.5)))
+    edit = edit_around(127.5, RANGE, 6.0)
+    wide = renderer.change(inputs, raster, edit)
+    assert wide.shape == (raster.rows, raster.columns, 3)
+    square = renderer.change(inputs, 24, edit)
+    np.testing.assert_allclose(middle_square(wide), square, atol=2e-5)
+    # A region beside the square is the same one of the panned square image.
+    shift = 8 / 24
+    over = raster.width > raster.height
+    beside = (
+        Outline.rectangle(0.9, 0.3, 1.3, 0.8) if over else Outline.rectangle(0.3, 0.9, 0.8, 1.3)
+    )
+    panned = replace(
+        inputs,
+        view=replace(inputs.view, **({"pan_x": -2 * shift} if over else {"pan_y": 2 * shift})),
+    )
+    moved = beside.moved(*((-shift, 0.0) if over else (0.0, -shift)))
+    for answer in (
+        lambda *asked: region_sensitivity(renderer, *asked),
+        lambda *asked: change_norms(renderer, *asked, 6.0),
+        lambda *asked: visibility(renderer, *asked),
+    ):
+        found, expected = answer(inputs, raster, beside), answer(panned, 24, moved)
+        assert np.abs(expected).max() > 0
+        np.testing.assert_allclose(found, expected, atol=2e-4 * np.abs(expected).max())
+    renderer.close()

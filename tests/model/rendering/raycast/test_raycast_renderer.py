@@ -77,8 +77,8 @@ def renderer(volume: Volume) -> RaycastRenderer:
     ("dtype", "low", "high"),
     [
         ("uint8", 0, 255),
-        ("int16", -32768, 32767),
-        ("uint16", 0, 65535),
+        pytest.param("int16", -32768, 32767, marks=pytest.mark.slow),
+        pytest.param("uint16", 0, 65535, marks=pytest.mark.slow),
         ("float32", 0.0, 1.0),
         ("float64", -3.0, 0.5),
         ("float64", 1e9, 1e9 + 1e-3),
@@ -313,9 +313,8 @@ def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
     )
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
-def test_where_a_value_is_visible_adds_up_to_the_opacity(lighting: str) -> None:
-    renderer = RaycastRenderer(Volume(255 * field()), lighting)  # type: ignore[arg-type]
+def test_where_a_value_is_visible_adds_up_to_the_opacity() -> None:
+    renderer = RaycastRenderer(Volume(255 * field()))
     inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))
     opacity = renderer.opacity_image(inputs, 24)
     bins = np.arange(TF_SAMPLES)

@@ -1,0 +1,140 @@
+"""Exact derivatives against the complex-step derivative of the 64-bit reference: one table.
+
+Of each light, TF and step: the change of every pixel, a region's sensitivity, and the norm of its
+change.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from test_exact import COLOR, RANGE, REGION, SIZE, VIEW, random_opacity, small_volume, tf_of
+
+from model.rendering.raycast import renderer as ray_caster
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.raycast.tables import LEVELS_PER_BIN
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import Lighting
+from model.scene.tf_perturbation import edit_around
+from model.scene.volume import Volume
+from model.sensitivity.exact import change_norms, region_sensitivity
+from tests import reference_light
+from tests.reference_raycaster import Rays
+
+Array = NDArray[np.float64]
+
+PART = slice(3, 13), slice(2, 11)
+LIGHT = LightDirection(-40.0, 30.0)
+VALUES, WIDTH = (60.0, 110.0, 220.0), 6.0
+EDITS = np.array([edit_around(value, RANGE, WIDTH) for value in VALUES])
+
+CASES: list[tuple[Lighting, float]] = [
+    *(("none", step) for step in (0.5, 1.0, 2.0)),
+    ("direct", 0.5),
+    ("soft", 0.5),
+]
+"""Lights and sample distances."""
+
+
+def one_bin() -> Array:
+    opacity = np.zeros(256)
+    opacity[100] = 0.5
+    return opacity
+
+
+TFS = {
+    "random": random_opacity(0.9),
+    "faint": random_opacity(1e-3),
+    "nearly nothing": random_opacity(4e-6),
+    "nothing": np.zeros(256),
+    "nearly opaque": np.full(256, 0.99),
+    "opaque": np.ones(256),
+    "opaque from some value on": (np.arange(256) >= 90).astype(float),
+    "one bin": one_bin(),
+}
+
+
+@pytest.fixture(scope="module")
+def volume() -> Volume:
+    """Blobs, some voxels of which are missing."""
+    small = small_volume()
+    missing = np.zeros(small.scalars.shape, bool)
+    missing[3:6, 4:7, 2:6] = True
+    return Volume(small.scalars, small.spacing, missing=missing).over(RANGE)
+
+
+@pytest.fixture(autouse=True)
+def by_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look the reference's TFs up at the renderer's places, and edit soft light on its own grid."""
+    cast = reference_light.cast
+
+    def rounded(*arguments: object) -> Rays:
+        rays = cast(*arguments)  # type: ignore[arg-type]
+        return replace(rays, bins=np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN)
+
+    monkeypatch.setattr(reference_light, "cast", rounded)
+    monkeypatch.setattr(ray_caster, "FINE_FROM", 1)
+
+
+@pytest.fixture(scope="module")
+def renderers(volume: Volume) -> Iterator[dict[str, RaycastRenderer]]:
+    every: dict[str, RaycastRenderer] = {
+        lighting: RaycastRenderer(volume, lighting, LIGHT, threads=1)
+        for lighting in ("none", "direct", "soft")
+    }
+    yield every
+    for renderer in every.values():
+        renderer.close()
+
+
+@pytest.mark.parametrize(("lighting", "step"), CASES)
+@pytest.mark.parametrize("tf", TFS)
+def test_derivatives_are_those_of_exact_images(
+    renderers: dict[str, RaycastRenderer], volume: Volume, lighting: Lighting, step: float, tf: str
+) -> None:
+    renderer = renderers[lighting]
+    renderer.sample_distance = step
+    crop = CropBox((0.1, 0.2, 0.0), (0.9, 0.9, 0.7)) if tf == "random" else None
+    inputs = replace(SceneInputs.of(VIEW, tf_of(TFS[tf], COLOR)), light=LIGHT, crop=crop)
+    found = [
+        reference_light.derivative(volume, inputs, SIZE, step, lighting, edit.astype(float))
+        for edit in EDITS
+    ]
+    image, changes = found[0][0][..., :3], np.array([change[..., :3] for _, change in found])
+    seen, moved = image[PART], changes[:, *PART]
+    norm = np.linalg.norm(seen) or 1.0
+    curve = EDITS @ region_sensitivity(renderer, inputs, SIZE, REGION)
+    windows = np.array([[3, 13, 2, 11]])
+    squares = [renderer.squared_changes(inputs, SIZE, windows, edit[None])[0] for edit in EDITS]
+    norms = np.sqrt((moved**2).sum(axis=(1, 2, 3)))
+    # At all values they are interpolated between some.
+    every = change_norms(renderer, inputs, SIZE, REGION, WIDTH)[np.array(VALUES, int)]
+    for ours, exact, tolerance in (
+        (np.array([renderer.change(inputs, SIZE, edit) for edit in EDITS]), changes, 1e-3),
+        (curve, (seen * moved).sum(axis=(1, 2, 3)) / norm, 1e-3),
+        (np.sqrt(squares), norms, 1e-3),
+        (every, norms, 0.03),
+    ):
+        np.testing.assert_allclose(ours, exact, atol=tolerance * np.abs(exact).max() + 1e-9)
+
+
+def test_edits_together_are_as_edits_alone_and_windows_together_as_their_sum(
+    renderers: dict[str, RaycastRenderer],
+) -> None:
+    renderer = renderers["soft"]
+    renderer.sample_distance = 0.5
+    inputs = SceneInputs.of(VIEW, tf_of(random_opacity(0.5)))
+    windows = np.array([[0, 7, 0, 14], [7, 14, 4, 12]])
+    together = renderer.squared_changes(inputs, SIZE, windows, EDITS)
+    alone = [renderer.squared_changes(inputs, SIZE, windows, edit[None])[0] for edit in EDITS]
+    np.testing.assert_allclose(together, alone, rtol=1e-4)
+    gradients, energies = renderer.differentiate(inputs, SIZE, windows)
+    gradient, energy = renderer.differentiate_together(inputs, SIZE, windows)
+    np.testing.assert_allclose(gradients.sum(axis=0), gradient, rtol=1e-5, atol=1e-6)
+    assert energies.sum() == pytest.approx(energy)
