@@ -89,9 +89,10 @@ def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
         model: Path | None = Path("model"),
         store: TransferFunctionStore | None = None,
         size: str = "generator",
+        **choices: str,
     ) -> MainWindow:
         window = MainWindow(builders.make(), store)
-        window.workspace.reference.choose(size=size)
+        window.workspace.reference.choose(size=size, **choices)
         qtbot.addWidget(window)
         # Real engines start processes, on machines that may be busy.
         with qtbot.waitSignal(window.workspace.settled, timeout=1000 * PATIENCE_S):

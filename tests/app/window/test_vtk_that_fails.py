@@ -43,8 +43,10 @@ def fail(*_: object, **__: object) -> None:
 
 
 def by_the_ray_caster(window: MainWindow, inputs: SceneInputs) -> np.ndarray:
-    lighting = window.workspace.reference.settings.lighting
-    renderer = RaycastRenderer(make_volume(), lighting)
+    settings = window.workspace.reference.settings
+    renderer = RaycastRenderer(
+        make_volume(), settings.lighting, sample_distance=settings.smooth_distance
+    )
     image = renderer.render(inputs, Raster(CHOICE.width, CHOICE.height))
     renderer.close()
     return image
@@ -63,7 +65,7 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
         monkeypatch.setattr(VtkRenderer, "render", fail)
     else:
         monkeypatch.setattr(vtk_renderer, "offscreen_window", fail)
-    window = make_window(model=None)
+    window = make_window(model=None, lighting="direct")
     assert window.reference.client.error is None
     assert "out of memory" in window.reference.detail
     assert "the ray caster draws instead" in window.reference.detail
@@ -85,7 +87,7 @@ def test_what_nothing_draws_is_not_saved(
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
 ) -> None:
-    window = make_window(model=None)
+    window = make_window(model=None, lighting="direct")
     monkeypatch.setattr(VtkRenderer, "render", fail)
     monkeypatch.setattr(RaycastRenderer, "render", fail)
     window.pictures.draw(CHOICE, tmp_path / "picture.png")
@@ -101,7 +103,7 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
 ) -> None:
     monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
     monkeypatch.setattr(fallback, "has_kernels", lambda: True)
-    window = make_window(model=None)
+    window = make_window(model=None, lighting="direct")
     client, choose = window.reference.client, window.workspace.reference.choose
     assert client.description == "ray caster" and "llvmpipe" in client.remark
     assert "llvmpipe" in window.reference.caption.toolTip()
@@ -110,7 +112,6 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
         ({"drawing": "vtk"}, "VTK"),
         ({"drawing": "raycast"}, "ray caster"),
         ({"drawing": "auto"}, "ray caster"),
-        ({"lighting": "direct"}, "ray caster"),
         # VTK does not draw this light, with or without a graphics card.
         ({"lighting": "soft"}, "ray caster"),
     ):
