@@ -96,7 +96,7 @@ CANVAS = "#000000"
 TEXT_PIXELS, SMALL_PIXELS = 13, 12
 """Height of text, and of captions, chips and the status line."""
 
-BACKGROUND = PANEL = FIELD = PLOT = VOXELS = BORDER = PRESSED = ""
+BACKGROUND = PANEL = FIELD = PLOT = VOXELS = BORDER = ""
 TEXT = DIM_TEXT = FAINT_TEXT = CURVE = ""
 ACCENT = CHANGE = VISIBLE = WARNING = ERROR = ""
 
@@ -110,7 +110,6 @@ def _use(colors: Colors) -> None:
         PLOT=colors.plot,
         VOXELS=colors.voxels,
         BORDER=colors.line,
-        PRESSED=colors.pressed,
         TEXT=colors.text,
         DIM_TEXT=colors.dim,
         FAINT_TEXT=colors.disabled,

@@ -206,15 +206,6 @@ JsonFile = Annotated[
         callback=values.output(".json"),
     ),
 ]
-PlotFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--plot",
-        metavar="OUT.png",
-        help="Also draw it: speed against accuracy, or time over size.",
-        callback=values.output(".png"),
-    ),
-]
 StoreFolder = Annotated[
     Path | None,
     typer.Option(

@@ -24,10 +24,17 @@ def region_responses(
     width: float,
     measure: Measure = "signed",
 ) -> NDArray[np.float32]:
-    """Response of a region to smooth edits around each scalar value.
+    """Response (256,) of a region to smooth edits around each scalar value, per unit of opacity.
 
-    Parameters and results are those of :func:`model.sensitivity.differences.region_responses`;
-    edits may also be narrower than a bin.
+    Parameters
+    ----------
+    size : int or Raster
+        Width and height of the image in pixels, or the pixels of a wider one.
+    width : float
+        Standard deviation of the edits in bins.
+    measure : {"signed", "change"}
+        Change of the l2 norm of the region's colours (paper, Eq. 11), which is 0 for a black
+        region, or the l2 norm of their change.
     """
     if measure == "change":
         return exact.change_norms(renderer, inputs, size, region, width)

@@ -12,7 +12,6 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Outline, Region, windows_of
 from model.scene.tf_perturbation import spaced_edits
 from model.scene.volume import Volume
-from model.sensitivity import differences
 from model.sensitivity.exact import change_norms, region_sensitivity
 
 SIZE = 16
@@ -24,9 +23,6 @@ def test_a_black_region_may_change_though_its_brightness_has_no_derivative() -> 
     nothing = SceneInputs.of(VIEW, tf_of(np.zeros(256)))
     assert not region_sensitivity(renderer, nothing, SIZE, REGION).any()
     assert change_norms(renderer, nothing, SIZE, REGION, 6.0).max() > 0
-    found = differences.region_responses(renderer, nothing, SIZE, REGION, 6.0, "change")
-    exact = change_norms(renderer, nothing, SIZE, REGION, 6.0)
-    assert np.abs(found - exact).max() < 0.1 * exact.max()
     renderer.close()
 
 
