@@ -13,7 +13,7 @@ from model.rendering.path_tracing.random_numbers import following, hashed, numbe
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.path_tracing.tracking import track
 from model.rendering.raster import Raster
-from model.rendering.raycast.batch import stack_batch
+from model.rendering.raycast.batch import BATCH, stack_batch
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.rays import make_ray
 from model.rendering.raycast.tables import opacity_table
@@ -46,7 +46,7 @@ def numbers(states):
 @numba.njit
 def collide(medium, alphas, camera, step, size, target):
     """Collide along the ray through the middle of an image."""
-    levels, staging, _ = stack_batch(medium.voxels)
+    levels, staging = stack_batch(medium.voxels, BATCH)
     ray, _ = make_ray(camera, step, size // 2, size // 2, size)
     targets, order = np.full(1, target, np.float32), np.zeros(1, np.int32)
     hits, places = np.empty(1, np.int32), np.empty(1, np.float32)
