@@ -16,7 +16,7 @@ from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtGui import QFontDatabase, QIcon
 from PySide6.QtWidgets import QApplication
 
-from app.engines.engines import REAL_BUILDERS, Builders, GeneratorSettings
+from app.engines.engines import REAL_BUILDERS, Builders
 from app.figures.picture import save_image
 from app.state.preferences import Preferences, PreferencesStore
 from app.state.transfer_function_keeper import TransferFunctionStore
@@ -35,7 +35,7 @@ _SIGNAL_TICK_MS = 200
 
 def run_window(
     start: WindowStart,
-    settings: GeneratorSettings,
+    device: str,
     screenshot: Path | None,
     builders: Builders = REAL_BUILDERS,
 ) -> int:
@@ -45,8 +45,8 @@ def run_window(
     ----------
     start : WindowStart
         What is opened and shown.
-    settings : GeneratorSettings
-        Device, backend and precision of the generator.
+    device : str
+        Of the generator: "auto", "cpu" or "cuda".
     screenshot : Path or None
         If given, the window is opened off screen, saved to this PNG file once both
         images are final, and closed.
@@ -78,7 +78,7 @@ def run_window(
     application.styleHints().colorSchemeChanged.connect(
         lambda _scheme: apply_theme(application, preferences.value("theme"))
     )
-    window = MainWindow(builders, store, settings, preferences)
+    window = MainWindow(builders, store, device, preferences)
     if start.size is not None:
         window.resize(*start.size)
     _open(window, start)

@@ -58,7 +58,6 @@ def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int
     import gc
 
     from app.cli.outputs import make_room_for
-    from app.engines.engines import GeneratorSettings
     from app.quick_imports import leave_sources_unread
 
     leave_sources_unread()
@@ -69,6 +68,6 @@ def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int
 
         if screenshot is not None:
             make_room_for(screenshot)
-        return run_window(start, GeneratorSettings(device), screenshot)
+        return run_window(start, device, screenshot)
     finally:
         gc.enable()

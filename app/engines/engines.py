@@ -46,7 +46,7 @@ from model.scene.volume import Volume
 if TYPE_CHECKING:
     from model.generator.generator import Generator
     from model.latent.latent_space import LatentSpace
-    from model.networks.names import BackendChoice, BackendName, PrecisionChoice
+    from model.networks.names import BackendName
     from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
 
@@ -100,27 +100,6 @@ class ReferenceSettings:
 
 
 @dataclass(frozen=True)
-class GeneratorSettings:
-    """Device, backend and precision of generators.
-
-    Attributes
-    ----------
-    device : str
-        "auto", "cpu" or "cuda".
-    backend : {"eager", "openvino", "auto"}
-    precision : {"float32", "bfloat16", "auto"}
-        See :meth:`model.generator.generator.Generator.load`.
-    """
-
-    device: str = "auto"
-    backend: BackendChoice = "auto"
-    precision: PrecisionChoice = "auto"
-
-
-FASTEST = GeneratorSettings()
-
-
-@dataclass(frozen=True)
 class Builders:
     """Functions that read volumes and build engines; tests replace them by fakes.
 
@@ -133,7 +112,7 @@ class Builders:
 
     read_volume: Callable[..., Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
-    generator: Callable[[Path, GeneratorSettings], Engine]
+    generator: Callable[[Path, str], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
     is_compiled: Callable[[], bool] = lambda: True
@@ -284,12 +263,10 @@ def _some_inputs(volume: Volume) -> SceneInputs:
     return SceneInputs(View(), OpacityTF((lo, hi), (mode,), scale=volume.scale), colors)
 
 
-def _generator_engine(folder: Path, settings: GeneratorSettings) -> Engine:
+def _generator_engine(folder: Path, device: str) -> Engine:
     from model.generator.generator import Generator
 
-    return GeneratorEngine(
-        Generator.load(folder, settings.device, settings.backend, settings.precision)
-    )
+    return GeneratorEngine(Generator.load(folder, device, fastest=True))
 
 
 def _latent_space(

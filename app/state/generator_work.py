@@ -9,7 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import EngineClient
-from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
+from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
@@ -66,13 +66,13 @@ class GeneratorWork(QObject):
         self,
         client: EngineClient,
         builders: Builders,
-        settings: GeneratorSettings,
+        device: str,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._client = client
         self._builders = builders
-        self._settings = settings
+        self._device = device
         self.folder: Path | None = None
         self.scene: Scene | None = None
         self.draws_codes = False
@@ -131,7 +131,7 @@ class GeneratorWork(QObject):
             if self._path_scene is not None:
                 build = partial(self._builders.reference, *self._path_scene)
             else:
-                build = partial(self._builders.generator, self.folder, self._settings)
+                build = partial(self._builders.generator, self.folder, self._device)
             self._client.start(build, LOADING)
 
     def follow_light(self, opened: OpenedVolume | None, settings: ReferenceSettings) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.client import Channel, EngineClient
-from app.engines.engines import Builders, GeneratorSettings
+from app.engines.engines import Builders
 from app.state.brightness import Brightness
 from app.state.dispatcher import Dispatcher
 from app.state.exactness import STOPS
@@ -53,8 +53,8 @@ class Workspace(QObject):
         Storage of every volume's TF between runs; None for none.
     preferences : Preferences
         What is remembered of volumes, models and choices.
-    generator_settings : GeneratorSettings
-        Device, backend and precision of generators.
+    device : str
+        Of generators: "auto", "cpu" or "cuda".
     """
 
     volumeOpened = Signal(object)
@@ -88,7 +88,7 @@ class Workspace(QObject):
         builders: Builders,
         store: TransferFunctionStore | None,
         preferences: Preferences,
-        generator_settings: GeneratorSettings,
+        device: str,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
@@ -99,7 +99,7 @@ class Workspace(QObject):
         self.library = Library(preferences)
         self._keeper = TransferFunctionKeeper(store, self)
         self._keeper.problem.connect(self.problem)
-        self.model = GeneratorWork(generator, builders, generator_settings, self)
+        self.model = GeneratorWork(generator, builders, device, self)
         self._order = StartOrder(generator, reference, stand_in, self.model, self)
         self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
         self.sensitivity = SensitivityDispatcher(

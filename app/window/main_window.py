@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from app.controls import order_focus
 from app.engines.client import Channel, EngineClient
-from app.engines.engines import FASTEST, REAL_BUILDERS, Builders, GeneratorSettings
+from app.engines.engines import REAL_BUILDERS, Builders
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.exactness_slider import ExactnessSlider
@@ -83,8 +83,8 @@ class MainWindow(QMainWindow):
         Functions that read volumes and build engines.
     store : TransferFunctionStore or None
         Storage of every volume's TF between runs; None for none.
-    settings : GeneratorSettings
-        Device, backend and precision of generators.
+    device : str
+        Of generators: "auto", "cpu" or "cuda".
     preferences : Preferences or None
         What is remembered between runs; None for nothing.
     """
@@ -93,7 +93,7 @@ class MainWindow(QMainWindow):
         self,
         builders: Builders = REAL_BUILDERS,
         store: TransferFunctionStore | None = None,
-        settings: GeneratorSettings = FASTEST,
+        device: str = "auto",
         preferences: Preferences | None = None,
     ) -> None:
         super().__init__()
@@ -124,7 +124,7 @@ class MainWindow(QMainWindow):
             builders,
             store,
             self.preferences,
-            settings,
+            device,
             self,
         )
         self.browser = LatentBrowser(self.state, self.workspace.latent, self.reference, self.editor)

@@ -87,7 +87,7 @@ def run_evaluation(
         When the model, its samples or its volume cannot be had.
     """
     # By the backend that the window draws with: its images are what users see.
-    generator = Generator.load(job.model, job.device, "auto", "auto")
+    generator = Generator.load(job.model, job.device, fastest=True)
     # Before anything is measured: what is missing had better be said first.
     volume = _volume(job, generator, on_note)
     if job.store is not None:

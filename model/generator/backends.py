@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from model.errors import DeviceError, missing
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.names import BackendChoice, BackendName, Precision, PrecisionChoice
+from model.networks.names import BackendName, Precision
 
 Decode = Callable[..., tuple[Tensor, Tensor]]
 """A function with the signature of :meth:`GeneratorNetwork.decode`."""
@@ -92,32 +92,13 @@ def _knows_bfloat16() -> bool:
     return "BF16" in _openvino_core().get_property("CPU", "OPTIMIZATION_CAPABILITIES")
 
 
-def choose_backends(
-    name: BackendChoice, precision: PrecisionChoice, device: torch.device
-) -> list[Backend]:
-    """Return the backend of a name, or for "auto" all candidates worth timing here.
+def candidates(device: torch.device) -> list[Backend]:
+    """Return the backends that can be used here, torch last.
 
-    Parameters
-    ----------
-    name : {"eager", "openvino", "auto"}
-    precision : {"auto", "float32", "bfloat16"}
-        "auto" may take bfloat16 of OpenVINO, which rounds images by some 1/255: a network's own
-        error is many times that.
-
-    Returns
-    -------
-    list of Backend
-        At least one; for "auto", torch in float32 last.
+    OpenVINO's bfloat16 rounds images by some 1/255: a network's own error is many times that.
     """
-    digits: Precision = "bfloat16" if precision == "bfloat16" else "float32"
-    eager = Backend("eager", digits)
-    if name == EAGER.name:
-        return [eager]
-    exact, rounded = Backend("openvino", digits), Backend("openvino", "bfloat16")
-    offered = [rounded, exact] if precision == "auto" else [exact]
-    there = [backend for backend in offered if obstacle(backend, device) is None]
-    # What is asked for and cannot be had is said when it is made; a rounded one is only an offer.
-    return [*there, eager] if name == "auto" else there or [exact]
+    offered = Backend("openvino", "bfloat16"), Backend("openvino"), EAGER
+    return [backend for backend in offered if obstacle(backend, device) is None]
 
 
 def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Decode:
@@ -135,10 +116,10 @@ def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.devic
     """
     trouble = obstacle(backend, device)
     if trouble is not None:
-        raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}; or choose eager.")
+        raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}.")
     if backend.name == "openvino":
         return _ForEachSize(lambda *inputs: _openvino(network, backend.precision, inputs))
-    return _rounded(network.decode, device) if backend.precision == "bfloat16" else network.decode
+    return network.decode
 
 
 class _Decoding(nn.Module):
@@ -211,14 +192,3 @@ def _openvino(
         return list(compiled(arrays).values())
 
     return run
-
-
-def _rounded(decode: Decode, device: torch.device) -> Decode:
-    """Return a decoder that runs under torch's autocast to bfloat16."""
-
-    def rounded(*features: Tensor) -> tuple[Tensor, Tensor]:
-        with torch.autocast(device.type, torch.bfloat16):
-            image, opacity = decode(*features)
-        return image.float(), opacity.float()
-
-    return rounded

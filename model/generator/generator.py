@@ -15,8 +15,8 @@ from torch import Tensor
 from torch.nn.functional import interpolate
 
 from model.devices import choose_device
-from model.errors import DeviceError, LatentError, first_line
-from model.generator.backends import EAGER, Backend, choose_backends, library_version, make_decode
+from model.errors import LatentError
+from model.generator.backends import EAGER, Backend, candidates, library_version, make_decode
 from model.generator.panning import panned
 from model.measurements import keep, kept
 from model.networks.blocks import place
@@ -24,7 +24,6 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import load_model
 from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.names import BackendChoice, PrecisionChoice
 from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
@@ -68,40 +67,30 @@ class Generator:
         self._decode = make_decode(self.network, backend, device)
 
     @classmethod
-    def load(
-        cls,
-        folder: Path,
-        device: str = "auto",
-        backend: BackendChoice = "eager",
-        precision: PrecisionChoice = "float32",
-    ) -> Generator:
+    def load(cls, folder: Path, device: str = "auto", fastest: bool = False) -> Generator:
         """Load a model folder.
 
         Parameters
         ----------
         device : {"auto", "cpu", "cuda"}
             "auto" uses the GPU if there is one.
-        backend : {"eager", "openvino", "auto"}
-            "auto" chooses the fastest on this machine, which is measured when a
-            network of this size is first loaded, and then cached.
-        precision : {"auto", "float32", "bfloat16"}
-            "auto" also tries OpenVINO's bfloat16: a network's own error is many times
-            what is rounded.
+        fastest : bool
+            Whether the fastest backend on this machine draws, which is measured when a
+            network of this size is first loaded, and then cached; else torch does.
 
         Raises
         ------
         CheckpointError
             When the folder holds no valid model.
         DeviceError
-            When the device or the backend is unavailable.
+            When the device is unavailable.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
-        by = choose_backends(backend, precision, chosen)
+        by = candidates(chosen) if fastest else [EAGER]
         about = {
             "size": asdict(card.size),
             "device": chosen.type,
-            "precision": precision,
             "candidates": [(candidate.text, library_version(candidate)) for candidate in by],
         }
         remembered = kept(NAME, about) if len(by) > 1 else None
@@ -114,20 +103,14 @@ class Generator:
                 return generator
             try:
                 seconds[generator] = generator._time_drawing()
-            except Exception as error:
-                if backend != "auto":
-                    raise DeviceError(
-                        f"The backend '{candidate.name}' cannot draw this model "
-                        f"({first_line(error)}); choose another.",
-                        backend="auto",
-                    ) from error
+            except Exception:
                 logger.warning("%s: %s cannot draw it.", folder, candidate.name, exc_info=True)
                 continue
-            if len(by) == 1 or candidate.text == remembered:
+            if candidate.text == remembered:
                 return generator
-        fastest = min(seconds, key=seconds.__getitem__)
-        keep(NAME, about, fastest.backend.text)
-        return fastest
+        quickest = min(seconds, key=seconds.__getitem__)
+        keep(NAME, about, quickest.backend.text)
+        return quickest
 
     @torch.inference_mode()
     def _draw_once(self) -> tuple[Tensor, ...]:

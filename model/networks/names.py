@@ -12,7 +12,6 @@ DeviceChoice = Literal["auto", "cpu", "cuda"]
 """Devices that networks run on; see :func:`model.devices.choose_device`."""
 
 BackendName = Literal["eager", "openvino"]
-BackendChoice = Literal["eager", "openvino", "auto"]
 """Libraries that draw a generator's images; see :mod:`model.generator.backends`."""
 
 Precision = Literal["float32", "bfloat16"]

@@ -18,7 +18,6 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from window_fakes import FakeBuilders
 
-from app.engines.engines import GeneratorSettings
 from app.state.preferences import Preferences, PreferencesStore
 from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
@@ -31,7 +30,7 @@ def main(folder: Path, seed: int) -> None:
     application = QApplication([])
     store = TransferFunctionStore(folder / "transfer_functions")
     preferences = Preferences(PreferencesStore(folder / "preferences.json"))
-    window = MainWindow(FakeBuilders().make(), store, GeneratorSettings(), preferences)
+    window = MainWindow(FakeBuilders().make(), store, "auto", preferences)
     window.workspace.reading.open(Path("ramp.nrrd"))
     window.show()
     rng = random.Random(seed)

@@ -15,7 +15,6 @@ from ramp import make_tf
 from window_fakes import FakeBuilders, red_of
 
 from app import launch
-from app.engines.engines import FASTEST
 from app.launch import run_window
 from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.window_start import WindowStart
@@ -29,7 +28,7 @@ START = WindowStart(Path("ramp"), Path("model"))
 
 def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) -> None:
     path = tmp_path / "window.png"
-    code = run_window(START, FASTEST, path, builders.make())
+    code = run_window(START, "auto", path, builders.make())
     image = QImage(str(path))
     assert code == 0
     assert (image.width(), image.height()) == (1440, 900)
@@ -51,7 +50,7 @@ def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path)
         Path("ramp"), Path("model"), tf=tmp_path / "tf.json", view=view, size=(1400, 900)
     )
     path = tmp_path / "window.png"
-    assert run_window(start, FASTEST, path, builders.make()) == 0
+    assert run_window(start, "auto", path, builders.make()) == 0
     image = QImage(str(path))
     assert (image.width(), image.height()) == (1400, 900)
     for engine in (builders.generators[0], builders.references[0]):
@@ -62,7 +61,7 @@ def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path)
 def test_a_light_is_proposed(builders: FakeBuilders, tmp_path: Path) -> None:
     for proposed, lighting in ((None, "soft"), ("path", "path")):
         start = WindowStart(Path("ramp"), proposed=proposed)
-        assert run_window(start, FASTEST, tmp_path / "window.png", builders.make()) == 0
+        assert run_window(start, "auto", tmp_path / "window.png", builders.make()) == 0
         assert builders.settings[-1].lighting == lighting
         assert (tmp_path / "window.png").exists()
 
@@ -78,7 +77,7 @@ def test_an_error_is_in_the_picture_and_printed(
     if broken == "model":
         builders.generator_error = CheckpointError("model: the weights are truncated.")
     volume = Path("gone" if broken == "volume" else "ramp")
-    assert run_window(WindowStart(volume, Path("model")), FASTEST, path, builders.make()) == 2
+    assert run_window(WindowStart(volume, Path("model")), "auto", path, builders.make()) == 2
     assert path.exists()
     printed = capsys.readouterr().err.splitlines()
     expected = {
@@ -92,7 +91,7 @@ def test_a_screenshot_that_cannot_be_written_is_told(
     builders: FakeBuilders, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "missing" / "window.png"
-    assert run_window(WindowStart(Path("ramp")), FASTEST, path, builders.make()) == 2
+    assert run_window(WindowStart(Path("ramp")), "auto", path, builders.make()) == 2
     assert str(path) in capsys.readouterr().err
 
 
@@ -105,7 +104,7 @@ def test_without_a_display_one_sentence_names_the_way_out(
     monkeypatch.setattr("sys.platform", "linux")
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(variable, raising=False)
-    assert run_window(WindowStart(Path("ramp")), FASTEST, None, builders.make()) == 2
+    assert run_window(WindowStart(Path("ramp")), "auto", None, builders.make()) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--screenshot" in line
 
@@ -123,7 +122,7 @@ def test_control_c_closes_the_window(
         os.kill(os.getpid(), signal.SIGINT)
 
     QTimer.singleShot(0, interrupt)
-    assert run_window(WindowStart(Path("ramp")), FASTEST, None, builders.make()) == 0
+    assert run_window(WindowStart(Path("ramp")), "auto", None, builders.make()) == 0
     assert opened == [True]
     assert signal.getsignal(signal.SIGINT) is before
 
@@ -145,7 +144,7 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
 
     helper = threading.Thread(target=load_after_the_screenshot)
     helper.start()
-    assert run_window(START, FASTEST, path, builders.make()) == 2
+    assert run_window(START, "auto", path, builders.make()) == 2
     helper.join()
     assert "before both images" in capsys.readouterr().err
 

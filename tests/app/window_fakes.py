@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
-from app.engines.engines import Builders, GeneratorSettings, ReferenceSettings
+from app.engines.engines import Builders, ReferenceSettings
 from app.engines.quality import Quality
 from app.engines.requests import (
     UNWATCHED,
@@ -237,7 +237,7 @@ class FakeBuilders:
         self.analysts.append(FakeEngine())
         return self.analysts[-1]
 
-    def generator(self, folder: Path, settings: GeneratorSettings) -> Engine:
+    def generator(self, folder: Path, device: str) -> Engine:
         if self.loading is not None:
             assert self.loading.wait(PATIENCE_S)
         if self.generator_error is not None:

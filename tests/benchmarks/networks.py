@@ -50,8 +50,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         features = network.features(inputs)
         truth, *_ = network.decode(*features)
         first = None
-        for precision in ("float32", "bfloat16"):
-            for name in asked.backend or backends:
+        for name in asked.backend or backends:
+            for precision in ("float32", "bfloat16") if name == "openvino" else ("float32",):
                 backend = Backend(name, precision)
                 why = obstacle(backend, device)
                 if why is not None:

@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         folder = model_for(volume)
         if folder is not None:
             # Derivatives go through torch, so the images are torch's, too.
-            generator = Generator.load(folder, "auto", "eager")
+            generator = Generator.load(folder, "auto")
             own = [
                 draw_sample(generator.scene, asked.seed, "holdout", i) for i in range(asked.count)
             ]

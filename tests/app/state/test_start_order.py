@@ -11,7 +11,6 @@ from window_fakes import FakeBuilders, FakeEngine, make_request
 
 import app.state.start_order as start_order
 from app.engines.client import Channel, EngineClient
-from app.engines.engines import FASTEST
 from app.engines.requests import ImageRequest
 from app.engines.states import EngineState
 from app.state.generator_work import GeneratorWork
@@ -26,7 +25,7 @@ class Start:
         names = "generator", "reference", "analyst"
         self.generator, self.reference, self.analyst = (EngineClient(name) for name in names)
         self.model = GeneratorWork(
-            self.generator, self.builders.make(), FASTEST, parent=self.generator
+            self.generator, self.builders.make(), "auto", parent=self.generator
         )
         self.stand_in = Channel(self.analyst, "stand-in", self.analyst)
         self.order = StartOrder(

@@ -13,7 +13,7 @@ from model.generator.backends import (
     EAGER,
     TOGETHER,
     Backend,
-    choose_backends,
+    candidates,
     make_decode,
     obstacle,
 )
@@ -24,7 +24,6 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.names import BackendName
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 
@@ -80,13 +79,12 @@ def test_openvino_draws_what_torch_draws(scene: Scene) -> None:
     assert built == [1, TOGETHER]
 
 
-@pytest.mark.parametrize("name", ["eager", "openvino"])
-def test_bfloat16_is_near(name: BackendName, scene: Scene) -> None:
+def test_bfloat16_is_near(scene: Scene) -> None:
     network = network_of(scene)
     inputs = inputs_of(network, 1)
     with torch.inference_mode():
         exact, *_ = network.decode(*inputs)
-        rounded, *_ = make_decode(network, usable(Backend(name, "bfloat16")), CPU)(*inputs)
+        rounded, *_ = make_decode(network, usable(Backend("openvino", "bfloat16")), CPU)(*inputs)
     assert 1e-4 < (rounded - exact).abs().max() < 0.1
 
 
@@ -96,12 +94,9 @@ def test_bfloat16_is_a_candidate_where_the_processor_knows_it(
     monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: True)
     monkeypatch.setattr("model.errors.find_spec", lambda name: name == "openvino" or None)
     exact, rounded = Backend("openvino"), Backend("openvino", "bfloat16")
-    assert choose_backends("auto", "auto", CPU) == [rounded, exact, EAGER]
-    assert choose_backends("openvino", "auto", CPU) == [rounded, exact]
-    assert choose_backends("auto", "float32", CPU) == [exact, EAGER]
-    assert choose_backends("eager", "auto", CPU) == [EAGER]
+    assert candidates(CPU) == [rounded, exact, EAGER]
     monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: False)
-    assert choose_backends("auto", "auto", CPU) == [exact, EAGER]
+    assert candidates(CPU) == [exact, EAGER]
     assert "no bfloat16" in str(obstacle(rounded, CPU))
     assert (exact.text, rounded.text) == ("openvino", "openvino bfloat16")
 
@@ -121,18 +116,18 @@ def test_images_are_drawn_in_bfloat16_where_that_is_faster(
         lambda self: 1.0 if self.backend.precision == "bfloat16" else 2.0,
     )
     for _ in ("measured", "remembered"):
-        loaded = Generator.load(tmp_path / "model", "cpu", "auto", "auto")
+        loaded = Generator.load(tmp_path / "model", "cpu", fastest=True)
         assert loaded.backend == Backend("openvino", "bfloat16")
-    assert Generator.load(tmp_path / "model", "cpu", "auto").backend == Backend("openvino")
+    assert Generator.load(tmp_path / "model", "cpu").backend == EAGER
 
 
 def test_a_library_that_is_not_installed_is_named(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("model.errors.find_spec", lambda name: None)
-    with pytest.raises(DeviceError, match=r"pip install openvino; or choose eager"):
+    with pytest.raises(DeviceError, match=r"pip install openvino"):
         make_decode(network_of(scene), Backend("openvino"), CPU)
-    assert choose_backends("auto", "float32", CPU) == [EAGER]
+    assert candidates(CPU) == [EAGER]
 
 
 @pytest.fixture
@@ -153,11 +148,9 @@ def test_where_the_fastest_fails_torch_draws(
 
     monkeypatch.setattr("model.generator.backends._openvino", broken)
     monkeypatch.setattr("model.generator.generator.kept", lambda name, about: "openvino")
-    generator = Generator.load(folder, "cpu", "auto")
+    generator = Generator.load(folder, "cpu", fastest=True)
     assert generator.backend == EAGER
     assert "openvino cannot" in caplog.text
-    with pytest.raises(DeviceError, match=r"'openvino' cannot draw this model \(made up\)"):
-        Generator.load(folder, "cpu", "openvino")
 
 
 def test_the_fastest_backend_is_measured_once(
@@ -173,17 +166,16 @@ def test_the_fastest_backend_is_measured_once(
         return {"eager": 1.0, "openvino": 2.0}[generator.backend.name]
 
     monkeypatch.setattr(Generator, "_time_drawing", seconds)
-    assert Generator.load(folder, "cpu", "auto").backend == EAGER
-    assert timed == choose_backends("auto", "float32", CPU)
-    assert Generator.load(folder, "cpu", "auto").backend == EAGER
-    assert timed == choose_backends("auto", "float32", CPU)
+    assert Generator.load(folder, "cpu", fastest=True).backend == EAGER
+    assert timed == candidates(CPU)
+    assert Generator.load(folder, "cpu", fastest=True).backend == EAGER
+    assert timed == candidates(CPU)
 
 
 DROPPED = """
 import gc, signal, sys
 sys.path[:0] = ["tests/model", "tests/model/generator"]
 from blobs import blobs
-from model.networks.names import BackendName
 from model.generator.backends import Backend, make_decode
 from model.scene.scene import Scene
 from test_backends import CPU, inputs_of, network_of
