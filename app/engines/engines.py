@@ -33,7 +33,7 @@ from app.engines.requests import (
 )
 from model.errors import NotOfferedError
 from model.kernel_cache import has_kernels
-from model.rendering.setting import smooth_distance
+from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
@@ -72,7 +72,7 @@ class ReferenceSettings:
     light : LightDirection or None
     sample_distance : float
         Sample distance of VTK's final images and of derivatives, in voxels; see
-        :func:`model.rendering.setting.smooth_distance` for the ray caster's.
+        :func:`model.rendering.renderer.smooth_distance` for the ray caster's.
     renderer : "auto" or a renderer's name
         "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
     denoises : bool

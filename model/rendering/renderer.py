@@ -13,6 +13,9 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
 from model.scene.volume import Volume
 
+SMOOTH = 5
+"""Samples of the ray caster's final pictures for each one of VTK's."""
+
 
 class Renderer(Protocol):
     """Renders images of one volume under one lighting.
@@ -77,3 +80,19 @@ def open_renderer(
     from model.rendering.raycast.renderer import RaycastRenderer
 
     return RaycastRenderer(volume, lighting, light, sample_distance, threads=threads)
+
+
+def smooth_distance(distance: float, lighting: Lighting) -> float:
+    """Return the sample distance of the ray caster's final pictures, in voxels.
+
+    Thin layers of a TF show rings where samples are half a voxel apart, in VTK's pictures, too.
+    The ray caster's can do without, as close samples take little time.
+
+    Parameters
+    ----------
+    distance : float
+        Of VTK's pictures of the scene, of models' training images and of derivatives.
+    lighting : {"none", "direct", "soft", "path"}
+        Paths have no steps: it is kept.
+    """
+    return distance if lighting == "path" else distance / SMOOTH

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.setting import Setting, smooth_distance
+from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
@@ -93,8 +93,7 @@ def test_rings_go_under_all_lights(lighting: Lighting) -> None:
     volume = Volume(waves((42, 52, 36)))
     renderer = RaycastRenderer(volume, lighting, threads=1)
     inputs = SceneInputs(VIEWS[0], SHEETS, RAINBOW)
-    exact = Setting.exact(lighting)
-    truth = renderer.render(inputs, 48, exact.sample_distance)
+    truth = renderer.render(inputs, 48, 1 / 64)
     usual = rmse(renderer.render(inputs, 48), truth)
     assert rmse(renderer.render(inputs, 48, smooth_distance(0.5, lighting)), truth) < 0.3 * usual
 
