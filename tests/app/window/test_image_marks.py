@@ -5,10 +5,8 @@ import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QRect
 from PySide6.QtGui import QColor, QImage, QPainter
-from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
-from app.image_view.image_canvas import ImageCanvas
 from app.window.image_marks import paint_legend
 
 
@@ -62,15 +60,3 @@ def test_it_is_scaled_with_the_picture() -> None:
 def test_units_are_written_and_tiny_images_stay_free() -> None:
     assert (painted(400, units="K") != painted(400, units="")).any()
     assert not painted(100).any()
-
-
-def test_a_canvas_is_decorated_with_it(qtbot: QtBot) -> None:
-    canvas = ImageCanvas()
-    qtbot.addWidget(canvas)
-    canvas.resize(300, 300)
-    image = QImage(10, 10, QImage.Format.Format_RGB888)
-    image.fill(QColor("black"))
-    canvas.show_image(image)
-    before = canvas.grab().toImage()
-    canvas.add_decoration(lambda painter, rect: paint_legend(painter, rect, make_tf(), "K"))
-    assert canvas.grab().toImage() != before

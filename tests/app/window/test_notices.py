@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QObject, QPoint, Qt, Signal
-from PySide6.QtWidgets import QApplication, QPushButton, QToolButton, QVBoxLayout, QWidget
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app import controls
@@ -60,13 +60,6 @@ def test_of_many_notices_the_newest_are_shown(qtbot: QtBot, bar: Notices) -> Non
     assert not bar.dismiss_newest()
 
 
-def test_an_error_is_marked(bar: Notices) -> None:
-    bar.tell("It failed.", tone="error")
-    bar.tell("It is found.")
-    assert [line.property("tone") for line in bar._lines] == ["plain", "error"]
-    assert bar._lines[1].accessibleName() == "Error: It failed."
-
-
 def test_a_screen_reader_says_errors_at_once(bar: Notices, monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[tuple[str, str]] = []
     monkeypatch.setattr(
@@ -77,6 +70,8 @@ def test_a_screen_reader_says_errors_at_once(bar: Notices, monkeypatch: pytest.M
     bar.tell("It is found.")
     bar.tell("It failed.", tone="error")
     assert said == [("It is found.", "Polite"), ("It failed.", "Assertive")]
+    assert [line.property("tone") for line in bar._lines] == ["error", "plain"]
+    assert bar._lines[0].accessibleName() == "Error: It failed."
 
 
 def test_a_notice_replaces_the_one_of_its_key(bar: Notices) -> None:
@@ -118,25 +113,6 @@ def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: Notices) -> None:
     assert bar.text == "two"
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
     assert bar.text == "" and not bar.isVisible()
-
-
-def test_each_notice_has_its_own_dismissal(qtbot: QtBot, bar: Notices) -> None:
-    bar.tell("<b>below</b> & more")
-    bar.tell("above")
-    dismissals = [b for b in bar.findChildren(QToolButton) if b.accessibleName() == "Dismiss"]
-    below = max(dismissals, key=lambda b: b.mapTo(bar, b.rect().topLeft()).y())
-    qtbot.mouseClick(below, Qt.MouseButton.LeftButton)
-    assert bar.text == "above"
-
-
-def test_a_signal_can_tell(bar: Notices) -> None:
-    class Source(QObject):
-        problem = Signal(str)
-
-    source = Source()
-    source.problem.connect(bar.tell)
-    source.problem.emit("broken")
-    assert bar.text == "broken"
 
 
 def test_the_next_button_takes_the_place_of_the_one_that_was_pressed(

@@ -4,7 +4,7 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QColorDialog, QDialog, QLabel, QPushButton
+from PySide6.QtWidgets import QColorDialog, QDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.window.figure import Which
@@ -24,10 +24,6 @@ def choose(dialog: PictureDialog, box_name: str, text: str) -> None:
     row = next(i for i in range(box.count()) if text in box.itemText(i))
     box.setCurrentIndex(row)
     box.activated.emit(row)
-
-
-def test_it_begins_with_what_is_shown(dialog: PictureDialog) -> None:
-    assert dialog.choice() == PictureChoice(960, 720, (0, 0, 0), False)
 
 
 @pytest.mark.parametrize(
@@ -78,11 +74,6 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot: QtBot) -> None:
     assert not dialog.legend_box.isEnabled() and not dialog.background_box.isEnabled()
     choose(dialog, "which_box", "Both")
     assert dialog.legend_box.isEnabled()
-
-
-def test_it_says_where_a_scale_bar_holds(dialog: PictureDialog) -> None:
-    texts = [label.text() for label in dialog.findChildren(QLabel)]
-    assert any("plane through the middle of what is shown" in text for text in texts)
 
 
 def test_backgrounds(dialog: PictureDialog, monkeypatch: pytest.MonkeyPatch) -> None:
