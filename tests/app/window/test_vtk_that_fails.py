@@ -13,6 +13,8 @@ from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
 from app.engines.engines import REAL_BUILDERS
+from app.state import reference_work
+from app.state.slow_lights import SlowLights
 from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice
 from app.window.size_chooser import BLACK
@@ -27,15 +29,24 @@ from model.scene.view import View
 CHOICE = PictureChoice(48, 32, BLACK)
 
 
+class SoftIsSlow(SlowLights):
+    """Finds soft light, which VTK has not, too slow from the start."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found = frozenset({"soft"})
+
+
 @pytest.fixture
 def real_reference(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have the reference drawn in truth, on a machine with a graphics card."""
+    """Have the reference drawn in truth, with a graphics card, where soft light is too slow."""
     # Compiled before a window waits for it.
     renderer = RaycastRenderer(make_volume(), "direct")
     renderer.render(SceneInputs.of(View(), make_tf()), 8)
     renderer.close()
     monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
     monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
+    monkeypatch.setattr(reference_work, "SlowLights", SoftIsSlow)
 
 
 def fail(*_: object, **__: object) -> None:
