@@ -1,7 +1,4 @@
-"""The ray caster as a renderer, with depth, opacity images and exact derivatives.
-
-Above 400 lines, as images and their derivatives share tables, cells and threads.
-"""
+"""The ray caster as a renderer, with depth and exact derivatives."""
 
 from __future__ import annotations
 
@@ -167,10 +164,6 @@ class RaycastRenderer:
         """Render one image with the depth of the first visible sample in each pixel."""
         depth = np.empty((size, size), dtype=np.float32)
         return Frame(self._draw(inputs, size, depth=depth), depth)
-
-    def opacity_image(self, inputs: SceneInputs, size: int) -> NDArray[np.float32]:
-        """Render opacity only, as float32 (size, size) in [0, 1], row 0 at the top."""
-        return np.ascontiguousarray(self._draw(inputs, size, lit=False)[..., 3])
 
     def differentiate(
         self,

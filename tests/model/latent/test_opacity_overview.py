@@ -33,7 +33,7 @@ def test_mean_opacities_are_those_of_the_ray_caster(volume: Volume, view: View) 
     renderer = RaycastRenderer(volume, sample_distance=0.1)
     empty = SceneInputs.of(view, TransferFunction(OpacityTF((0.0, 255.0)), WHITE))
     for opacities, mean in zip(tfs, means, strict=True):
-        expected = renderer.opacity_image(with_opacity(empty, opacities), 16).mean()
+        expected = renderer.render(with_opacity(empty, opacities), 16)[..., 3].mean()
         assert mean == pytest.approx(expected, abs=0.005)
     renderer.close()
 

@@ -126,7 +126,7 @@ def test_the_overview_of_opacities_leaves_them_out():
     samples = BALL_TF.sample(RANGE)[None]
     overview = lengths.overview(samples).opacity[0]
     renderer = RaycastRenderer(volume)
-    expected = renderer.opacity_image(inputs(), OVERVIEW_SIZE).mean()
+    expected = renderer.render(inputs(), OVERVIEW_SIZE)[..., 3].mean()
     renderer.close()
     assert overview == pytest.approx(expected, abs=0.01)
 

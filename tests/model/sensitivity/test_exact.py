@@ -188,7 +188,7 @@ def test_visibility_is_what_each_value_adds_to_the_opacity(
     inputs = SceneInputs.of(VIEW, tf_of(opacity))
     found = visibility(renderer, inputs, SIZE, REGION)
     np.testing.assert_allclose(found, expected[:256] / 90, atol=1e-5)
-    image = renderer.opacity_image(inputs, SIZE)[3:13, 2:11]
+    image = renderer.render(inputs, SIZE)[3:13, 2:11, 3]
     assert found.sum() == pytest.approx(image.mean(), abs=2e-3)
 
 

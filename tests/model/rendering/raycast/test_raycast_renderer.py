@@ -241,15 +241,6 @@ def test_the_depth_of_thin_haze_is_where_it_adds_up_to_one_step_of_8_bits() -> N
     assert np.isinf(renderer.frame(SceneInputs(view, constant(3e-5), WHITE), 9).depth).all()
 
 
-def test_the_opacity_image_is_the_alpha_channel(renderer: RaycastRenderer) -> None:
-    image = renderer.opacity_image(SceneInputs(VIEW, MODES, RAINBOW), 40)
-    assert (image.shape, image.dtype) == ((40, 40), np.float32)
-    np.testing.assert_allclose(
-        image, renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 40)[..., 3], atol=1e-6
-    )
-    assert image.max() > 0.5
-
-
 def test_a_frame_holds_the_same_image(renderer: RaycastRenderer) -> None:
     image = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 40)
     np.testing.assert_allclose(
@@ -316,7 +307,7 @@ def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
 def test_where_a_value_is_visible_adds_up_to_the_opacity() -> None:
     renderer = RaycastRenderer(Volume(255 * field()))
     inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))
-    opacity = renderer.opacity_image(inputs, 24)
+    opacity = renderer.render(inputs, 24)[..., 3]
     bins = np.arange(TF_SAMPLES)
     parts = [
         renderer.value_visibility(inputs, 24, ((bins >= low) & (bins < high)).astype(float))
