@@ -110,10 +110,9 @@ def latent_health(latent: Tensor) -> dict[str, float]:
     Returns
     -------
     dict of float
-        "latent_spread", the largest standard deviation of a dimension;
-        "latent_least", the smallest; and "latent_rank", the effective rank of
-        the codes' covariance (Roy and Vetterli 2007): the exponential of the
-        entropy of its normalized eigenvalues, 1 to latent_dim.
+        "latent_spread", the largest standard deviation of a dimension, and
+        "latent_rank", the effective rank of the codes' covariance (Roy and Vetterli 2007):
+        the exponential of the entropy of its normalized eigenvalues, 1 to latent_dim.
     """
     latent = latent.double()
     deviations = latent.std(dim=0)
@@ -123,7 +122,6 @@ def latent_health(latent: Tensor) -> dict[str, float]:
     entropy = -torch.xlogy(shares, shares).sum()
     return {
         "latent_spread": float(deviations.max()),
-        "latent_least": float(deviations.min()),
         "latent_rank": float(entropy.exp()),
     }
 

@@ -153,11 +153,6 @@ class StreamSource(SampleSource):
             if pool is not None:
                 pool.shutdown(wait=False, cancel_futures=True)
 
-    def wait_until_ahead(self) -> None:
-        """Wait until as many samples are rendered beforehand as there is room for."""
-        if self._ring is not None:
-            self._ring.wait_until_full()
-
     def check(self, batch_size: int) -> None:
         """Do nothing: the supply of samples is unlimited."""
 
@@ -283,18 +278,6 @@ class _Ring:
                 raise self._error
             if self._closed:
                 raise RuntimeError("No more samples are rendered.")
-
-    def wait_until_full(self) -> None:
-        """Wait until all blocks that may be rendered ahead are finished, or none ever will be.
-
-        Raises the error of a rendering thread, if one has failed.
-        """
-        with self._changed:
-            self._changed.wait_for(
-                lambda: self._error or self._closed or self._complete >= self._wanted + self._ahead
-            )
-            if self._error is not None:
-                raise self._error
 
     def next_block(self) -> range | None:
         """Return the next block to render once there is room for it; None when closed."""

@@ -21,7 +21,6 @@ from model.scene.scene import Scene
 from model.scene.volume import Volume
 from model.training.sources import StoredSource
 from model.training.streamed_samples import (
-    AHEAD_BLOCKS,
     FIRST_SAMPLES,
     STAGE_SAMPLES,
     StreamSource,
@@ -131,26 +130,6 @@ def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Sce
     # Those that came after the start and have left the ring again.
     gone = counts[FIRST_SAMPLES : FIRST_SAMPLES + int(batches * size / reuse) - ring]
     assert gone.mean() == pytest.approx(reuse, rel=0.05)
-
-
-def test_one_can_wait_until_nothing_more_is_rendered_ahead(
-    volume: Volume, raycast: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    rendered: list[int] = []
-
-    def render_and_note(*arguments: object) -> SampleBatch:
-        samples = render_samples(*arguments)  # type: ignore[arg-type]
-        rendered.extend(arguments[-1])  # type: ignore[arg-type]
-        return samples
-
-    monkeypatch.setattr("model.training.streamed_samples.render_samples", render_and_note)
-    with stream(volume, raycast, threads=2) as source:
-        batches = source.batches(0, 16, 3, 0)
-        next(batches)
-        source.wait_until_ahead()
-        assert sorted(rendered) == list(range(FIRST_SAMPLES + AHEAD_BLOCKS * BLOCK))
-        batches.close()  # type: ignore[attr-defined]
-        source.wait_until_ahead()
 
 
 def test_a_failing_renderer_ends_the_training(
