@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import llvmlite.binding
 import numba
+from filelock import FileLock, Timeout
 from numba.core import config
+from numba.core.compiler_lock import global_compiler_lock
 
 from model.kernel_cache import kernel_folder
 
@@ -20,6 +24,9 @@ OPTIONS: dict[str, Any] = {
     # All fast-math flags except those that assume no NaN and no infinity.
     "fastmath": {"contract", "reassoc", "nsz", "arcp"},
 }
+
+LONGEST_S = 120.0
+"""Time that another process is given to compile a kernel; then it is compiled here, too."""
 
 
 def _use_cache() -> bool:
@@ -45,8 +52,31 @@ _CACHE = _use_cache()
 
 
 def compiled(function: F) -> F:
-    """Compile a function for the CPU; it releases the interpreter lock while it runs."""
-    return numba.njit(function, cache=_CACHE, **OPTIONS)
+    """Compile a function for the CPU; it releases the interpreter lock while it runs.
+
+    What one process compiles, others that need it meanwhile wait for, and load.
+    """
+    kernel = numba.njit(function, cache=_CACHE, **OPTIONS)
+    if _CACHE:
+        kernel.compile = _by_one_process(kernel.compile, function.__qualname__)
+    return kernel
+
+
+def _by_one_process(compile_: Callable[[Any], Any], name: str) -> Callable[[Any], Any]:
+    """Return a kernel's function that compiles a signature, or loads it, one process at a time."""
+
+    def compile_alone(signature: Any) -> Any:
+        digest = hashlib.sha256(repr(signature).encode()).hexdigest()[:16]
+        lock = FileLock(Path(config.CACHE_DIR) / f"{name}-{digest}.lock", timeout=LONGEST_S)
+        # The order in which Numba locks: it compiles what a kernel calls while it holds its own.
+        with global_compiler_lock:
+            try:
+                with lock:
+                    return compile_(signature)
+            except (Timeout, OSError):
+                return compile_(signature)
+
+    return compile_alone
 
 
 def inlined(function: F) -> F:
