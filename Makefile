@@ -16,7 +16,6 @@ INSTALL := $(BIN)/python app/python_packages.py
 .PHONY: audit run test test-all test-slow setup lint clean
 
 run: setup
-	@$(BIN)/python -m app.prepare_kernels
 	@$(BIN)/python main.py $(ARGS)
 
 test: setup .venv/test-ready

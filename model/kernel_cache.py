@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import math
+import os
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Literal
 
 from model.files import cache_folder
+
+Purpose = Literal["images", "questions"]
 
 SOURCES = (
     "compilation.py",
@@ -17,19 +21,6 @@ SOURCES = (
     "scene/transfer_function.py",
 )
 """Folders and modules with compiled functions, the functions they call, and constants of both."""
-
-PREPARED = (
-    ("uint8", "path"),
-    ("uint8", "soft"),
-    ("float32", "soft"),
-    ("int16", "soft"),
-    ("uint8", "direct"),
-    ("float32", "direct"),
-    ("uint8", "none"),
-    ("float32", "none"),
-)
-"""Types of voxels and lights of which kernels may be compiled ahead, those that take longest
-first."""
 
 
 def kernel_folder() -> Path:
@@ -46,26 +37,42 @@ def kernel_folder() -> Path:
     return cache_folder() / "kernels" / digest.hexdigest()[:16]
 
 
-def has_kernels() -> bool:
-    """Return whether some kernels were compiled before, so that they are loaded at once."""
-    return next(kernel_folder().glob("**/*.nbc"), None) is not None
-
-
-def stamp() -> Path:
-    """Return the file that is there once the kernels of :data:`PREPARED` were compiled.
-
-    It holds the seconds of a path-traced picture on this machine; see
-    :func:`path_traced_seconds`.
-    """
-    return kernel_folder() / "prepared"
-
-
-def path_traced_seconds() -> float:
-    """Return how long a path-traced picture of one sample took when kernels were compiled ahead.
-
-    Of 256 x 256 pixels of the shipped scan, finished; infinite where it was not measured.
-    """
+def keeps_kernels() -> bool:
+    """Return whether compiled kernels can be kept, and so be compiled by another process."""
+    folder = kernel_folder()
     try:
-        return float(stamp().read_text())
-    except (OSError, ValueError):
-        return math.inf
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
+
+
+@dataclass(frozen=True)
+class KernelGroup:
+    """The kernels that a ray caster or path tracer needs for one purpose.
+
+    Attributes
+    ----------
+    voxels : str
+        Type of the voxels as the kernels take them.
+    lighting : {"none", "direct", "soft", "path"}
+    purpose : {"images", "questions"}
+        What is drawn, or sensitivities and what is visible.
+    """
+
+    voxels: str
+    lighting: str
+    purpose: Purpose
+
+    @property
+    def is_prepared(self) -> bool:
+        """Whether they were compiled on this machine, so that they are loaded at once."""
+        return self._stamp.exists()
+
+    def note_prepared(self) -> None:
+        """Note that they are compiled."""
+        self._stamp.touch()
+
+    @property
+    def _stamp(self) -> Path:
+        return kernel_folder() / f"{self.voxels}-{self.lighting}-{self.purpose}"

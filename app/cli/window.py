@@ -9,11 +9,7 @@ from app.cli import values
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.generator.catalog import volume_for
-from model.kernel_cache import path_traced_seconds
 from model.volume_files.shipped import DEFAULT_VOLUME, SCAN
-
-SOON_S = 0.25
-"""Time of a path-traced picture up to which the first volume is shown in that light."""
 
 
 def window_volume(volume: Path | None, model: Path | None, session: Path | None = None) -> Path:
@@ -44,13 +40,8 @@ def window_volume(volume: Path | None, model: Path | None, session: Path | None 
 
 
 def first_look(start: WindowStart) -> WindowStart:
-    """Return what is shown to who names nothing: the scan in path-traced light, if that is fast.
-
-    How fast it is was measured when the kernels were compiled.
-    """
-    if start.lighting is not None or path_traced_seconds() > SOON_S:
-        return start
-    return replace(start, volume=SCAN, proposed="path")
+    """Return what is shown to who names nothing: the scan in path-traced light."""
+    return start if start.lighting is not None else replace(start, volume=SCAN, proposed="path")
 
 
 def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int:

@@ -32,8 +32,9 @@ from app.engines.requests import (
     Watch,
 )
 from model.errors import NotOfferedError
-from model.kernel_cache import has_kernels
+from model.kernel_cache import KernelGroup
 from model.rendering.renderer import smooth_distance
+from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName, Scene
@@ -105,9 +106,10 @@ class Builders:
 
     The analyst is a ray caster that answers questions about sensitivities and draws the latent
     map's pictures, whatever renders the reference. A latent space is that of a scalar range
-    and a window of it, or that of a model's folder. The ray caster is compiled on its first start,
-    for some 10 s. Volumes are read of a path, and of a raw file's layout (``raw``) and what to
-    read of several volumes (``choice``) where there are such.
+    and a window of it, or that of a model's folder. Kernels are those that ray caster and path
+    tracer use, those of images first, then those of the analyst. Volumes are read of a path, and
+    of a raw file's layout (``raw``) and what to read of several volumes (``choice``) where there
+    are such.
     """
 
     read_volume: Callable[..., Volume]
@@ -115,7 +117,7 @@ class Builders:
     generator: Callable[[Path, str], Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
-    is_compiled: Callable[[], bool] = lambda: True
+    kernels: Callable[[Volume, ReferenceSettings], tuple[KernelGroup, ...]] = lambda *_: ()
 
 
 class GeneratorEngine:
@@ -250,8 +252,7 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         engine: Engine = StandInEngine.of(volume, *place, tracing)
     else:
         engine = _reference_engine(volume, replace(settings, renderer="raycast"))
-    # On the first start the ray caster is compiled here, while VTK draws: once this engine is
-    # there, its images take as long as they always do.
+    # Once this engine is there, its images take as long as they always do.
     engine.image(ImageRequest(_some_inputs(volume), Quality(LEAST_SIZE, live=True)))
     return engine
 
@@ -279,11 +280,20 @@ def _latent_space(
     return LatentSpace.shipped(scalar_range, window, scale)
 
 
+def _kernels(volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, ...]:
+    is_native = keeps_type(volume, KERNEL_TYPES)
+    voxels = volume.voxels.dtype.name if is_native else "float32"
+    return (
+        KernelGroup(voxels, settings.lighting, "images"),
+        KernelGroup(voxels, settings.lighting, "questions"),
+    )
+
+
 REAL_BUILDERS = Builders(
     _read_volume,
     _reference_engine,
     _generator_engine,
     _analyst_engine,
     _latent_space,
-    has_kernels,
+    _kernels,
 )

@@ -1,9 +1,7 @@
-"""The questions that a window asks of a renderer, asked once so that kernels are compiled."""
+"""What a window asks of a renderer, asked once so that its kernels are compiled."""
 
 from __future__ import annotations
 
-import math
-import time
 from typing import cast
 
 import numpy as np
@@ -19,61 +17,26 @@ from app.engines.requests import (
     ValueVisibilityRequest,
     VisibilityRequest,
 )
-from model.rendering.path_tracing import denoising
+from model.kernel_cache import KernelGroup
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
 from model.scene.region import Region
 from model.scene.scene import Lighting
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.volume_files import read_volume
-from model.volume_files.shipped import SCAN
 
 EDGE, PIXELS = 24, 16
 
-MEASURED, REPEATED = 256, 3
-"""Sides of a picture whose time is measured, and how often it is drawn."""
 
-
-def prepare(voxels: str, lighting: str) -> None:
-    """Draw a small ball, and answer what the window asks of an image, as the window does.
-
-    Parameters
-    ----------
-    voxels : str
-        Type of the voxels.
-    lighting : {"none", "direct", "soft", "path"}
-    """
-    volume = _ball(voxels)
-    settings = ReferenceSettings(cast("Lighting", lighting), renderer="raycast")
-    for build in (REAL_BUILDERS.reference, REAL_BUILDERS.analyst):
-        engine = build(volume, settings)
-        try:
-            _draw(engine, volume)
-            if build is REAL_BUILDERS.analyst:
-                _answer(engine, volume)
-        finally:
-            engine.close()
-
-
-def measure_path_light() -> float:
-    """Return the seconds of a path-traced picture of one sample, as while something moves.
-
-    Of 256 x 256 pixels of the shipped scan, with what finishes it; infinite where nothing does.
-    """
-    if not denoising.installed():
-        return math.inf
-    volume = read_volume(SCAN)
-    engine = REAL_BUILDERS.reference(volume, ReferenceSettings("path", LightDirection()))
+def prepare(group: KernelGroup) -> None:
+    """Draw a small ball as the window does, or answer what it asks of images."""
+    volume = _ball(group.voxels)
+    settings = ReferenceSettings(cast("Lighting", group.lighting), renderer="raycast")
+    is_of_images = group.purpose == "images"
+    build = REAL_BUILDERS.reference if is_of_images else REAL_BUILDERS.analyst
+    engine = build(volume, settings)
     try:
-        request = ImageRequest(_inputs(volume), Quality(MEASURED, live=True), is_measured=True)
-        times = []
-        for _ in range(REPEATED):
-            begun = time.perf_counter()
-            engine.image(request)
-            times.append(time.perf_counter() - begun)
-        return min(times)
+        (_draw if is_of_images else _answer)(engine, volume)
     finally:
         engine.close()
 

@@ -15,6 +15,7 @@ from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.exactness import STOPS, USUAL, Stop
 from app.state.known_volume import FORMER_LIGHT, LightingChoice
 from app.state.preferences import Preferences
+from app.state.preparation import Preparation
 from app.state.slow_lights import SlowLights
 from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
@@ -113,8 +114,8 @@ LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
 
 PREPARING = "Preparing the volume …"
-PREPARING_FIRST = f"{PREPARING} The first time takes about half a minute longer."
-"""Said while there is no machine code of the ray caster yet."""
+WAITING = "Sensitivities and the map follow once they are prepared for this computer."
+"""Said while kernels of the analyst are compiled."""
 
 
 class ReferenceWork(QObject):
@@ -137,6 +138,8 @@ class ReferenceWork(QObject):
         Whether the home view is still fitted to the pane while it is looked from.
     light : LightKeeper
         Sets the light's direction, and keeps it.
+    preparation : Preparation
+        Compiles the kernels that volume and light need.
     trade : TradeWork
         Measures time and error of images while something moves.
     """
@@ -177,7 +180,8 @@ class ReferenceWork(QObject):
         self._volume: Volume | None = None
         self._scene: Scene | None = None
         self.choices = _remembered(preferences)
-        self.settings = ReferenceSettings()
+        self.settings = self._wanted = ReferenceSettings()
+        self._analyst_waits = False
         self._slow_lights = SlowLights()
         self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
@@ -189,8 +193,15 @@ class ReferenceWork(QObject):
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self.trade = TradeWork(state, reference, self._analyst, dispatcher, self)
         self.light = LightKeeper(state, preferences, self)
+        self.preparation = Preparation(self)
+        self.preparation.prepared.connect(self._take_prepared)
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
+
+    @property
+    def is_preparing(self) -> bool:
+        """Whether the image is drawn otherwise than wanted until kernels are compiled."""
+        return self.settings != self._wanted
 
     @property
     def light_is_slow(self) -> bool:
@@ -288,8 +299,7 @@ class ReferenceWork(QObject):
         if is_replaced:
             self.lightReplaced.emit()
         # Over another range, the last image stays until the first new one.
-        preparing = PREPARING if self._builders.is_compiled() else PREPARING_FIRST
-        self._start_reference(preparing if is_new else "")
+        self._start_reference(PREPARING if is_new else "")
         self._start_analyst()
 
     def follow(self, scene: Scene | None) -> None:
@@ -317,8 +327,9 @@ class ReferenceWork(QObject):
             self._pane_rest.start()
 
     def stop(self) -> None:
-        """Follow the pane no more."""
+        """Follow the pane no more, and prepare nothing."""
         self._pane_rest.stop()
+        self.preparation.stop()
 
     def _take_light(self, before: Volume | None) -> None:
         """Take the light in which the volume was seen last; that of the next time step stays."""
@@ -336,7 +347,10 @@ class ReferenceWork(QObject):
         self.light.place(None)
 
     def _take_settings(self) -> None:
-        self.settings = self.choices.settings(self._scene, self._slow_lights.found)
+        self._wanted = self.choices.settings(self._scene, self._slow_lights.found)
+        if self._volume is not None:
+            self.preparation.want(self._builders.kernels(self._volume, self._wanted))
+        self.settings = self._nearest(self._wanted)
         self._size_images()
         self._offer_light()
         self.settingsChanged.emit(self.settings)
@@ -393,17 +407,45 @@ class ReferenceWork(QObject):
             if self.settings.lighting == "none":
                 self.lightWentOut.emit(seconds)
 
+    def _nearest(self, wanted: ReferenceSettings) -> ReferenceSettings:
+        """Return the settings nearest to those wanted that can draw without compiling first."""
+        lighting = wanted.lighting
+        by_vtk: Lighting = "none" if lighting == "none" else "direct"
+        if wanted.renderer == "vtk" and by_vtk == lighting:
+            return wanted
+        others: tuple[Lighting, ...] = ("soft", "direct") if lighting == "path" else (by_vtk,)
+        for other in (lighting, *others):
+            settings = replace(wanted, lighting=other)
+            if self._are_prepared(settings, images_only=True):
+                return settings
+        return replace(wanted, lighting=by_vtk, renderer="vtk")
+
+    def _are_prepared(self, settings: ReferenceSettings, images_only: bool = False) -> bool:
+        if self._volume is None:
+            return True
+        groups = self._builders.kernels(self._volume, settings)
+        return all(map(self.preparation.is_prepared, groups[:1] if images_only else groups))
+
+    def _take_prepared(self) -> None:
+        """Have what waited for kernels that are compiled by now draw and answer."""
+        self.follow(self._scene)
+        if self._volume is not None and self._analyst_waits:
+            self._start_analyst()
+
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
         build = partial(self._builders.reference, self._volume, self.settings)
         # A ray caster that need not be compiled shows another volume first.
-        held = (
-            bool(busy_text) and self._dispatcher.plan.may_stand_in and self._builders.is_compiled()
-        )
+        may_wait = self._dispatcher.plan.may_stand_in and self._are_prepared(self.settings)
+        held = bool(busy_text) and may_wait
         self._reference.start(build, busy_text, held)
 
     def _start_analyst(self) -> None:
         assert self._volume is not None
+        self._analyst_waits = not self._are_prepared(self.settings)
+        if self._analyst_waits:
+            self._analyst.wait(WAITING)
+            return
         build = partial(self._builders.analyst, self._volume, self.settings)
         self._analyst.start(build, PREPARING)
         self.analystStarted.emit()

@@ -170,7 +170,8 @@ class Workspace(QObject):
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
         drawn = all(c in self._dispatcher.plan.hidden or c.is_settled for c in self._clients)
-        return drawn and not self.reading.is_busy and not self.ranging.is_busy
+        is_busy = self.reading.is_busy or self.ranging.is_busy or self.reference.is_preparing
+        return drawn and not is_busy
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""

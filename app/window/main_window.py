@@ -404,6 +404,7 @@ class MainWindow(QMainWindow):
         column.addWidget(self._splitter)
         self.setCentralWidget(central)
         self.setStatusBar(self.status)
+        self.workspace.reference.preparation.progressed.connect(self.status.show_preparation)
         self.setWindowTitle("tfscope")
         self.setAcceptDrops(True)
         self.resize(size_on(self.screen()))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QLabel, QStackedWidget, QStatusBar, QWidget
+from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar, QWidget
 
 from app import theme
 from app.controls import ElidedLabel, announce
@@ -93,6 +93,8 @@ NEWS_MS = 5_000
 PENDING = "…"
 """End of sentences about what is still under way: they stay until the next one."""
 
+PREPARED_WIDTH = 380
+
 NARROW = 1180
 """Width in pixels below which the view's numbers are left out."""
 
@@ -125,7 +127,12 @@ class StatusLine(QStatusBar):
             "The view: where it is looked from, how far away (at 1 the whole volume is seen), and "
             "by how many halves of the image's shorter side it is moved to the right and up"
         )
+        self._prepared = QProgressBar()
+        self._prepared.setFormat("Preparing the renderers for this computer, once: %v of %m")
+        self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
+        self._prepared.hide()
         self.addWidget(self._left, 1)
+        self.addPermanentWidget(self._prepared)
         self.addPermanentWidget(self._view)
         self.setSizeGripEnabled(False)
         self._rest = QTimer(self, singleShot=True, interval=NEWS_MS)
@@ -160,6 +167,12 @@ class StatusLine(QStatusBar):
             announce(self, text)
         if text and not text.endswith(PENDING):
             self._rest.start()
+
+    def show_preparation(self, done: int, wanted: int) -> None:
+        """Show how many groups of kernels are compiled, until all are."""
+        self._prepared.setMaximum(max(wanted, 1))
+        self._prepared.setValue(done)
+        self._prepared.setVisible(done < wanted)
 
     def set_keys(self, text: str) -> None:
         """Set the keys, such as "[Drag] turn  [Wheel] closer"."""

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import CannotDrawError
-from model.kernel_cache import has_kernels
 from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer, open_renderer
 from model.scene.inputs import SceneInputs
@@ -19,8 +18,7 @@ class FallbackRenderer:
     """Draws by VTK until that fails, and by the ray caster from then on.
 
     Where no graphics card draws for VTK, the ray caster may do so from the start: by the processor
-    it is many times as fast, and draws the same. As long as it is not compiled, VTK draws there,
-    too. Soft light is the ray caster's.
+    it is many times as fast, and draws the same. Soft light is the ray caster's.
 
     For whoever looks at pictures, not for data sets, whose images are all of one renderer.
 
@@ -52,7 +50,6 @@ class FallbackRenderer:
         self.reason = self.remark = ""
         self._place = volume, lighting, light, sample_distance
         self._renderer: Renderer
-        self._software = ""
         if lighting in ("soft", "path"):
             self.remark = {
                 "soft": "Soft light is the ray caster's.",
@@ -63,10 +60,14 @@ class FallbackRenderer:
         if spares_processor:
             from model.rendering.opengl import software_name
 
-            self._software = software_name()
-        if self._software and has_kernels():
-            self._spare_processor()
-            return
+            software = software_name()
+            if software:
+                self.remark = (
+                    f"No graphics card draws here ({software} does), so the ray caster draws at "
+                    "rest, too: VTK would take many times as long. Choose VTK to see its image."
+                )
+                self._renderer = open_renderer("raycast", *self._place)
+                return
         try:
             self._renderer = open_renderer("vtk", *self._place)
         except CannotDrawError as error:
@@ -81,9 +82,6 @@ class FallbackRenderer:
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
-        if self._software and not self.by_raycast and has_kernels():
-            self._renderer.close()
-            self._spare_processor()
         try:
             return self._renderer.render(inputs, size, sample_distance)
         except CannotDrawError as error:
@@ -99,11 +97,4 @@ class FallbackRenderer:
 
     def _fall_back(self, error: CannotDrawError) -> None:
         self.reason = f"{str(error).rstrip('.')}; the ray caster draws instead."
-        self._renderer = open_renderer("raycast", *self._place)
-
-    def _spare_processor(self) -> None:
-        self.remark = (
-            f"No graphics card draws here ({self._software} does), so the ray caster draws at "
-            "rest, too: VTK would take many times as long. Choose VTK to see its image."
-        )
         self._renderer = open_renderer("raycast", *self._place)

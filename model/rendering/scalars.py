@@ -38,6 +38,10 @@ what is interpolated; this far out, it rounds to 1/256 of a TF bin.
 """
 
 
+KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
+"""Types that ray caster and path tracer support directly."""
+
+
 def renderable_scalars(
     volume: Volume, native: tuple[type[np.generic], ...]
 ) -> tuple[NDArray[Any], Range]:
@@ -58,9 +62,20 @@ def renderable_scalars(
     scalar_range : tuple of float
         The volume's scalar range in the units of these scalars.
     """
-    lo, hi = volume.scalar_range
     values = shown_voxels(volume)
-    kind = values.dtype
+    if keeps_type(volume, native):
+        voxels = values if values.dtype.kind != "f" else _clamped_far_out(volume, values)
+        return np.ascontiguousarray(voxels), volume.scalar_range
+    scaled = np.empty(values.shape, dtype=np.float32)
+    for plane, out in zip(_unit_planes(volume, values, BEYOND), scaled, strict=True):
+        out[...] = plane
+    return scaled, (0.0, 1.0)
+
+
+def keeps_type(volume: Volume, native: tuple[type[np.generic], ...]) -> bool:
+    """Return whether :func:`renderable_scalars` leaves the type of the voxels as it is."""
+    lo, hi = volume.scalar_range
+    kind = volume.voxels.dtype
     well_conditioned = max(abs(lo), abs(hi)) / WELL_CONDITIONED <= hi - lo
     if kind.kind == "f":
         fits = well_conditioned and NARROWEST <= hi - lo <= WIDEST
@@ -68,13 +83,7 @@ def renderable_scalars(
         # From an integer, an end of the range that float32 holds exactly is subtracted exactly.
         fits = well_conditioned or float(np.float32(lo)) == lo
         fits &= LEAST_RANGE <= hi - lo <= GREATEST_RANGE
-    if kind in native and fits:
-        voxels = values if kind.kind != "f" else _clamped_far_out(volume, values)
-        return np.ascontiguousarray(voxels), (lo, hi)
-    scaled = np.empty(values.shape, dtype=np.float32)
-    for plane, out in zip(_unit_planes(volume, values, BEYOND), scaled, strict=True):
-        out[...] = plane
-    return scaled, (0.0, 1.0)
+    return kind in native and fits
 
 
 def unit_planes(volume: Volume) -> Iterator[NDArray[np.float64]]:

@@ -30,10 +30,10 @@ from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import travel_direction
-from model.rendering.raycast.renderer import NATIVE_TYPES, NO_DEPTH, NOTHING_MISSING
+from model.rendering.raycast.renderer import NO_DEPTH, NOTHING_MISSING
 from model.rendering.raycast.scene_light import UNLIT
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, opacity_table
-from model.rendering.scalars import renderable_scalars
+from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -136,7 +136,7 @@ class PathTracer:
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="path"
         )
-        scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
+        scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
         self._voxels = scalars.reshape(-1)
         hidden = volume.hidden
         self._missing = NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)

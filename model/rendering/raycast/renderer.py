@@ -23,15 +23,12 @@ from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import Illumination
 from model.rendering.raycast.scene_light import UNLIT, SceneLight
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
-from model.rendering.scalars import renderable_scalars
+from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, Range
 from model.scene.volume import Volume
-
-NATIVE_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
-"""Scalar types that are rendered without conversion."""
 
 ROWS_PER_TASK = 8
 TASKS = 32
@@ -118,7 +115,7 @@ class RaycastRenderer:
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="raycast"
         )
-        scalars, (lo, hi) = renderable_scalars(volume, NATIVE_TYPES)
+        scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
         self._voxels = scalars.reshape(-1)
         hidden = volume.hidden
         self._missing = NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
