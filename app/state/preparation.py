@@ -87,19 +87,21 @@ class Preparation(QObject):
         process.setStandardErrorFile(QProcess.nullDevice())
         hanging = QTimer(process, singleShot=True, interval=round(1000 * self._longest_s))
         hanging.timeout.connect(process.kill)
-        process.finished.connect(lambda *_: self._finish(group))
-        process.errorOccurred.connect(lambda error: self._take_error(group, error))
+        process.finished.connect(self._take_end)
+        process.errorOccurred.connect(self._take_error)
         self._running[group] = process
         name, *arguments = self._command
         process.start(name, [*arguments, group.voxels, group.lighting, group.purpose])
         hanging.start()
 
-    def _take_error(self, group: KernelGroup, error: QProcess.ProcessError) -> None:
+    def _take_error(self, error: QProcess.ProcessError) -> None:
         # All others are followed by an end.
         if error is QProcess.ProcessError.FailedToStart:
-            self._finish(group)
+            self._take_end()
 
-    def _finish(self, group: KernelGroup) -> None:
+    def _take_end(self) -> None:
+        process = self.sender()
+        group = next(g for g, running in self._running.items() if running is process)
         self._running.pop(group).deleteLater()
         if not group.is_prepared:
             self._given_up.add(group)

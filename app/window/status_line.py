@@ -149,6 +149,11 @@ class StatusLine(QStatusBar):
         return self._news.full_text
 
     @property
+    def preparation(self) -> str:
+        """What is told of the renderers' preparation; empty once they are ready."""
+        return "" if self._prepared.isHidden() else self._prepared.text()
+
+    @property
     def keys(self) -> str:
         """The keys that are shown while there is no sentence."""
         return self._keys_text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -14,23 +13,11 @@ from model.volume_files.shipped import DEFAULT_VOLUME, SCAN
 START = WindowStart(DEFAULT_VOLUME)
 
 
-@pytest.mark.parametrize("seconds", [0.05, window.SOON_S])
-def test_the_scan_is_path_traced_where_that_is_fast(
-    monkeypatch: pytest.MonkeyPatch, seconds: float
-) -> None:
-    monkeypatch.setattr(window, "path_traced_seconds", lambda: seconds)
+def test_it_is_the_scan_in_path_traced_light() -> None:
     assert window.first_look(START) == replace(START, volume=SCAN, proposed="path")
     # A light that was asked for is kept.
     asked = replace(START, lighting="direct")
     assert window.first_look(asked) is asked
-
-
-@pytest.mark.parametrize("seconds", [0.26, math.inf])
-def test_elsewhere_it_is_the_default_volume(
-    monkeypatch: pytest.MonkeyPatch, seconds: float
-) -> None:
-    monkeypatch.setattr(window, "path_traced_seconds", lambda: seconds)
-    assert window.first_look(START) is START
 
 
 def test_who_names_anything_sees_that(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -41,7 +28,6 @@ def test_who_names_anything_sees_that(monkeypatch: pytest.MonkeyPatch) -> None:
         return 0
 
     monkeypatch.setattr(window, "open_window", note)
-    monkeypatch.setattr(window, "path_traced_seconds", lambda: 0.1)
     for words in ([], ["--renderer", "vtk"], [str(DEFAULT_VOLUME)]):
         assert run(words) == 0
     assert [start.proposed for start in starts] == ["path", None, None]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,6 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import PATIENCE_S, FakeBuilders
 
-from app.engines.requests import Engine
 from app.window.main_window import MainWindow
 from model.scene.volume import Volume
 from model.volume_files.progress import counted
@@ -60,22 +58,3 @@ def test_a_long_reading_is_told_and_cancelled(
     assert window.workspace.opened.volume is not None
     assert window.windowTitle().startswith("ramp")
     window.workspace.reading._opening._read_volume = read
-    work = window.workspace.reference
-    said: list[str] = []
-    start = work._reference.start
-
-    def start_and_note(build: Callable[[], Engine], text: str, held: bool = False) -> None:
-        said.append(text)
-        start(build, text, held)
-
-    monkeypatch.setattr(work._reference, "start", start_and_note)
-    for is_compiled in (False, True):
-        compiled = replace(work._builders, is_compiled=lambda is_compiled=is_compiled: is_compiled)
-        monkeypatch.setattr(work, "_builders", compiled)
-        name = f"other {is_compiled}"
-        builders.volumes[name] = make_volume(name, 300.0 + is_compiled)
-        said.clear()
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.reading.open(Path(name))
-        assert said[0].startswith("Preparing the volume")
-        assert ("The first time" in said[0]) is not is_compiled

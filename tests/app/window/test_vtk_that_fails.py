@@ -19,7 +19,7 @@ from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice
 from app.window.size_chooser import BLACK
 from model.errors import CannotDrawError
-from model.rendering import fallback, opengl, vtk_renderer
+from model.rendering import opengl, vtk_renderer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
@@ -113,7 +113,6 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
-    monkeypatch.setattr(fallback, "has_kernels", lambda: True)
     window = make_window(model=None, lighting="direct")
     client, choose = window.reference.client, window.workspace.reference.choose
     assert client.description == "ray caster" and "llvmpipe" in client.remark

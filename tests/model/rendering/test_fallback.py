@@ -115,7 +115,6 @@ class TestWithoutAGraphicsCard:
     @pytest.fixture(autouse=True)
     def no_card(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
-        monkeypatch.setattr(fallback, "has_kernels", lambda: True)
 
     def test_the_ray_caster_draws_and_says_why(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(vtk_renderer, "offscreen_window", pytest.fail)
@@ -132,29 +131,6 @@ class TestWithoutAGraphicsCard:
         assert both.render(INPUTS, 24)[..., 3].max() > 0.1
         assert isinstance(both._renderer, VtkRenderer)
         assert not both.by_raycast and not both.remark
-        both.close()
-
-    def test_vtk_draws_until_the_ray_caster_is_compiled(
-        self, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(fallback, "has_kernels", lambda: False)
-        volume = make_volume()
-        both = FallbackRenderer(volume, spares_processor=True)
-        both.render(INPUTS, 24)
-        assert not both.by_raycast
-        monkeypatch.setattr(fallback, "has_kernels", lambda: True)
-        np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
-        assert both.by_raycast and both.remark
-        both.close()
-
-    def test_vtk_that_fails_until_then_is_said(
-        self, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        monkeypatch.setattr(fallback, "has_kernels", lambda: False)
-        both = FallbackRenderer(make_volume(), spares_processor=True)
-        monkeypatch.setattr(both._renderer, "_failure", "the context was lost")
-        both.render(INPUTS, 24)
-        assert "the context was lost" in both.reason and not both.remark
         both.close()
 
 
