@@ -45,20 +45,6 @@ def region(text: str) -> Region:
     return Region.parse(text)
 
 
-def one_of(option: str, names: tuple[str, ...]) -> Callable[[str], str]:
-    """Return a parser of one of some names, for an option that may be repeated.
-
-    typer has none of its own for lists.
-    """
-
-    def parse(text: str) -> str:
-        if text not in names:
-            raise TfscopeError(f"{option}: {text!r} is not one of {', '.join(names)}.")
-        return text
-
-    return parse
-
-
 def numbers(text: str | None, count: int, name: str) -> tuple[float, ...] | None:
     """Parse finite numbers between commas; None stays None.
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from app.cli import run
-from model.samples.sample_store import SampleStore
 from model.scene.range_fitting import opacity_over
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
@@ -88,41 +87,3 @@ def test_what_is_too_narrow_for_the_range_is_said_with_the_option(
         # A range that was asked for is kept, and said to be too wide.
         rendered(folder, "outlier", f"{tf} --range 0,50000")
         assert "over 0 to 50,000" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_samples_have_tfs_over_the_range(folder: Path) -> None:
-    base = f"dataset --volume {folder}/outlier_20x18x16_uint16.raw --size 16 --count 1 --holdout 1"
-    for name, option, expected in (
-        ("robust", "", (0.0, 250.0)),
-        ("given", "--range 50,200", (50.0, 200.0)),
-    ):
-        assert run(f"{base} --workers 1 --out {folder / name} {option}".split()) == 0
-        assert SampleStore(folder / name).scene.scalar_range == expected
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("render --out x.png --range 5,1", "does not increase"),
-        ("render --out x.png --range low,high", "not a scalar range"),
-        ("render --out x.png --range 1%,200%", "no percentiles"),
-        ("render --out x.png --range 7,9", "no value in common"),
-        ("render --out x.png --renderer generator --range 0,1", "leave --range and --scale out"),
-        ("sensitivity --out x.png --engine learned --range 0,1", "leave --range and --scale out"),
-        ("train --out x --dataset . --range 0,1", "the range would have no effect"),
-        ("--range 5,1", "does not increase"),
-    ],
-)
-def test_ranges_that_make_no_sense(
-    arguments: str,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert run(arguments.split()) == 2
-    [line] = capsys.readouterr().err.splitlines()
-    assert message in line
-    assert list(tmp_path.iterdir()) == []

@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 
 from app.cli import run
-from model.networks.card import load_card
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.robust_range import robust_range
-from model.scene.transfer_function import TransferFunction
 from model.scene.volume import Volume
 
 
@@ -45,12 +43,6 @@ def test_the_image_is_that_of_the_logarithms(folder: Path) -> None:
     # A TF that was saved on the scale brings it.
     by_tf = rendered(folder, "halo", f"--tf {folder / 'log.json'}")
     np.testing.assert_allclose(by_tf, found, atol=1e-6)
-
-
-def test_the_range_is_given_in_the_data_s_units(folder: Path) -> None:
-    expected = rendered(folder, "logarithms", "--range=-1,2")
-    found = rendered(folder, "halo", "--scale log --range 0.1,100")
-    np.testing.assert_allclose(found, expected, atol=2e-3)
 
 
 def test_info_offers_it_and_tells_values(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -107,31 +99,3 @@ def test_scales_that_make_no_sense(
     assert run(arguments.split()) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert message in line
-
-
-@pytest.mark.slow
-def test_a_model_lies_on_the_scale_of_its_samples(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    halo = folder / "halo.npy"
-    options = "--scale log --size 64 --count 32 --holdout 4 --workers 1"
-    assert run(f"dataset --volume {halo} {options} --out {tmp_path}/store".split()) == 0
-    train = f"train --dataset {tmp_path}/store --volume {halo} --preset draft --samples 16"
-    assert run(f"{train} --out {tmp_path}/run".split()) == 0
-    assert load_card(tmp_path / "run").scene.scale == "log"
-    model = f"--model {tmp_path}/run --volume {halo}"
-    # The volume follows the model's scale, without being told.
-    drawn = f"render --renderer raycast --size 64 --volume {halo}"
-    assert run(f"{drawn} --model {tmp_path}/run --out {tmp_path}/a.npy".split()) == 0
-    assert run(f"{drawn} --scale log --out {tmp_path}/b.npy".split()) == 0
-    assert run(f"{drawn} --out {tmp_path}/linear.npy".split()) == 0
-    followed, told, linear = (np.load(tmp_path / f"{name}.npy") for name in ("a", "b", "linear"))
-    np.testing.assert_allclose(followed, told, atol=1e-6)
-    assert np.abs(followed - linear).max() > 0.05
-    assert run(f"render --renderer generator {model} --out {tmp_path}/c.npy".split()) == 0
-    assert np.load(tmp_path / "c.npy").shape == followed.shape
-    TransferFunction.load(folder / "log.json").on_scale("linear").save(tmp_path / "linear.json")
-    capsys.readouterr()
-    tf = f"--tf {tmp_path}/linear.json --out {tmp_path}/c.npy"
-    assert run(f"render --renderer generator {model} {tf}".split()) == 2
-    assert "on the same scale" in " ".join(capsys.readouterr().err.split())
