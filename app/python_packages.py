@@ -12,6 +12,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check")
 UV = (sys.executable, "-m", "uv", "pip", "install", "--python", sys.executable, "--quiet")
@@ -54,24 +55,32 @@ def uv_options(settings: dict[str, str], has_nvidia: bool) -> list[str]:
     return options if has_nvidia else [*options, "--torch-backend", "cpu"]
 
 
+def install_by_uv(arguments: list[str]) -> bool:
+    """Install what the arguments name by uv, which stays nowhere; return whether that worked."""
+    settings = pip_settings()
+    with tempfile.TemporaryDirectory() as folder:
+        getting = [*PIP, "install", "--quiet", "--target", folder, "uv"]
+        if subprocess.run(getting, check=False).returncode:
+            return False
+        # An index that is named on purpose is the only one.
+        options = [] if "--index-url" in arguments else uv_options(settings, has_nvidia())
+        environment = {**os.environ, "PYTHONPATH": folder}
+        if "cert" in settings:
+            environment.setdefault("SSL_CERT_FILE", settings["cert"])
+        command = [*UV, *options, *arguments]
+        return subprocess.run(command, env=environment, check=False).returncode == 0
+
+
+def has_nvidia() -> bool:
+    """Return whether this computer has the driver of an NVIDIA GPU."""
+    return shutil.which("nvidia-smi") is not None
+
+
 def main(arguments: list[str]) -> int:
     """Install what the arguments name; return the exit code."""
-    settings = pip_settings()
-    environment = dict(os.environ)
-    if "cert" in settings:
-        environment.setdefault("SSL_CERT_FILE", settings["cert"])
-    has_uv = subprocess.run([*PIP, "install", "--quiet", "uv"], check=False).returncode == 0
-    if has_uv:
-        options = uv_options(settings, shutil.which("nvidia-smi") is not None)
-        if "--index-url" in arguments:
-            # Named on purpose: nothing else is looked at.
-            options = []
-        if (
-            subprocess.run([*UV, *options, *arguments], env=environment, check=False).returncode
-            == 0
-        ):
-            return 0
-        print("uv could not install the packages; trying pip.", file=sys.stderr)
+    if install_by_uv(arguments):
+        return 0
+    print("uv could not install the packages; pip does.", file=sys.stderr)
     return subprocess.run([*PIP, "install", "--quiet", *arguments], check=False).returncode
 
 
