@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from app.cli import choices, image_commands, model_commands, options, values
+from app.cli.desktop_entry import desktop_entry
 from app.cli.latent_commands import latent
 from app.cli.paper_commands import paper
 from app.cli.path_light_commands import light
@@ -35,8 +37,15 @@ for command in (
     model_commands.evaluate,
     model_commands.study,
     paper,
+    desktop_entry,
 ):
     application.command()(command)
+
+
+def _print_version(is_wanted: bool) -> None:
+    if is_wanted:
+        typer.echo(f"tfscope {version('tfscope')}")
+        raise typer.Exit()
 
 
 @application.callback(
@@ -97,6 +106,10 @@ def window(
         str | None,
         typer.Option("--size", metavar="WxH", help="Width and height of the window in pixels."),
     ] = None,
+    _version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version and exit.", callback=_print_version),
+    ] = False,
 ) -> None:
     """Look into volumes through transfer functions, beside a generative model.
 
