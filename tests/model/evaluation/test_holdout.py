@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import json
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -22,12 +21,6 @@ def generator(scene: Scene) -> Generator:
     return Generator(ModelCard(scene, "draft", SIZE), network, torch.device("cpu"))
 
 
-def test_this_generators_images_differ(generator: Generator, store: SampleStore) -> None:
-    _, images = pictures(generator, store, np.arange(4))
-    for one, other in pairwise(images):
-        assert metrics.rmse(one, other) > 0.01
-
-
 def test_nearest_images_have_the_smallest_rmse(store: SampleStore) -> None:
     queries = store.read("holdout", range(32)).rgba
     training = store.read("train", range(160)).rgba
@@ -35,11 +28,6 @@ def test_nearest_images_have_the_smallest_rmse(store: SampleStore) -> None:
     for query, found in zip(queries, nearest_images(queries, store), strict=True):
         errors = [np.mean((query[..., :3] - image) ** 2) for image in colors]
         np.testing.assert_array_equal(found, training[int(np.argmin(errors))])
-
-
-def test_a_training_image_is_its_own_nearest_neighbour(store: SampleStore) -> None:
-    images = store.read("train", range(100, 110)).rgba
-    np.testing.assert_array_equal(nearest_images(images, store)[..., :3], images[..., :3])
 
 
 def test_errors_are_those_of_the_rendered_images(generator: Generator, store: SampleStore) -> None:

@@ -213,22 +213,3 @@ def test_the_papers_studies_have_valid_recipes(study: Study) -> None:
     for variant in study.variants:
         TrainingOptions().with_settings(variant.settings)
     assert len({v.name for v in study.variants}) == len(study.variants)
-
-
-def test_variants_that_studies_share_are_alike() -> None:
-    seen: dict[str, tuple[object, ...]] = {}
-    for study in STUDIES.values():
-        for v in study.variants:
-            recipe = TrainingOptions().with_settings(v.settings)
-            assert seen.setdefault(v.name, (recipe, v.latent_dim or 8)) == (
-                recipe,
-                v.latent_dim or 8,
-            )
-
-
-def test_the_l1_weights_of_the_paper_are_fixed() -> None:
-    options = TrainingOptions(l1_weight=77)
-    weights = {
-        v.label: options.with_settings(v.settings).l1_weight for v in STUDIES["l1-weight"].variants
-    }
-    assert weights == {"50": 50, "150": 150, "450": 450}

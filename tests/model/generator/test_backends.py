@@ -101,26 +101,6 @@ def test_bfloat16_is_a_candidate_where_the_processor_knows_it(
     assert (exact.text, rounded.text) == ("openvino", "openvino bfloat16")
 
 
-def test_images_are_drawn_in_bfloat16_where_that_is_faster(
-    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    usable(Backend("openvino", "bfloat16"))
-    network = network_of(scene)
-    card = ModelCard(scene, "tiny", SIZE)
-    save_model(tmp_path / "model", card, network)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setenv("LOCALAPPDATA", str(tmp_path))
-    monkeypatch.setattr(
-        Generator,
-        "_time_drawing",
-        lambda self: 1.0 if self.backend.precision == "bfloat16" else 2.0,
-    )
-    for _ in ("measured", "remembered"):
-        loaded = Generator.load(tmp_path / "model", "cpu", fastest=True)
-        assert loaded.backend == Backend("openvino", "bfloat16")
-    assert Generator.load(tmp_path / "model", "cpu").backend == EAGER
-
-
 def test_a_library_that_is_not_installed_is_named(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,15 +38,6 @@ def test_mean_opacities_are_those_of_the_ray_caster(volume: Volume, view: View) 
     renderer.close()
 
 
-def test_the_length_of_a_ray_is_that_of_its_way_through_the_box(volume: Volume) -> None:
-    """From the front, a far camera's central ray crosses the box along y."""
-    lengths = RayLengths.of(volume, View(0, 0, 0, 1), 15)
-    middle = lengths.lengths[15 * 7 + 7].sum()
-    assert middle == pytest.approx(23 * 1.0 / volume.voxel_size, rel=1e-4)
-    assert (lengths.lengths.sum(axis=1) > 0).tolist() == lengths.hits.tolist()
-    assert not lengths.hits.all()
-
-
 def test_empty_and_solid_images_are_found(volume: Volume) -> None:
     tfs = np.stack([np.zeros(256), np.full(256, 0.9), mode(120, 20, 0.3), np.full(256, 1e-5)])
     overview = RayLengths.of(volume, View()).overview(tfs)

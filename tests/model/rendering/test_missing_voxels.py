@@ -52,25 +52,14 @@ def image(volume: Volume, name: str = "raycast", given: SceneInputs | None = Non
 
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
-@pytest.mark.parametrize("lighting", ["none", "direct"])
-def test_what_is_stored_where_nothing_was_measured_appears_nowhere(name, lighting):
+def test_what_is_stored_where_nothing_was_measured_appears_nowhere(name):
     images = [
-        image(half_ball(dtype, fill), name, lighting=lighting)
+        image(half_ball(dtype, fill), name, lighting="direct")
         for dtype, fill in [("float32", -1e20), ("float32", 150), ("uint8", 199), ("uint8", 7)]
     ]
     assert images[0][..., 3].max() > 0.9
     np.testing.assert_array_equal(images[0], images[1])
     np.testing.assert_array_equal(images[2], images[3])
-
-
-def test_the_renderers_agree_on_half_a_ball():
-    """NaN where nothing was measured, as it comes from a file."""
-    voxels = ball()
-    voxels[:, :, EDGE // 2 :] = np.nan
-    volume = Volume(np.nan_to_num(voxels), missing=np.isnan(voxels))
-    for lighting in ("none", "direct"):
-        ours, vtk = (image(volume, name, lighting=lighting) for name in ("raycast", "vtk"))
-        assert np.sqrt(np.mean((ours - vtk) ** 2)) < 0.005
 
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])

@@ -31,17 +31,6 @@ def test_the_value_to_all_digits(opacity: float, distance: float) -> None:
     assert value[0] == pytest.approx(float(1 - power(opacity, distance)), rel=1e-14)
 
 
-@pytest.mark.parametrize("distance", DISTANCES)
-def test_nothing_and_opaque_stay_exactly_that(distance: float) -> None:
-    assert per_sample(np.array([0.0, 1.0]), distance).tolist() == [0.0, 1.0]
-
-
-def test_float32_opacities_lose_nothing_more() -> None:
-    opacity = np.array([1e-7, 3e-5, 0.1], dtype=np.float32)
-    exact = [float(1 - power(float(a), 0.5)) for a in opacity]
-    np.testing.assert_allclose(per_sample(opacity, 0.5), exact, rtol=1e-14)
-
-
 @pytest.mark.parametrize("opacity", [0.0, 1e-7, 0.5, 0.9, NEARLY_OPAQUE])
 @pytest.mark.parametrize("distance", DISTANCES)
 def test_the_derivative_to_all_digits(opacity: float, distance: float) -> None:

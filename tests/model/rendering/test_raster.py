@@ -70,33 +70,6 @@ def test_panning_moves_the_picture_as_it_is(renderer: Renderer) -> None:
     assert_same(moved[: -SIZE // 8, SIZE // 4 :], still[SIZE // 8 :, : -SIZE // 4])
 
 
-def test_a_crop_box_shows_what_a_cropped_volume_shows(renderer: Renderer, volume: Volume) -> None:
-    nx, ny, nz = volume.dimensions
-    ix, iy = nx // 2, ny // 3
-    box = CropBox((0.0, iy / (ny - 1), 0.0), (ix / (nx - 1), 1.0, 1.0))
-    assert nz > 1
-    cropped = renderer.render(replace(INPUTS, crop=box), SIZE)
-    transparent = volume.scalars.astype(np.float32)
-    # One voxel beyond the planes stays, so that interpolation up to them is the same.
-    scalars = transparent.copy()
-    scalars[:, :, ix + 1 :] = scalars[:, : max(iy, 0), :] = 0.0
-    expected = renderer_of(renderer, replace(volume, voxels=scalars.astype(volume.scalars.dtype)))
-    other = expected.render(INPUTS, SIZE)
-    expected.close()
-    # Voxels set to 0 fade over one voxel behind the plane: the same but for that.
-    assert np.abs(cropped - other).mean() < 0.02
-    assert np.abs(cropped - renderer.render(INPUTS, SIZE)).mean() > 0.02
-    np.testing.assert_array_equal(
-        renderer.render(replace(INPUTS, crop=CropBox()), SIZE), renderer.render(INPUTS, SIZE)
-    )
-
-
-def renderer_of(like: Renderer, volume: Volume) -> Renderer:
-    if isinstance(like, VtkRenderer):
-        return VtkRenderer(volume)
-    return RaycastRenderer(volume, threads=1)
-
-
 def test_a_cropped_slab_has_the_opacity_of_its_thickness() -> None:
     scalars = np.zeros((9, 9, 9), dtype=np.uint8)
     scalars[0, 0, 0] = 255

@@ -109,7 +109,7 @@ def test_integers_over_a_range_that_float32_cannot_hold_are_rescaled() -> None:
 @pytest.mark.parametrize("renderer", [RaycastRenderer, VtkRenderer])
 @pytest.mark.parametrize(
     ("dtype", "outlier"),
-    [("float32", 3e38), ("float32", -1e30), ("float64", 1e300), ("int16", -9999)],
+    [("float32", 3e38), ("float32", -1e30), ("float64", 1e300)],
 )
 def test_one_outlier_changes_one_voxel(
     volume: Volume, renderer: type, dtype: str, outlier: float
@@ -136,7 +136,7 @@ def test_one_outlier_changes_one_voxel(
     assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.01
 
 
-@pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e-6, 1e7, 1e12, 1e30])
+@pytest.mark.parametrize("scale", [1e-30, 1e30])
 def test_light_does_not_depend_on_the_unit_of_float32(scale: float) -> None:
     """Fourth powers of differences must neither vanish nor overflow: dark pictures, or NaN."""
     noisy = UNIT + np.random.default_rng(0).normal(0, 0.01, UNIT.shape)

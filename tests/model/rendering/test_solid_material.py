@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 from model.rendering.noise import noise_of
-from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
@@ -101,50 +100,15 @@ def test_a_block_that_fills_its_volume_shows_three_faces(name: RendererName) -> 
 
 
 def test_the_renderers_agree_on_solid_material() -> None:
-    for volume in (block(), block(4.0), ball(), ball(3.0)):
-        for crop in (None, LOWER, CropBox((0.2, 0.3, 0.1), (0.8, 0.9, 0.5))):
+    for volume in (block(4.0), ball(3.0)):
+        for crop in (None, CropBox((0.2, 0.3, 0.1), (0.8, 0.9, 0.5))):
             view = View(azimuth=-40.0, elevation=50.0)
             ours, vtk = (render(name, volume, view, crop) for name in ("raycast", "vtk"))
             assert np.sqrt(np.mean((ours - vtk) ** 2)) < 0.006
             assert np.abs(ours - vtk).max() < 0.1
 
 
-def test_a_surface_keeps_its_gradient_beside_noise() -> None:
-    """Half a ball's surface, noisy and not, look alike; far from faces."""
-    view = View(azimuth=30.0, elevation=20.0)
-    clean, noisy = (render("raycast", ball(noise), view) for noise in (0.0, 2.0))
-    seen = clean[..., 3] > 0.98
-    assert np.sqrt(np.mean((clean - noisy)[seen] ** 2)) < 0.05
-    assert clean[seen][:, 0].std() > 0.15
-
-
-def test_derivatives_follow() -> None:
-    """Of lit solid material, cut through, beside differences of images."""
-    renderer = RaycastRenderer(block(3.0), "direct", HEADLIGHT, threads=1)
-    renderer.terminate_early = renderer.skip_empty = False
-    values = np.linspace(*RANGE, 256)
-    opacity = np.full(256, 0.05)
-    edit = 0.01 * np.exp(-(((values - 150) / 5) ** 2))
-
-    def inputs(step: float) -> SceneInputs:
-        points = tuple(zip(values.tolist(), (opacity + step * edit).tolist(), strict=True))
-        return SceneInputs(
-            View(azimuth=20.0, elevation=50.0), OpacityTF(RANGE, points=points), WHITE, crop=LOWER
-        )
-
-    size = 32
-    images = [renderer.render(inputs(step), size)[..., :3].astype(float) for step in (-0.5, 0.5)]
-    change = renderer.change(inputs(0), size, edit)
-    # Faint samples share their light in images, but not in derivatives.
-    error = np.abs(change - (images[1] - images[0])).max()
-    assert error < 0.05 * np.abs(change).max()
-    gradients, _ = renderer.differentiate(inputs(0), size, np.array([[0, size, 0, size]]))
-    image = renderer.render(inputs(0), size)[..., :3].astype(float)
-    assert gradients[0] @ edit == pytest.approx((image * change).sum(), rel=0.01)
-    renderer.close()
-
-
-@pytest.mark.parametrize("dtype", ["float32", "uint8", "int16"])
+@pytest.mark.parametrize("dtype", ["float32", "uint8"])
 @pytest.mark.parametrize("sigma", [0.0, 2.0, 7.0])
 def test_noise_is_that_of_the_material_not_of_the_air(dtype: str, sigma: float) -> None:
     z, y, x = np.mgrid[:60, :60, :60] - 29.5
@@ -164,7 +128,7 @@ def test_noise_of_smooth_and_of_small_volumes_is_none() -> None:
     assert noise_of(np.arange(8.0).reshape(2, 2, 2)) == 0.0
 
 
-@pytest.mark.parametrize("flat", [1, 10, 100, 1000])
+@pytest.mark.parametrize("flat", [1, 1000])
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
 def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(
     name: RendererName, flat: float
@@ -180,12 +144,11 @@ def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(
     assert found == pytest.approx(1 - 0.4 ** (4 / volume.voxel_size), abs=0.003)
 
 
-@pytest.mark.parametrize("lighting", ["none", "direct"])
-def test_vtks_picture_does_not_depend_on_the_unit_of_length(lighting) -> None:
+def test_vtks_picture_does_not_depend_on_the_unit_of_length() -> None:
     voxels = ball().voxels
     images = []
-    for unit in (1e-9, 1e-3, 1.0, 1e6):
-        renderer = VtkRenderer(Volume(voxels, (unit, unit, 2 * unit)).over(RANGE), lighting)
+    for unit in (1.0, 1e-9, 1e6):
+        renderer = VtkRenderer(Volume(voxels, (unit, unit, 2 * unit)).over(RANGE), "direct")
         images.append(renderer.render(SceneInputs(View(), SOLID, WHITE, crop=LOWER), 48))
         renderer.close()
     for image in images[1:]:

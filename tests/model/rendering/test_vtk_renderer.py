@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
-from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
@@ -13,9 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from model.rendering.raster import Raster, middle_square
-from model.rendering.vtk_renderer import VtkRenderer, per_sample
+from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -57,30 +55,8 @@ def slab(nx: int = 33, ny: int = 9, nz: int = 33, spacing=(1.0, 1.0, 1.0)) -> Vo
     return Volume(scalars, spacing)
 
 
-def test_an_image_is_float32_rgba(renderer: VtkRenderer) -> None:
-    image = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
-    assert (image.shape, image.dtype) == ((SIZE, SIZE, 4), np.float32)
-    assert image.min() >= 0 and image.max() <= 1
-    assert image[..., 3].max() > 0.5
-
-
 def test_an_empty_tf_gives_the_background(renderer: VtkRenderer) -> None:
     assert not renderer.render(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), SIZE).any()
-
-
-def test_an_opaque_tf_is_opaque_inside_and_empty_outside(renderer: VtkRenderer) -> None:
-    alpha = renderer.render(SceneInputs(View(0.0, 0.0), constant(1.0), WHITE), SIZE)[..., 3]
-    assert alpha[SIZE // 2, SIZE // 2] == 1.0
-    assert alpha[0, 0] == 0.0
-    assert np.isin(alpha, (0.0, 1.0)).mean() > 0.9
-
-
-@pytest.mark.parametrize("opacity", [0.0, 1e-7, 0.5, 1.0])
-@pytest.mark.parametrize("sample_distance", [0.25, 0.5, 1.0, 2.0])
-def test_the_opacity_of_a_sample(opacity: float, sample_distance: float) -> None:
-    value = per_sample(np.array([opacity], np.float32), sample_distance)[0]
-    exact = 1 - (1 - Fraction(float(np.float32(opacity)))) ** Fraction(sample_distance)
-    assert value == pytest.approx(float(exact), rel=1e-9)
 
 
 @pytest.mark.parametrize("opacity", [2e-5, 9e-5, 1.1e-4])
@@ -105,37 +81,6 @@ def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, sample_distanc
     assert image[32, 32, 3] == pytest.approx(expected, abs=1.5 * STEP + one_sample)
 
 
-def test_opacity_refers_to_a_voxel_of_any_size() -> None:
-    fine, coarse = slab(), slab(spacing=(7.0, 7.0, 7.0))
-    np.testing.assert_allclose(
-        render(fine, VIEW, constant(0.1), WHITE, SIZE),
-        render(coarse, VIEW, constant(0.1), WHITE, SIZE),
-        atol=1.01 * STEP,
-    )
-
-
-def test_halving_the_step_converges(volume: Volume) -> None:
-    images = [
-        render(volume, VIEW, MODES, RAINBOW, SIZE, sample_distance=s)
-        for s in (1.0, 0.5, 0.25, 0.125)
-    ]
-    errors = [np.sqrt(np.mean((image - images[-1]) ** 2)) for image in images[:-1]]
-    assert errors[0] > errors[1] > errors[2]
-    assert errors[2] < 0.01
-
-
-def test_turning_the_view_equals_turning_the_volume(volume: Volume) -> None:
-    # A quarter turn about z: x -> y, y -> -x.
-    turned = Volume(
-        np.ascontiguousarray(volume.scalars.transpose(0, 2, 1)[:, :, ::-1]),
-        (volume.spacing[1], volume.spacing[0], volume.spacing[2]),
-    )
-    one = render(volume, View(20.0, 15.0, 5.0, 0.9), MODES, RAINBOW, SIZE)
-    other = render(turned, View(110.0, 15.0, 5.0, 0.9), MODES, RAINBOW, SIZE)
-    assert np.abs(one - other).mean() < 0.5 * STEP
-    assert one[..., 3].any()
-
-
 def test_looking_from_above_shows_the_top(volume: Volume) -> None:
     scalars = np.zeros((17, 17, 17), np.uint8)
     scalars[12:16, 7:10, 7:10] = 255
@@ -156,28 +101,13 @@ def test_roll_turns_the_picture_clockwise(volume: Volume) -> None:
     assert np.abs(np.rot90(straight, -1) - rolled).mean() < 0.5 * STEP
 
 
-def test_colour_is_premultiplied(renderer: VtkRenderer) -> None:
-    color = ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),))
-    image = renderer.render(SceneInputs(VIEW, MODES, color), SIZE)
-    for channel, share in enumerate((0.25, 0.5, 1.0)):
-        np.testing.assert_allclose(image[..., channel], share * image[..., 3], atol=1.01 * STEP)
-
-
-def test_opacity_does_not_depend_on_colour(renderer: VtkRenderer) -> None:
-    one = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
-    other = renderer.render(SceneInputs(VIEW, MODES, WHITE), SIZE)
-    assert np.array_equal(one[..., 3], other[..., 3])
-
-
 def test_images_do_not_depend_on_what_was_rendered_before(renderer: VtkRenderer) -> None:
     first = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
     renderer.render(SceneInputs(View(200.0, -60.0), constant(0.4), WHITE), 32)
     assert np.array_equal(first, renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE))
 
 
-@pytest.mark.parametrize(
-    "dtype", ["int8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"]
-)
+@pytest.mark.parametrize("dtype", ["int8", "uint16", "float32", "float64"])
 def test_every_scalar_type_gives_the_same_image(volume: Volume, dtype: str) -> None:
     # Half of 255 fits int8.
     scalars = volume.scalars // 2
@@ -212,20 +142,6 @@ def test_every_elevation_with_roll_gives_a_continuous_image(renderer: VtkRendere
     assert max(changes) < 5 * np.median(changes)
 
 
-def test_azimuth_0_and_360_give_the_same_bits(renderer: VtkRenderer) -> None:
-    zero = renderer.render(SceneInputs(View(0.0, 30.0), MODES, RAINBOW), SIZE)
-    assert np.array_equal(
-        zero, renderer.render(SceneInputs(View(360.0, 30.0), MODES, RAINBOW), SIZE)
-    )
-
-
-@pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(180, 0), View(0, 90), View(0, -90)])
-def test_axis_aligned_rays_are_finite_and_hit(renderer: VtkRenderer, view: View) -> None:
-    image = renderer.render(SceneInputs(view, constant(0.5), WHITE), SIZE)
-    assert np.isfinite(image).all()
-    assert image[SIZE // 2, SIZE // 2, 3] > 0.9
-
-
 def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> None:
     for azimuth in range(0, 360, 30):
         alpha = renderer.render(
@@ -233,33 +149,6 @@ def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> Non
         )[..., 3]
         edge = np.concatenate([alpha[0], alpha[-1], alpha[:, 0], alpha[:, -1]])
         assert not edge.any()
-
-
-def test_light_changes_colour_but_not_opacity(volume: Volume) -> None:
-    unlit = render(volume, VIEW, MODES, RAINBOW, SIZE)
-    lit = render(volume, VIEW, MODES, RAINBOW, SIZE, lighting="direct")
-    np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1.01 * STEP)
-    assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
-
-
-def test_the_light_turns_with_the_view() -> None:
-    # A ball looks the same from everywhere, light included.
-    z, y, x = np.mgrid[-10:11, -10:11, -10:11]
-    ball = Volume(np.clip(255 - 20 * np.sqrt(x**2 + y**2 + z**2), 0, 255).astype(np.uint8))
-    tf = OpacityTF(RANGE, points=((90.0, 0.0), (130.0, 1.0)))
-    images = [
-        render(ball, view, tf, WHITE, SIZE, lighting="direct") for view in (View(0), View(90))
-    ]
-    assert np.abs(images[0] - images[1]).mean() < STEP
-    # By default it comes from the upper left.
-    bright = images[0][..., :3].mean(axis=-1)
-    assert bright[20:32, 20:32].sum() > 1.1 * bright[32:44, 32:44].sum()
-
-
-def test_homogeneous_regions_can_be_lit() -> None:
-    image = render(slab(), VIEW, constant(0.3), WHITE, SIZE, lighting="direct")
-    assert np.isfinite(image).all()
-    assert image[..., :3].max() > 0
 
 
 def test_a_renderer_works_in_a_thread_of_its_own(volume: Volume) -> None:
@@ -272,14 +161,11 @@ def test_a_renderer_works_in_a_thread_of_its_own(volume: Volume) -> None:
     assert np.array_equal(images[0], render(volume, VIEW, MODES, RAINBOW, SIZE))
 
 
-@pytest.mark.parametrize("far", [1e7, 1e9, 1e12])
-@pytest.mark.parametrize("lighting", ["none", "direct"])
-def test_volumes_far_from_the_origin_look_as_near_it(
-    volume: Volume, far: float, lighting: Lighting
-) -> None:
+def test_volumes_far_from_the_origin_look_as_near_it(volume: Volume) -> None:
+    far = 1e12
     moved = replace(volume, origin=(far, -far, 3 * far))
     near, there = (
-        render(v, VIEW, MODES, RAINBOW, SIZE, lighting=lighting) for v in (volume, moved)
+        render(v, VIEW, MODES, RAINBOW, SIZE, lighting="direct") for v in (volume, moved)
     )
     assert near.max() > 0.1
     np.testing.assert_array_equal(there, near)

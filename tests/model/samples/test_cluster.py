@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import pickle
 import signal
 import socket
 import subprocess
@@ -16,14 +15,13 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import cloudpickle
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
 
 from model.errors import DatasetError, RenderError
 from model.samples import cluster as cluster_module
-from model.samples.cluster import _render_block, block_renderer, render_store_on_cluster
+from model.samples.cluster import block_renderer, render_store_on_cluster
 from model.samples.sample_store import BLOCK, SPLITS, SampleBatch, SampleStore
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -225,31 +223,3 @@ def test_the_lack_of_workers_or_of_tfscope_is_said(
         pytest.raises(DatasetError, match="no module 'model'; start workers from this tfscope"),
     ):
         render_store_on_cluster(new, volume, empty_scheduler)
-
-
-def test_a_workers_renderer_stays_until_the_scene_changes(
-    volume: Volume, scene: Scene, store: SampleStore
-) -> None:
-    data = {name: getattr(volume, name) for name in ("voxels", "spacing", "origin", "name")}
-    small = Scene.from_json({**scene.to_json(), "image_size": 32})
-    renderers = []
-    for each in (scene, scene, small):
-        arguments = volume.fingerprint, each.to_json(), 7, "train", range(3, 5)
-        batch = _render_block(data, *arguments)  # type: ignore[arg-type]
-        renderers.append(cluster_module._kept.renderer)
-        if each is scene:
-            np.testing.assert_array_equal(batch.rgba, store.read("train", range(3, 5)).rgba)
-    first, second, third = renderers
-    assert first is second and third is not second
-    third.close()
-    del cluster_module._kept.renderer, cluster_module._kept.made_for
-
-
-def test_what_is_sent_needs_tfscope_only_when_it_is_called(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    sent = cloudpickle.dumps(block_renderer())
-    monkeypatch.setitem(sys.modules, "model.samples.cluster", None)
-    task = pickle.loads(sent)
-    with pytest.raises(ModuleNotFoundError):
-        task()

@@ -166,13 +166,6 @@ def test_a_kill_while_growing_leaves_a_store_that_can_go_on(
         assert (store.count("train"), store.missing_samples()) == (100, 105)
 
 
-def test_errors_of_rendering_processes_arrive(store: SampleStore, tmp_path: Path) -> None:
-    other = Volume(np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
-    growing = SampleStore.create(tmp_path / "s.zarr", store.scene, 7, {"train": 5})
-    with pytest.raises(DatasetError, match="is not the one"):
-        render_store(growing, other, workers=1)
-
-
 def test_an_unwritable_place_is_said(scene: Scene, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(DatasetError, match=r"cannot be written|not a tfscope"):

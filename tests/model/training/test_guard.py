@@ -10,15 +10,8 @@ from typing import cast
 import pytest
 import torch
 
-from model.latent.latent_space import UNIT_SCENE
-from model.networks.blocks import initialize
-from model.networks.codec import LatentCodec
-from model.networks.size import NetworkSize
-from model.samples.sampling import draw_opacity_tfs
 from model.training.guard import (
     LATEST_START,
-    LEAST_RANK,
-    LEAST_SPREAD,
     PATIENCE,
     WARM_UP,
     CollapseGuard,
@@ -93,41 +86,6 @@ def test_what_has_not_left_its_start_is_given_time(bad: dict[str, float]) -> Non
     guard = CollapseGuard()
     guard.check_measurement(JOINT, HEALTHY, LATEST_START)
     assert guard.check_measurement(other, bad, WARM_UP) is None and guard.healthy
-
-
-def test_the_papers_codec_is_not_stopped_while_its_codes_start_equal() -> None:
-    """A codec of full width from the paper's initial weights, in its batches of 64."""
-    torch.manual_seed(0)
-    codec = LatentCodec(NetworkSize())
-    initialize(codec)
-    options = TrainingOptions.faithful()
-    stage = cast(Stage, SimpleNamespace(name="opacity", stage=options.opacity, options=options))
-    optimizer = torch.optim.Adam(codec.parameters(), options.opacity.learning_rate, (0.5, 0.999))
-    tfs = (
-        2 * torch.from_numpy(draw_opacity_tfs(replace(UNIT_SCENE, tf_family="paper"), 0, 0, 2000))
-        - 1
-    )
-    guard, ranks, spreads = CollapseGuard(), [], []
-    for step in range(81):
-        if step % 40 == 0:
-            codec.eval()
-            with torch.no_grad():
-                health = latent_health(codec.encode(tfs[:128]))
-            ranks.append(health["latent_rank"])
-            spreads.append(health["latent_spread"])
-            # As a slow machine measures: once a minute, after 64 times as many samples.
-            assert guard.check_measurement(stage, {**health, "diversity": 0.0}, step) is None
-            assert guard.check_measurement(stage, {**health, "diversity": 0.0}, 10 * step) is None
-            assert guard.healthy
-            codec.train()
-        batch = tfs[torch.randint(0, len(tfs), (64,))]
-        loss = (codec.decode(codec.encode(batch)) - batch).square().mean()
-        optimizer.zero_grad()
-        loss.backward()
-        optimizer.step()
-    # So the start is what would be called a collapse: equal codes, and then along a line.
-    assert spreads[0] < LEAST_SPREAD < spreads[-1]
-    assert ranks[-1] < LEAST_RANK
 
 
 @pytest.mark.parametrize("bad", [ALIKE, ONE_CODE])

@@ -9,21 +9,6 @@ from model.errors import TrainingError
 from model.training.options import Budget, TrainingOptions
 
 
-def test_faithful_is_the_papers_recipe() -> None:
-    recipe = TrainingOptions.faithful()
-    assert (recipe.opacity.batch_size, recipe.opacity.learning_rate) == (64, 2e-4)
-    assert (recipe.translation.batch_size, recipe.translation.learning_rate) == (50, 8e-5)
-    assert recipe.l1_weight == 150
-    assert recipe.decoded_tf_weight == 1
-    assert recipe.unrendered_tfs == 0
-    assert recipe.thick_layer_weight == 0
-    assert recipe.tf_edit_weight == 0
-    assert recipe.opacity_l1_weight == 0
-    assert not recipe.one_stage
-    assert recipe.average_decay == 0
-    assert recipe.adversarial_start == 0
-
-
 def test_options_survive_json() -> None:
     options = TrainingOptions(opacity_time_share=0.25, seed=9)
     assert TrainingOptions.from_json(json.loads(json.dumps(options.to_json()))) == options

@@ -10,8 +10,6 @@ from model.errors import TfscopeError
 from model.networks.blocks import (
     Modulation,
     ResidualBlock,
-    initialize,
-    kaiming_init,
     parameter_count,
 )
 from model.networks.encoding import EncodedInputs
@@ -19,7 +17,6 @@ from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
-from model.training.options import PRESETS
 
 
 @pytest.mark.parametrize(
@@ -80,27 +77,6 @@ def test_impossible_sizes_are_refused(bad: dict) -> None:
         NetworkSize(**bad)
 
 
-def test_presets_are_those_of_the_documentation() -> None:
-    assert {name: size.image_size for name, size in PRESETS.items()} == {
-        "draft": 64,
-        "compact": 128,
-        "large": 256,
-        "paper": 256,
-    }
-    assert PRESETS["paper"] == NetworkSize()
-
-
-def test_first_weights_have_the_papers_spread() -> None:
-    torch.manual_seed(0)
-    block = ResidualBlock(64, 32)
-    initialize(block)
-    convolution, norm = block.body[0], block.body[1]
-    assert isinstance(convolution, nn.Conv2d)
-    assert convolution.weight.std().item() == pytest.approx(0.02, rel=0.05)
-    assert norm.weight.mean().item() == pytest.approx(1.0, abs=0.02)
-    assert not norm.bias.any()
-
-
 @pytest.mark.parametrize("kernel", [1, 3])
 @pytest.mark.parametrize("channels", [(6, 6), (6, 4)])
 def test_a_doubling_block_is_the_block_of_the_doubled_image(
@@ -124,16 +100,6 @@ def test_a_doubling_block_is_the_block_of_the_doubled_image(
     for name, value in fused.named_buffers():
         # The unbiased variance of four times as many pixels differs by their number alone.
         torch.testing.assert_close(value, plain.get_buffer(name), rtol=0.02, atol=1e-9)
-
-
-def test_narrow_encoders_pass_their_signal_on() -> None:
-    torch.manual_seed(0)
-    encoder = TranslationGenerator(NetworkSize(0.25)).color_tf
-    tf = torch.rand(16, 3, 256) * 2 - 1
-    lost = encoder(tf).std(0).mean()
-    kaiming_init(encoder)
-    kept = encoder(tf).std(0).mean()
-    assert lost < 1e-4 < 0.05 < kept < 5
 
 
 def test_in_evaluation_a_sample_does_not_depend_on_its_batch() -> None:

@@ -29,7 +29,7 @@ def jet():
 def truth(jet):
     volume, inputs = jet
     tracer = PathTracer(volume, seed=1)
-    *_, many = tracer.refine(inputs, 96, 512)
+    *_, many = tracer.refine(inputs, 96, 256)
     tracer.close()
     return many
 

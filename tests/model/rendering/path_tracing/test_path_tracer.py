@@ -82,7 +82,7 @@ def traced(volume: Volume, inputs: SceneInputs, size=24, samples=8, **others):
 @pytest.mark.parametrize(
     "asymmetry", [0.0, *(pytest.param(each, marks=pytest.mark.slow) for each in (-0.5, 0.7))]
 )
-@pytest.mark.parametrize("opacity", [0.02, 0.3, 0.97])
+@pytest.mark.parametrize("opacity", [0.02, 0.97])
 def test_white_under_an_even_sky_is_as_bright_as_the_sky(opacity, asymmetry):
     """The white furnace: with albedo 1 everywhere nothing is to be seen but the sky's light."""
     volume, opacity_tf, color_tf = homogeneous(opacity, (1.0, 1.0, 1.0))
@@ -91,19 +91,6 @@ def test_white_under_an_even_sky_is_as_bright_as_the_sky(opacity, asymmetry):
     assert image[..., 3].max() > min(5 * opacity, 0.9)
     for channel in range(3):
         np.testing.assert_allclose(image[..., channel], image[..., 3], atol=2e-3)
-
-
-@pytest.mark.slow
-def test_nothing_is_brighter_than_the_sky_and_dark_colors_are_darker():
-    volume = balls("uint8")
-    inputs = seen(volume)
-    image = traced(volume, inputs, samples=32, lamp=SKY)
-    assert (image[..., :3] <= image[..., 3:] + 1e-5).all()
-    lo, hi = volume.scalar_range
-    black = replace(inputs, color_tf=ColorTF((lo, hi), ((lo, 0, 0, 0), (hi, 0, 0, 0))))
-    image = traced(volume, black, samples=4, lamp=replace(SKY, gloss=0.0))
-    assert image[..., :3].max() == 0
-    assert image[..., 3].max() > 0.5
 
 
 @pytest.mark.parametrize(("asymmetry", "error"), [(0.0, 0.035), (0.6, 0.08)])
@@ -117,7 +104,7 @@ def test_a_thick_evenly_lit_piece_has_the_color_of_its_tf(asymmetry, error):
     np.testing.assert_allclose(middle, (*color, 1.0), atol=error)
 
 
-@pytest.mark.parametrize("opacity", [0.01, 0.2, 0.9])
+@pytest.mark.parametrize("opacity", [0.01, 0.9])
 @pytest.mark.parametrize("surfaces", [False, True])
 def test_the_hue_is_that_of_the_tf_however_thin_a_piece_is(opacity, surfaces):
     """Red, green and blue are in the proportions of the TF, also where light scatters once."""
@@ -160,18 +147,14 @@ def extinction_at(volume: Volume, opacity_tf: OpacityTF, places: np.ndarray) -> 
     return np.where(np.isnan(values), 0.0, sigma)
 
 
-@pytest.mark.parametrize("name", ["homogeneous", "balls", "anisotropic"])
-def test_light_scattered_once_is_that_of_a_quadrature(name):
+@pytest.mark.parametrize("spacing", [(1.0, 1.0, 1.0), ANISOTROPIC])
+def test_light_scattered_once_is_that_of_a_quadrature(spacing):
     """From a point-like light, without surfaces, in the picture's middle."""
     light = LightDirection(60.0, 20.0)
-    if name == "homogeneous":
-        volume, opacity_tf, color_tf = homogeneous(0.12, (1.0, 1.0, 1.0))
-        inputs = SceneInputs(VIEW, opacity_tf, color_tf, light=light)
-    else:
-        volume = balls("float32", ANISOTROPIC if name == "anisotropic" else (1.0, 1.0, 1.0))
-        lo, hi = volume.scalar_range
-        white = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0), (hi, 1.0, 1.0, 1.0)))
-        inputs = replace(seen(volume, light=light), color_tf=white)
+    volume = balls("float32", spacing)
+    lo, hi = volume.scalar_range
+    white = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0), (hi, 1.0, 1.0, 1.0)))
+    inputs = replace(seen(volume, light=light), color_tf=white)
     places, t = through_middle(volume, VIEW)
     step = t[1] - t[0]
     towards = np.array(light.towards()) @ VIEW.basis()
@@ -191,8 +174,8 @@ def test_light_scattered_once_is_that_of_a_quadrature(name):
     assert image[0, 0, 0] == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("opacity", [0.05, 0.3])
-def test_an_even_sky_scattered_once_is_that_of_a_quadrature(opacity):
+def test_an_even_sky_scattered_once_is_that_of_a_quadrature():
+    opacity = 0.3
     volume, opacity_tf, color_tf = homogeneous(opacity, (1.0, 1.0, 1.0))
     lamp = Lamp(key=0.0, sky=1.0, surfaces=False, bounces=1)
     sigma = -math.log1p(-opacity)
@@ -219,23 +202,12 @@ def test_an_even_sky_scattered_once_is_that_of_a_quadrature(opacity):
     assert image[0, 0, 0] == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("dtype", "case"),
-    [
-        ("float32", "cropped"),
-        ("float32", "missing"),
-        ("uint8", "wide"),
-        ("uint8", "part"),
-        ("uint8", "plain"),
-    ],
-)
-def test_opacity_is_the_ray_casters(dtype, case):
-    volume = balls(dtype, ANISOTROPIC, case == "missing")
+@pytest.mark.parametrize("case", ["cropped", "missing", "part"])
+def test_opacity_is_the_ray_casters(case):
+    volume = balls("float32" if case == "cropped" else "uint8", ANISOTROPIC, case == "missing")
     crop = CropBox((0.2, 0.0, 0.3), (1.0, 0.7, 1.0)) if case == "cropped" else None
     view = replace(VIEW, pan_x=0.1, pan_y=-0.2, distance=0.5)
-    raster = {"part": Raster(40, 30, 7, 5, 20, 11), "wide": Raster(40, 24)}.get(
-        case, Raster(32, 32)
-    )
+    raster = Raster(40, 30, 7, 5, 20, 11) if case == "part" else Raster(32, 32)
     inputs = seen(volume, view, crop=crop)
     caster = RaycastRenderer(volume)
     expected = caster.render(inputs, raster)[..., 3]
@@ -278,7 +250,7 @@ def test_samples_traced_together_are_those_traced_one_by_one(monkeypatch):
     np.testing.assert_array_equal(traced(volume, inputs, Raster(40, 30), 13), image)
 
 
-@pytest.mark.parametrize("samples", [1, 6, 37])
+@pytest.mark.parametrize("samples", [1, 37])
 def test_it_asks_as_often_as_it_says(samples):
     volume, asked = balls("uint8"), []
     tracer, raster = PathTracer(volume), Raster(300, 40)

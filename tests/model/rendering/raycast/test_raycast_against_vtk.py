@@ -13,7 +13,7 @@ from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import Lighting, Scene
+from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -51,15 +51,11 @@ def errors(volume: Volume, samples: list[SceneInputs], **options) -> NDArray[np.
     return np.array(found)
 
 
-def test_there_are_volumes_to_compare() -> None:
-    assert len(shipped_volumes()) >= 2
-
-
 def test_unlit_images_agree(shipped: Volume, samples: list[SceneInputs]) -> None:
     assert errors(shipped, samples).max() <= 0.005
 
 
-@pytest.mark.parametrize(("azimuth", "elevation"), [(-45, 45), (0, 0), (60, -20), (150, 30)])
+@pytest.mark.parametrize(("azimuth", "elevation"), [(-45, 45), (150, 30)])
 def test_gradient_shading_agrees(
     shipped: Volume, samples: list[SceneInputs], azimuth: float, elevation: float
 ) -> None:
@@ -84,17 +80,6 @@ def test_an_opaque_volume_covers_what_vtk_covers(shape: tuple[int, int, int]) ->
         assert ((alphas[0] > 0.5) != (alphas[1] > 0.5)).sum() <= 8
 
 
-@pytest.mark.parametrize("opacity", [0.02, 0.3, 1.0])
-def test_a_constant_opacity_looks_the_same(shipped: Volume, opacity: float) -> None:
-    lo, hi = shipped.scalar_range
-    constant = OpacityTF((lo, hi), points=((lo, opacity), (hi, opacity)))
-    color = ColorTF((lo, hi), ((lo, 0.1, 0.2, 0.9), (hi, 0.9, 0.8, 0.1)))
-    views = (View(35.0, 25.0, 7.0, 0.9), View(120.0, -50.0))
-    inputs = [SceneInputs(view, constant, color) for view in views]
-    # VTK leaves out the last step of each ray: half a step on average.
-    assert errors(shipped, inputs).max() <= 0.01
-
-
 @pytest.mark.parametrize("step", [0.25, 1.0])
 def test_other_steps_agree(volume: Volume, step: float) -> None:
     view = View(35.0, 25.0, 7.0, 0.9)
@@ -106,15 +91,3 @@ def test_other_steps_agree(volume: Volume, step: float) -> None:
     )
     # VTK has its samples elsewhere along the ray; that shows the more, the longer the step.
     assert np.sqrt(np.mean((image - expected) ** 2)) < 0.005 + 0.02 * step
-
-
-@pytest.mark.parametrize("lighting", ["none", "direct"])
-def test_vtk_draws_bytes_as_it_draws_the_same_volume_in_float32(
-    volume: Volume, lighting: Lighting
-) -> None:
-    images = []
-    for scalars in (volume.scalars, volume.scalars.astype(np.float32)):
-        vtk = VtkRenderer(Volume(scalars, volume.spacing), lighting)
-        images.append(vtk.render(SceneInputs(View(35.0, 25.0, 7.0, 0.9), MODES, RAINBOW), 64))
-        vtk.close()
-    np.testing.assert_allclose(*images, atol=1.01 / 255)

@@ -71,7 +71,7 @@ def test_at_the_pole_azimuth_and_roll_are_the_same_turn(renderer: RaycastRendere
     np.testing.assert_allclose(one, other, atol=2e-3)
 
 
-@pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(180, 0), View(0, 90), View(0, -90)])
+@pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(0, -90)])
 @pytest.mark.parametrize("size", [16, 17])
 def test_axis_aligned_views(renderer: RaycastRenderer, view: View, size: int) -> None:
     image = renderer.render(SceneInputs(view, HALF, WHITE), size)

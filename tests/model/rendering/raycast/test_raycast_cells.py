@@ -63,17 +63,6 @@ def test_a_cell_is_occupied_where_a_bin_in_its_range_shows(
         np.testing.assert_array_equal(occupied, (low - 1 <= value) & (value <= high + 1))
 
 
-def test_bins_between_the_values_of_other_types(executor: ThreadPoolExecutor) -> None:
-    values = random_bytes((17, 12, 9)) / 255.0
-    scalars = (values * 3 - 1).astype(np.float32)
-    cells = MinMaxCells(scalars, (-1.0, 255 / 3), executor)
-    low, high = extremes(np.rint(255 * values).astype(np.uint8))
-    for value in (0, 17, 128, 255):
-        occupied = cells.distances(only(value)).reshape(low.shape) == 0
-        assert occupied[(low <= value) & (value <= high)].all()
-        assert not occupied[(low - 2 >= value) | (value >= high + 2)].any()
-
-
 @pytest.mark.parametrize("dtype", [np.int16, np.float32])
 def test_values_beyond_the_range_count_for_its_ends(
     dtype: type, executor: ThreadPoolExecutor
@@ -123,11 +112,3 @@ def test_an_empty_tf_leaves_no_cell_and_a_full_one_all(executor: ThreadPoolExecu
     cells = MinMaxCells(random_bytes((20, 20, 20)), BYTES, executor)
     assert (cells.distances(np.zeros(256, bool)) == FARTHEST).all()
     assert (cells.distances(np.ones(256, bool)) == 0).all()
-
-
-def test_cells_take_less_than_a_twentieth_of_a_byte_volume(executor: ThreadPoolExecutor) -> None:
-    scalars = random_bytes((64, 70, 50))
-    cells = MinMaxCells(scalars, BYTES, executor)
-    # A renderer keeps the distances of four TFs.
-    kept = cells.nbytes + 3 * cells.distances(only(9)).nbytes
-    assert kept < 0.05 * scalars.nbytes

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -77,8 +75,6 @@ def renderer(volume: Volume) -> RaycastRenderer:
     ("dtype", "low", "high"),
     [
         ("uint8", 0, 255),
-        pytest.param("int16", -32768, 32767, marks=pytest.mark.slow),
-        pytest.param("uint16", 0, 65535, marks=pytest.mark.slow),
         ("float32", 0.0, 1.0),
         ("float64", -3.0, 0.5),
         ("float64", 1e9, 1e9 + 1e-3),
@@ -105,7 +101,7 @@ def test_images_agree_with_a_ray_caster_in_float64(dtype: str, low: float, high:
         assert image[..., 3].max() > 0.5
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_any_shape_spacing_step_and_view(seed: int) -> None:
     rng = np.random.default_rng(seed)
     # Two voxels, whole cells of eight, and one voxel more or less.
@@ -128,7 +124,7 @@ def test_any_shape_spacing_step_and_view(seed: int) -> None:
     assert np.abs(image - expected).mean() < 5e-4
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scalars = np.zeros((42, 35, 50), np.uint8)
@@ -154,7 +150,7 @@ def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed: i
         assert (fast.depth == whole.depth).mean() > 0.99
 
 
-@pytest.mark.parametrize("opacity", [1e-45, 1e-40, 1e-38, 1e-30, 1e-20])
+@pytest.mark.parametrize("opacity", [1e-45, 1e-20])
 def test_hardly_any_opacity_is_finite(opacity: float) -> None:
     image = RaycastRenderer(slab()).render(SceneInputs(VIEW, constant(opacity), WHITE), 33)
     assert np.isfinite(image).all()
@@ -181,94 +177,10 @@ def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, step: float) -
     assert alpha == pytest.approx(exact, rel=1e-5, abs=1e-9)
 
 
-def test_oblique_rays_absorb_along_their_length() -> None:
-    image = RaycastRenderer(slab(), sample_distance=0.05).render(
-        SceneInputs(View(), constant(0.1), WHITE), 33
-    )
-    # One step of 2/33 of half the image to the right: the ray leaves through the far face.
-    slope = np.tan(np.radians(15)) * 2 * 4 / 33
-    length = 8 * np.sqrt(1 + slope**2)
-    assert image[16, 20, 3] == pytest.approx(1 - 0.9**length, abs=0.9**length * 0.006)
-
-
-# Up to an eighth of a voxel the volume is read at every fourth sample.
-@pytest.mark.parametrize("steps", [(2.0, 1.0, 0.5, 0.25, 0.13), (0.12, 0.06, 0.03, 0.015)])
-def test_halving_the_step_converges(volume: Volume, steps: tuple[float, ...]) -> None:
-    renderer = RaycastRenderer(volume)
-    images = []
-    for step in steps:
-        renderer.sample_distance = step
-        images.append(renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 32))
-    errors = [np.sqrt(np.mean((image - images[-1]) ** 2)) for image in images[:-1]]
-    assert all(fine < 0.7 * coarse for coarse, fine in pairwise(errors))
-    assert errors[-1] < 2e-3
-
-
-def test_an_opaque_ball_is_first_seen_on_its_surface() -> None:
-    z, y, x = np.mgrid[-12:13, -12:13, -12:13].astype(np.float32)
-    distance = np.sqrt(x**2 + y**2 + z**2)
-    ball = Volume(distance, (2.0, 2.0, 2.0), (5.0, 6.0, 7.0))
-    lo, hi = ball.scalar_range
-    # Opaque up to 8 voxels from the centre, that is 16 units.
-    opacity_tf = OpacityTF((lo, hi), points=((8.0, 1.0), (8.01, 0.0)))
-    color_tf = ColorTF((lo, hi), ((lo, 1.0, 1.0, 1.0),))
-    frame = RaycastRenderer(ball, sample_distance=0.25).frame(
-        SceneInputs(VIEW, opacity_tf, color_tf), 41
-    )
-    eye = VIEW.camera_distance(ball.radius)
-    across = ((2 * np.arange(41) + 1) / 41 - 1) * np.tan(np.radians(15))
-    cosine = 1 / np.sqrt(1 + across**2 + across[:, None] ** 2)
-    # Where the ray meets the sphere; the square root is negative where it does not.
-    square = 16.0**2 - eye**2 * (1 - cosine**2)
-    surface = eye * cosine - np.sqrt(np.maximum(square, 0))
-    well_inside, well_outside = square > 12.0**2, square < -(5.0**2)
-    assert well_inside.any() and well_outside.any()
-    # The next sample, half a unit behind at most; a bin of the TF and a voxel are not sharp.
-    behind = (frame.depth - surface)[well_inside]
-    assert behind.min() > -0.3 and behind.max() < 0.9
-    assert np.isinf(frame.depth[well_outside]).all()
-    assert not frame.rgba[well_outside].any()
-
-
-def test_the_depth_of_thin_haze_is_where_it_adds_up_to_one_step_of_8_bits() -> None:
-    haze = slab(shape=(9, 101, 9))
-    renderer = RaycastRenderer(haze, sample_distance=1.0)
-    view = View(distance=0.5)
-    found = renderer.frame(SceneInputs(view, constant(2e-4), WHITE), 9).depth[4, 4]
-    face = view.camera_distance(haze.radius) - 50
-    samples = np.ceil(np.log(1 - 1 / 255) / np.log(1 - 2e-4))
-    assert found == pytest.approx(face + samples, abs=1.01)
-    assert np.isinf(renderer.frame(SceneInputs(view, constant(3e-5), WHITE), 9).depth).all()
-
-
-def test_a_frame_holds_the_same_image(renderer: RaycastRenderer) -> None:
-    image = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), 40)
-    np.testing.assert_allclose(
-        renderer.frame(SceneInputs(VIEW, MODES, RAINBOW), 40).rgba, image, atol=1e-6
-    )
-
-
-def test_colour_is_premultiplied(renderer: RaycastRenderer) -> None:
-    image = renderer.render(SceneInputs(VIEW, MODES, ColorTF(RANGE, ((0.0, 0.25, 0.5, 1.0),))), 40)
-    for channel, share in enumerate((0.25, 0.5, 1.0)):
-        np.testing.assert_allclose(image[..., channel], share * image[..., 3], atol=1e-6)
-
-
 def test_an_empty_tf_gives_the_background(renderer: RaycastRenderer) -> None:
     frame = renderer.frame(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), 24)
     assert not frame.rgba.any()
     assert np.isinf(frame.depth).all()
-
-
-def test_a_tf_of_one_bin_shows_that_bin(volume: Volume) -> None:
-    points = ((99.0, 0.0), (100.0, 0.8), (101.0, 0.0))
-    opacity_tf = OpacityTF(RANGE, points=points)
-    image = RaycastRenderer(volume, sample_distance=0.13).render(
-        SceneInputs(VIEW, opacity_tf, RAINBOW), 24
-    )
-    expected = render(volume, VIEW, opacity_tf.sample(RANGE), RAINBOW.sample(RANGE), 24, 0.13)
-    np.testing.assert_allclose(image, expected, atol=0.012)
-    assert 0.02 < image[..., 3].max() < 1
 
 
 def test_a_mode_of_no_width_is_a_bin_wide() -> None:
@@ -294,14 +206,6 @@ def test_the_step_may_be_changed_between_images(volume: Volume) -> None:
     changed.sample_distance = 2.0
     expected = fresh.render(SceneInputs(VIEW, MODES, RAINBOW), 32)
     np.testing.assert_array_equal(changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32), expected)
-
-
-def test_opacity_refers_to_a_voxel_of_any_size(volume: Volume) -> None:
-    small = Volume(volume.scalars, tuple(s / 1000 for s in volume.spacing))
-    image = RaycastRenderer(volume).render(SceneInputs(VIEW, MODES, RAINBOW), 32)
-    np.testing.assert_allclose(
-        RaycastRenderer(small).render(SceneInputs(VIEW, MODES, RAINBOW), 32), image, atol=1e-3
-    )
 
 
 def test_where_a_value_is_visible_adds_up_to_the_opacity() -> None:
