@@ -9,17 +9,43 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QToolButton, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractScrollArea,
+    QAbstractSpinBox,
+    QApplication,
+    QLineEdit,
+    QMenuBar,
+    QToolButton,
+    QWidget,
+)
 from pytestqt.qtbot import QtBot
 
 from app.image_view.orientation_cube import OrientationCube
+from app.theme import apply_theme
 from app.window.gesture_table import GESTURES, help_text, status_keys
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
 WindowMaker = Callable[..., MainWindow]
 
-LEAST = 1000, 640
+SIZES = (
+    (1920, 1080), (960, 540), (1000, 640), (853, 450), (800, 450), (1093, 614), (1280, 720),
+    (1366, 768), (1440, 900),
+)  # fmt: skip
+"""Windows in logical pixels; among them 1366 x 768 at 125 %, 1920 x 1080 at 150 and at 200 %,
+1280 x 720 at 150 % below a task bar, and 1600 x 900 at 200 %."""
+
+ROOM = {(1440, 900): (520, 470), (1000, 640): (350, 300)}
+"""Least height of the images, and side of the browser's squares, by the window's size."""
+
+CONTROLS = QAbstractButton, QAbstractSpinBox, QLineEdit, QMenuBar
+
+
+@pytest.fixture(autouse=True)
+def theme(qapp: QApplication) -> None:
+    """Have controls as large as in the application."""
+    apply_theme(qapp, "dark")
 
 
 def place(widget: QWidget, window: QWidget) -> QRect:
@@ -35,50 +61,81 @@ def action(window: MainWindow, keys: str) -> QAction:
     return found
 
 
-def open_all(window: MainWindow) -> None:
-    """Have everything float over the images that can."""
-    window.crop_card.set_shown(True)
-    window.up_axis_card.ask("+z")
-    for number in range(2):
-        window.notice.tell(f"/a/long/folder/engine{number}.nrrd: the file is truncated. " * 3)
-    # As on a machine that is too slow for light.
-    window.reference_controls.light.set_title("None (too slow)")
+def cut_in(window: QWidget) -> list[str]:
+    """Names of controls that are seen, but not as a whole."""
+    found = []
+    for widget in window.findChildren(QWidget):
+        if not isinstance(widget, CONTROLS) or not widget.isVisible():
+            continue
+        above = widget.parentWidget()
+        # What scrolls comes into sight.
+        while above is not None and not isinstance(above, QAbstractScrollArea):
+            if not above.rect().contains(place(widget, above)):
+                name = widget.accessibleName() or widget.objectName() or type(widget).__name__
+                found.append(f"{name} in {type(above).__name__}")
+                break
+            above = None if above is window else above.parentWidget()
+    return found
+
+
+def assert_whole(window: MainWindow, size: tuple[int, int]) -> None:
     QApplication.processEvents()
+    least = window.minimumSizeHint()
+    assert (window.width(), window.height()) == size
+    assert least.width() <= 1000 and least.height() <= 640
+    assert cut_in(window) == [], size
+    bar = window.top_bar
+    shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
+    places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
+    assert places[0].left() >= 0 and places[-1].right() < size[0]
+    assert all(one.right() < other.left() for one, other in pairwise(places))
+    for button in bar.findChildren(QToolButton):
+        if button.isVisible() and button is not bar.volume:
+            assert button.width() >= button.minimumSizeHint().width()
 
 
-def test_nothing_moves_and_all_has_room(make_window: WindowMaker) -> None:
+def test_everything_has_room_at_any_size_and_nothing_moves(make_window: WindowMaker) -> None:
     window = make_window()
+    image, browser, bar = window.reference.canvas, window.browser, window.top_bar
     left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
     assert left.left() == 0 and right.right() == window.width() - 1
-    assert left.top() == right.top() == window.top_bar.height() == 36
+    assert left.top() == right.top() == bar.height() == 36
     assert right.left() - left.right() == 2  # One pixel lies between.
-    assert window.status.height() == 24
-    assert not window.notice.isVisible()
-    assert not window.crop_card.isVisible() and not window.status.news
-    above = (window.top_bar, window.panes)
-    controls = [
-        button
-        for part in above
-        for button in part.findChildren(QAbstractButton)
-        if button.isVisible() and button.parentWidget() is not window.up_axis_card
-    ]
-    # Volume, light, what an image costs, four buttons; two captions, three tools.
-    assert len(controls) <= 12
-    size = window.size()
-    for browsing in (True, False):
-        window.latent_state.choose(shown=browsing)
-        open_all(window)
-        assert window.size() == size
-        parts = (window.top_bar, window.panes, window.status)
-        widths = {type(part).__name__: part.minimumSizeHint().width() for part in parts}
-        assert max(widths.values()) <= LEAST[0], widths
-        # Beside an editor of 220 pixels and its line.
-        assert sum(part.minimumSizeHint().height() for part in parts) <= LEAST[1] - 226
-    action(window, "R").trigger()
-    QTest.qWait(20)
-    assert window.size() == size
-    window.latent_state.choose(shown=True)
-    parts = (window.top_bar, window.panes, window.notice, window.crop_card, window.up_axis_card)
+    height, editing = image.height(), action(window, "F9")
+    editing.trigger()
+    QTest.qWait(50)
+    assert window.editor.isHidden() and image.height() > height + 150
+    editing.trigger()
+    QTest.qWait(50)
+    assert window.editor.isVisible() and image.height() == height
+    bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
+    # As on a machine that is too slow for light.
+    window.reference_controls.light.set_title("None (too slow)")
+    for size in SIZES:
+        window.up_axis_card.hide()
+        window.resize(*size)
+        assert_whole(window, size)
+        assert bar.is_folded == (size[0] < 1180)
+        alone = image.size()
+        window.crop_card.set_shown(True)
+        window.up_axis_card.ask("+z")
+        for number in range(2):
+            window.notice.tell(f"/a/folder/engine{number}.nrrd: the file is truncated; copy it.")
+        assert_whole(window, size)
+        # What floats moves nothing.
+        assert image.size() == alone
+        window.latent_state.choose(shown=True)
+        assert_whole(window, size)
+        assert browser.map.width() == browser.map.height() == browser.grid.width()
+        if size in ROOM:
+            assert alone.height() >= ROOM[size][0]
+            assert min(browser.map.width(), browser.grid.width()) >= ROOM[size][1]
+            assert image.width() >= 220
+        window.latent_state.choose(shown=False)
+        if size != SIZES[-1]:
+            window.crop_card.set_shown(False)
+            window.notice.clear()
+    parts = (bar, window.panes, window.notice, window.crop_card, window.up_axis_card)
     without_text = [
         button
         for part in parts
@@ -148,10 +205,34 @@ def test_what_lies_over_the_images_follows_them(make_window: WindowMaker) -> Non
     assert seen() == [window.reference.canvas]
 
 
-def test_keys_reach_every_area(
+def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     window = make_window()
+    assert window.status.keys == status_keys("Images")
+    assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys
+    whole = help_text()
+    for gestures in GESTURES.values():
+        assert all(g.effect in whole for g in gestures)
+    found = help_text("lasso")
+    assert "draw a rectangle" in found and "the menus" not in found
+    QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
+    images = window.reference.canvas.statusTip()
+    assert images == status_keys("Images")
+    window.sensitivity_state.set_tool("lasso")
+    assert window.status.keys == status_keys("Drawing a region")
+    window.sensitivity_state.set_tool(None)
+    assert window.status.keys == images
+    corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
+    window.sensitivity_state.add_region(Outline(corners))
+    # The mouse is over the image, and has not moved.
+    assert window.status.keys == status_keys("Regions") == window.reference.canvas.statusTip()
+    window.sensitivity_state.activate(None)
+    assert window.status.keys == images
+    assert "Ctrl" not in window.editor.statusTip()
+    window.sensitivity_state.hover(150.0)
+    assert window.editor.statusTip() == status_keys("Value under the mouse")
+    window.sensitivity_state.hover(None)
     window.activateWindow()
     window.reference.canvas.setFocus()
     qtbot.waitUntil(window.reference.canvas.hasFocus)
@@ -216,74 +297,3 @@ def test_keys_reach_every_area(
     QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
     assert window.browser.isHidden()
     assert window.generator.canvas.hasFocus()
-
-
-def test_the_status_line_says_the_keys_under_the_mouse(make_window: WindowMaker) -> None:
-    window = make_window()
-    assert window.status.keys == status_keys("Images")
-    assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys
-    whole = help_text()
-    for gestures in GESTURES.values():
-        assert all(g.effect in whole for g in gestures)
-    found = help_text("lasso")
-    assert "draw a rectangle" in found and "the menus" not in found
-    QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
-    images = window.reference.canvas.statusTip()
-    assert images == status_keys("Images")
-    window.sensitivity_state.set_tool("lasso")
-    assert window.status.keys == status_keys("Drawing a region")
-    window.sensitivity_state.set_tool(None)
-    assert window.status.keys == images
-    corners = ((0.2, 0.2), (0.6, 0.2), (0.6, 0.6), (0.2, 0.6))
-    window.sensitivity_state.add_region(Outline(corners))
-    # The mouse is over the image, and has not moved.
-    assert window.status.keys == status_keys("Regions") == window.reference.canvas.statusTip()
-    window.sensitivity_state.activate(None)
-    assert window.status.keys == images
-    assert "Ctrl" not in window.editor.statusTip()
-    window.sensitivity_state.hover(150.0)
-    assert window.editor.statusTip() == status_keys("Value under the mouse")
-
-
-def test_bar_and_browser_have_room_at_any_width(make_window: WindowMaker) -> None:
-    window = make_window()
-    bar = window.top_bar
-    bar.setParent(None)
-    bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
-    bar.setMinimumWidth(0)
-    bar.show()
-    for width in (1000, 1180, 1440, 2560):
-        bar.resize(width, 36)
-        QApplication.processEvents()
-        assert bar.is_folded == (width < 1180)
-        shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
-        places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
-        assert places[0].left() >= 0 and places[-1].right() < width
-        assert all(one.right() < other.left() for one, other in pairwise(places))
-        for button in bar.findChildren(QToolButton):
-            if button.isVisible() and button is not bar.volume:
-                assert button.width() >= button.minimumSizeHint().width()
-    panes, browser = window.panes, window.browser
-    window.latent_state.choose(shown=True)
-    panes.setParent(None)
-    panes.show()
-    # Heights of the images in windows of 900, 640 and 720 pixels, with an editor of 35 %.
-    for size, square, image in (
-        ((1440, 524), 470, 400),
-        ((1000, 355), 300, 300),
-        ((1280, 402), 350, 480),
-    ):
-        panes.resize(*size)
-        QApplication.processEvents()
-        for part in (browser.map, browser.grid):
-            assert part.width() == part.height() >= square
-            assert panes.rect().contains(place(part, panes))
-        assert browser.map.size() == browser.grid.size()
-        assert browser.map.y() == browser.grid.y() == browser.bar.height() == 36
-        assert window.reference.width() >= image
-        assert window.reference.height() == size[1]
-        parts = [w for w in browser.bar.children() if isinstance(w, QWidget) and w.isVisible()]
-        assert all(browser.bar.rect().contains(place(w, browser.bar)) for w in parts)
-    for part in (bar, panes):
-        part.close()
-        part.deleteLater()
