@@ -158,22 +158,6 @@ def test_a_held_reference_leaves_the_first_image_to_the_ray_caster(
     assert generator.asked[-1].inputs == reference.asked[-1].inputs
 
 
-def test_an_image_that_takes_long_begins_coarse(
-    dispatcher: Dispatcher, clients: list[Client]
-) -> None:
-    reference, stand_in = clients[1:]
-    dispatcher.change(begins_coarse=True)
-    dispatcher.send()
-    first = reference.answer(1e-4)
-    assert first.quality.live and first.quality.pixels.width < PANE.width / 3
-    assert first.quality.coarseness == 1
-    second = reference.answer(1e-4)
-    assert not second.quality.live
-    assert second.quality.pixels.width < PANE.width
-    assert reference.asked[-1].quality.pixels == PANE
-    assert not stand_in.asked
-
-
 def test_a_drag_calls_off_what_is_being_refined(
     state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
 ) -> None:

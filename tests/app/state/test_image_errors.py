@@ -55,16 +55,6 @@ def test_two_images_are_compared_as_a_screen_shows_them() -> None:
     assert distance(other, large) == pytest.approx(expected, rel=0.03)
 
 
-def test_nothing_is_said_of_an_exact_image() -> None:
-    errors = ImageErrors()
-    assert said(errors) == ""
-    errors.note(result(0.5), WHOLE)
-    assert said(errors, settled=True) == ""
-    # One that moves in full is exact, too.
-    errors.note(result(0.5, live(1.0)), WHOLE)
-    assert said(errors, moves=True) == ""
-
-
 def test_at_rest_nothing_is_said_of_an_image_that_is_not_the_wanted_one() -> None:
     errors = ImageErrors()
     errors.note(result(0.5, live(), inputs=replace(INPUTS, view=View(80.0))), WHOLE)
@@ -98,15 +88,6 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     assert said(errors, settled=True) == ""
 
 
-def test_an_image_that_is_as_exact_as_was_chosen_says_so() -> None:
-    errors = ImageErrors()
-    chosen = Quality(48, raster=WHOLE, samples=8, error=0.012)
-    errors.note(result(0.5, chosen, 0.011), WHOLE)
-    found = errors.fidelity(INPUTS, False, True, WHOLE)
-    assert found.text == "error .011, as exact as chosen"
-    assert "slider" in found.reasons[0]
-
-
 def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     errors = ImageErrors()
     # Kernels are compiled before the first one.
@@ -133,12 +114,6 @@ def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     assert errors.moving == (0.02, pytest.approx(0.02))
     errors.forget()
     assert errors.moving is None
-
-
-def test_an_estimate_is_not_that_of_an_image_that_lacks_pixels() -> None:
-    errors = ImageErrors()
-    errors.note(result(0.5, Quality(24, raster=Raster(32, 24), samples=4), 0.004), WHOLE)
-    assert said(errors) == "refining"
 
 
 @pytest.mark.parametrize(("own", "found"), [(0.006, None), (0.004, pytest.approx(0.01))])

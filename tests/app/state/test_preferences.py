@@ -1,13 +1,11 @@
 from __future__ import annotations
 
 import json
-import threading
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
-from pytestqt.qtbot import QtBot
 
 from app.state import delayed_writer
 from app.state.known_volume import MOST_RECENT, KnownVolume
@@ -93,12 +91,6 @@ def test_a_wrong_value_is_its_default_and_spoils_no_other(wrong: Any) -> None:
         assert value == default or (value == wrong and type(value) is type(default))
 
 
-def test_of_volumes_only_what_is_malformed_is_lost() -> None:
-    known = {"path": "/a", "models": 3, "up_axis": "+w", "raw_layout": "8x8x8_uint8"}
-    found = Remembered.from_json({"tfscope_preferences": 1, "volumes": {"a": known, "b": 7}})
-    assert found.volumes == {"a": KnownVolume("/a", raw_layout="8x8x8_uint8")}
-
-
 def test_what_a_newer_version_has_written_is_kept(store: PreferencesStore) -> None:
     volumes = {"f1": {"path": "/a", "notes": "mine"}}
     path = written(store, {"tfscope_preferences": 3, "theme": "light", "volumes": volumes})
@@ -145,44 +137,6 @@ def test_a_file_that_cannot_be_read_is_not_overwritten(
     preferences.finish()
     assert Preferences(store).values == Remembered(legend=True)
     assert [p.name for p in path.parent.iterdir()] == [path.name]
-
-
-def test_changes_in_a_row_are_written_once_and_elsewhere(
-    qtbot: QtBot, store: PreferencesStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    threads: list[threading.Thread] = []
-    save = store.save
-
-    def watched(remembered: Remembered) -> None:
-        threads.append(threading.current_thread())
-        save(remembered)
-
-    monkeypatch.setattr(store, "save", watched)
-    preferences = Preferences(store)
-    told: list[frozenset[str]] = []
-    preferences.changed.connect(told.append)
-    for stop in ("fast", "balanced", "balanced", "exact"):
-        preferences.set(stop=stop)
-    preferences.set(swapped=True, legend=False)
-    assert told == [frozenset({"stop"})] * 3 + [frozenset({"swapped"})]
-    qtbot.waitUntil(lambda: store.path.exists() and not preferences._writer.is_writing)
-    preferences.finish()
-    assert len(threads) == 1
-    assert threads[0] is not threading.current_thread()
-    assert Preferences(store).value("stop") == "exact"
-
-
-def test_a_write_that_fails_is_told_once(tmp_path: Path) -> None:
-    blocker = tmp_path / "file"
-    blocker.write_text("")
-    preferences = Preferences(PreferencesStore(blocker / "preferences.json"))
-    told: list[str] = []
-    preferences.problem.connect(told.append)
-    for on in (True, False):
-        preferences.set(legend=on)
-        preferences.finish()
-    assert len(told) == 1
-    assert "file" in told[0]
 
 
 def test_a_wrong_change_is_refused() -> None:

@@ -59,30 +59,10 @@ def test_edits_in_a_row_are_written_once_and_elsewhere(
     assert store.load("b") == make_tf(150.0)
 
 
-def test_at_the_end_everything_is_written(keeper: TransferFunctionKeeper, store: Watched) -> None:
-    keeper.keep("a", make_tf(120.0))
-    keeper.finish()
-    assert store.load("a") == make_tf(120.0)
-
-
 def test_what_is_loaded_is_the_newest(keeper: TransferFunctionKeeper) -> None:
     keeper.keep("a", make_tf(120.0))
     assert keeper.load("a") == make_tf(120.0)
     assert keeper.load("b") is None
-
-
-def test_a_write_that_fails_is_told_once(
-    qtbot: QtBot, keeper: TransferFunctionKeeper, store: Watched
-) -> None:
-    store.fails = True
-    told: list[str] = []
-    keeper.problem.connect(told.append)
-    keeper.keep("a", make_tf(120.0))
-    qtbot.waitUntil(lambda: told == ["The disk is full."])
-    qtbot.waitUntil(lambda: not keeper._writer.is_writing)
-    keeper.keep("a", make_tf(130.0))
-    keeper.finish()
-    assert len(told) == 1
 
 
 def test_a_disk_that_fails_for_thread_and_end_is_told_once(
@@ -97,11 +77,3 @@ def test_a_disk_that_fails_for_thread_and_end_is_told_once(
     keeper.finish()
     qtbot.waitUntil(lambda: not keeper._writer.is_writing)
     assert told == ["The disk is full."]
-
-
-def test_without_a_store_nothing_is_kept(qapp: QObject) -> None:
-    parent = QObject()
-    keeper = TransferFunctionKeeper(None, parent)
-    keeper.keep("a", make_tf())
-    assert keeper.load("a") is None
-    parent.deleteLater()

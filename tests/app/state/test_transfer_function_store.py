@@ -9,15 +9,6 @@ from app.state.transfer_function_keeper import TransferFunctionStore
 from model.errors import TransferFunctionError
 
 
-def test_each_volume_gets_its_own_back(tmp_path: Path) -> None:
-    store = TransferFunctionStore(tmp_path / "not" / "there")
-    assert store.load("a" * 64) is None
-    store.save("a" * 64, make_tf(120.0))
-    store.save("b" * 64, make_tf(130.0))
-    assert store.load("a" * 64) == make_tf(120.0)
-    assert store.load("b" * 64) == make_tf(130.0)
-
-
 def test_a_damaged_file_is_told_once_and_set_aside(tmp_path: Path) -> None:
     store = TransferFunctionStore(tmp_path)
     path = store.path("a" * 64)

@@ -94,16 +94,6 @@ def test_another_up_axis_stands_the_volume_upright(qtbot: QtBot, state: ViewerSt
     assert (state.view.distance, state.view.pan_x, state.view.pan_y) == (0.5, 0.1, 0.2)
 
 
-def test_standard_views_are_upright_and_keep_the_distance(state: ViewerState) -> None:
-    state.start_view(BOX, "+y")
-    state.set_view(View(10.0, roll=5.0, distance=0.55, pan_x=0.3))
-    state.look_from("Top")
-    assert state.view.basis()[2] == pytest.approx(axis_direction("+y"), abs=1e-9)
-    assert (state.view.distance, state.view.pan_x) == (0.55, 0.0)
-    with pytest.raises(ViewError, match="'Inside' is not a view"):
-        state.look_from("Inside")
-
-
 def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: ViewerState) -> None:
     part = 0.25 * WHOLE + np.array([0.7, 0.05, 0.2])
     middle = part.mean(axis=0)
@@ -157,10 +147,3 @@ def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> No
     assert low + high == pytest.approx([0.0, 0.0], abs=1e-9)
     # It is small enough for the nearest view.
     assert high.max() < 1.0
-
-
-def test_the_trackball_is_announced(qtbot: QtBot, state: ViewerState) -> None:
-    assert not state.trackball
-    with qtbot.waitSignal(state.navigationChanged):
-        state.set_trackball(True)
-    assert state.trackball
