@@ -17,6 +17,7 @@ from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.lateness import Lateness
+from app.short_numbers import short
 from app.state.brightness import Brightness
 from app.state.engine_chooser import EngineName
 
@@ -212,7 +213,7 @@ class EnginePane(QWidget):
         self._facts = "   ".join(fact for fact in facts if fact)
         self._who = by
         moves = request.quality.live and result.seconds > 0
-        self._speed = f"moving {min(1 / result.seconds, 999):.0f} fps" if moves else ""
+        self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
         self._lateness.note(request.inputs)
         self.resultShown.emit(result)
         self._show_status()

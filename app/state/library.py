@@ -38,7 +38,6 @@ class KnownModel:
     folder: Path
     name: str
     worth: str
-    is_shipped: bool
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,6 @@ class Library:
                 folder,
                 folder.name.replace("_", " ") if folder in shipped else folder.name,
                 error_text(card.metrics),
-                folder in shipped,
             )
             for folder, card in ours
         ]
@@ -115,9 +113,7 @@ class Library:
             if card is None or volume is None:
                 continue
             name = f"{title_of(volume)}, {LIGHTS[card.scene.lighting]}"
-            found.append(
-                (KnownModel(folder, name, error_text(card.metrics), is_shipped=True), volume)
-            )
+            found.append((KnownModel(folder, name, error_text(card.metrics)), volume))
         return found
 
     def volume_of(self, folder: Path) -> Path | None:

@@ -150,8 +150,8 @@ class ReferenceWork(QObject):
     """Emitted with the new :class:`ReferenceSettings`."""
     lightRangeChanged = Signal(object)
     """Emitted with the range in which the light may be moved; None for a fixed one or none."""
-    analystStarted = Signal()
-    """Emitted when the analyst has been started anew: its answers no longer hold."""
+    analystReplaced = Signal()
+    """Emitted when the analyst is started anew or waits for kernels: old answers do not hold."""
     resized = Signal(object)
     """Emitted with the :class:`Raster` of the image."""
     lightReplaced = Signal()
@@ -445,10 +445,10 @@ class ReferenceWork(QObject):
         self._analyst_waits = not self._are_prepared(self.settings)
         if self._analyst_waits:
             self._analyst.wait(WAITING)
-            return
-        build = partial(self._builders.analyst, self._volume, self.settings)
-        self._analyst.start(build, PREPARING)
-        self.analystStarted.emit()
+        else:
+            build = partial(self._builders.analyst, self._volume, self.settings)
+            self._analyst.start(build, PREPARING)
+        self.analystReplaced.emit()
 
 
 def _remembered(preferences: Preferences) -> ReferenceChoices:

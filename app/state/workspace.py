@@ -136,7 +136,7 @@ class Workspace(QObject):
         work.choicesChanged.connect(self._share_patience)
         self._share_patience(work.choices)
         work.settingsChanged.connect(self._relight)
-        work.analystStarted.connect(self._restart_questions)
+        work.analystReplaced.connect(self._restart_questions)
         self.model.ready.connect(self._generator_ready)
         self.model.failed.connect(self._follow_scene)
         self.reading.opened.connect(self._volume_opened)

@@ -183,16 +183,6 @@ class ScalarAxis:
         return values if self.scale == "linear" else np.arcsinh(values / bend_for(self.full))
 
 
-def to_unit(value: float, scalar_range: Range) -> float:
-    """Map a scalar value to a linear axis, and the range's ends to 0 and 1."""
-    return ScalarAxis.over(scalar_range).place(value)
-
-
-def from_unit(place: float, scalar_range: Range) -> float:
-    """Map a place on a linear axis to its value; 0 and 1 give the range's ends exactly."""
-    return ScalarAxis.over(scalar_range).value(place)
-
-
 def bend_for(scalar_range: Range) -> float:
     """Return the magnitude from which a range's axis is logarithmic, see :class:`ScalarAxis`.
 

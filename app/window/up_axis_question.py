@@ -156,7 +156,7 @@ class UpAxisQuestion(QObject):
         self._rest.timeout.connect(self._ask_for_pictures)
         state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
         # An analyst that was started anew knows of no question.
-        workspace.reference.analystStarted.connect(self._ask_for_pictures)
+        workspace.reference.analystReplaced.connect(self._ask_for_pictures)
 
     def _consider(self) -> None:
         opened = self._workspace.opened

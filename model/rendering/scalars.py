@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -67,8 +66,13 @@ def renderable_scalars(
         voxels = values if values.dtype.kind != "f" else _clamped_far_out(volume, values)
         return np.ascontiguousarray(voxels), volume.scalar_range
     scaled = np.empty(values.shape, dtype=np.float32)
-    for plane, out in zip(_unit_planes(volume, values, BEYOND), scaled, strict=True):
-        out[...] = plane
+    lo, hi = volume.scalar_range
+    lowest, highest = _limits(volume)
+    # The extremes of float64 would overflow in hi - lo: halve first.
+    span = hi / 2 - lo / 2
+    for plane, out in zip(values, scaled, strict=True):
+        doubles = plane.astype(np.float64)
+        out[...] = (np.clip(doubles, lowest, highest, out=doubles) / 2 - lo / 2) / span
     return scaled, (0.0, 1.0)
 
 
@@ -86,27 +90,6 @@ def keeps_type(volume: Volume, native: tuple[type[np.generic], ...]) -> bool:
     return kind in native and fits
 
 
-def unit_planes(volume: Volume) -> Iterator[NDArray[np.float64]]:
-    """Yield a volume's planes along z with the scalar range mapped to [0, 1], one at a time.
-
-    Values beyond the range are clamped to it; hidden voxels have those of
-    :func:`shown_voxels`.
-    """
-    return _unit_planes(volume, shown_voxels(volume), 0.0)
-
-
-def _unit_planes(
-    volume: Volume, voxels: NDArray[Any], beyond: float
-) -> Iterator[NDArray[np.float64]]:
-    lo, hi = volume.scalar_range
-    lowest, highest = _limits(volume, beyond)
-    # The extremes of float64 would overflow in hi - lo: halve first.
-    span = hi / 2 - lo / 2
-    for plane in voxels:
-        values = plane.astype(np.float64)
-        yield (np.clip(values, lowest, highest, out=values) / 2 - lo / 2) / span
-
-
 def shown_voxels(volume: Volume) -> NDArray[Any]:
     """Return a volume's voxels, hidden ones with values like those around them; see `filled`."""
     if volume.hidden is None:
@@ -116,16 +99,16 @@ def shown_voxels(volume: Volume) -> NDArray[Any]:
 
 def _clamped_far_out(volume: Volume, voxels: NDArray[Any]) -> NDArray[Any]:
     """Clamp voxels :data:`BEYOND` the scalar range; without a copy where there are none."""
-    lowest, highest = _limits(volume, BEYOND)
+    lowest, highest = _limits(volume)
     if (lowest, highest) == volume.data_range and not volume.draws_missing:
         return voxels
     return np.clip(voxels, lowest, highest)
 
 
-def _limits(volume: Volume, beyond: float) -> Range:
-    """Smallest and largest voxel, or what voxels so many widths beyond the range become."""
+def _limits(volume: Volume) -> Range:
+    """Smallest and largest voxel, or what voxels :data:`BEYOND` the range become."""
     (lo, hi), (lowest, highest) = volume.scalar_range, volume.data_range
     if volume.missing is not None and volume.draws_missing:
         # Their numbers are not in the data's range.
         lowest, highest = -math.inf, math.inf
-    return max(lo - beyond * (hi - lo), lowest), min(hi + beyond * (hi - lo), highest)
+    return max(lo - BEYOND * (hi - lo), lowest), min(hi + BEYOND * (hi - lo), highest)

@@ -24,7 +24,7 @@ def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
     ramp = builders.volumes["ramp"].fingerprint
 
     def models_of(_library: Library, fingerprint: str) -> list[KnownModel]:
-        return [KnownModel(Path("shipped"), "shipped", "", True)] if fingerprint == ramp else []
+        return [KnownModel(Path("shipped"), "shipped", "")] if fingerprint == ramp else []
 
     monkeypatch.setattr(Library, "models_of", models_of)
 

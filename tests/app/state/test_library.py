@@ -109,7 +109,7 @@ def test_models_of_a_volume_are_the_newest_first(
     make_model(tmp_path / "other", top=300.0)
     models = library.models_of(ours)
     assert [model.folder for model in models] == [tmp_path / "new", tmp_path / "old"]
-    assert (models[0].name, models[0].worth, models[0].is_shipped) == ("new", "RMSE 0.050.", False)
+    assert (models[0].name, models[0].worth) == ("new", "RMSE 0.050.")
     assert library.models_of(fingerprint(top=300.0)) == []
 
 
@@ -128,7 +128,6 @@ def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
         preferences.note_model(folder, scene.volume_fingerprint)
     models = library.models_of(scene.volume_fingerprint)
     assert [m.folder for m in models] == [copy, *same]
-    assert [m.is_shipped for m in models] == [False, *(True for _ in same)]
     # Who closes the window with a shipped one finds that again.
     preferences.note_model(same[-1], scene.volume_fingerprint)
     models = library.models_of(scene.volume_fingerprint)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from app.tf_editor.unit_axis import from_unit, ticks, to_unit
+from app.tf_editor.unit_axis import ScalarAxis, ticks
 
 RANGES = [
     (0.0, 1.0),
@@ -23,14 +23,16 @@ RANGES = [
 def test_places_and_values_are_each_others_inverse(
     scalar_range: tuple[float, float], share: float
 ) -> None:
-    value = from_unit(share, scalar_range)
+    axis = ScalarAxis.over(scalar_range)
+    value = axis.value(share)
     assert scalar_range[0] <= value <= scalar_range[1]
-    assert to_unit(value, scalar_range) == pytest.approx(share, abs=1e-6)
+    assert axis.place(value) == pytest.approx(share, abs=1e-6)
 
 
 @pytest.mark.parametrize("scalar_range", RANGES)
 def test_the_ends_are_exact(scalar_range: tuple[float, float]) -> None:
-    assert (from_unit(0.0, scalar_range), from_unit(1.0, scalar_range)) == scalar_range
+    axis = ScalarAxis.over(scalar_range)
+    assert (axis.value(0.0), axis.value(1.0)) == scalar_range
 
 
 @pytest.mark.parametrize("scalar_range", RANGES)

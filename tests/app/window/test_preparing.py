@@ -80,3 +80,10 @@ def test_vtk_draws_until_the_kernels_are_compiled(
     preparation.finish(questions)
     qtbot.waitUntil(lambda: analyst.is_ready, timeout=1000 * PATIENCE_S)
     assert window.status.preparation == ""
+
+    answers = window.workspace.sensitivity.answers
+    qtbot.waitUntil(lambda: bool(answers.regions), timeout=1000 * PATIENCE_S)
+    preparation.there.clear()
+    work.choose(lighting="soft")
+    # They were of another light, or may be of another volume.
+    assert not answers.regions
