@@ -1,7 +1,5 @@
 """Rules of the house that no linter knows."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 
 
-def imported(path: Path) -> set[str]:
+def imported(path):
     """Names of the modules that a file imports anywhere."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -22,13 +20,13 @@ def imported(path: Path) -> set[str]:
 
 
 @pytest.mark.parametrize("package", ["engines", "state"])
-def test_engines_and_state_know_no_widget(package: str) -> None:
+def test_engines_and_state_know_no_widget(package):
     paths = sorted((ROOT / "app" / package).glob("*.py"))
     assert len(paths) > 2
     for path in paths:
         assert "PySide6.QtWidgets" not in imported(path), path
 
 
-def test_few_modules_are_loose_in_the_model() -> None:
+def test_few_modules_are_loose_in_the_model():
     loose = [p.name for p in (ROOT / "model").glob("*.py") if p.name != "__init__.py"]
     assert len(loose) <= 8, loose

@@ -1,7 +1,5 @@
 """The window and the commands with connections forbidden and an empty home folder."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -65,9 +63,7 @@ OURS = (
     ],
     ids=["help", "info", "window", "generator", "train"],
 )
-def test_nothing_is_contacted_and_nothing_is_left_behind(
-    command: list[str], tmp_path: Path
-) -> None:
+def test_nothing_is_contacted_and_nothing_is_left_behind(command, tmp_path):
     site, home, out = (tmp_path / name for name in ("site", "home", "out"))
     for folder in (site, home, out):
         folder.mkdir()

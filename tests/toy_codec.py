@@ -1,18 +1,10 @@
 """A codec of one Gaussian mode, whose two numbers are its mean and its height."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
-from numpy.typing import NDArray
 
 from model.latent.codes import TFCodec
-from model.latent.latent_map import LatentMap
 from model.latent.latent_space import UNIT_SCENE, LatentSpace
 from model.latent.tf_frame import TFFrame
-from model.scene.transfer_function import Range
-from model.scene.value_scale import ValueScale
 
 BINS = np.arange(256)
 WIDTH = 20.0
@@ -21,15 +13,15 @@ WIDTH = 20.0
 class ToyCodec(TFCodec):
     """Decodes (mean, height) in [-1, 1] to a mode, and encodes a TF by its peak."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         pass
 
-    def encode(self, opacities: NDArray[np.floating]) -> NDArray[np.float32]:
+    def encode(self, opacities):
         means = opacities.argmax(axis=1) / 255 * 2 - 1
         heights = opacities.max(axis=1) * 2 - 1
         return np.stack([means, heights], axis=1).astype(np.float32)
 
-    def decode(self, codes: NDArray[np.floating]) -> NDArray[np.float32]:
+    def decode(self, codes):
         means, heights = (codes.astype(np.float64).T[:, :, None] + 1) / 2
         shapes = np.exp(-(((BINS - 255 * means) / WIDTH) ** 2))
         return (heights.clip(0, 1) * shapes).astype(np.float32)
@@ -38,11 +30,9 @@ class ToyCodec(TFCodec):
 class ToySpace(LatentSpace):
     """A space with few samples."""
 
-    def open_map(self, count: int = 150) -> LatentMap:
+    def open_map(self, count=150):
         return super().open_map(count)
 
 
-def toy_space(
-    folder: Path, scalar_range: Range, window: Range, scale: ValueScale = "linear"
-) -> ToySpace:
+def toy_space(folder, scalar_range, window, scale="linear"):
     return ToySpace(ToyCodec(), TFFrame(scalar_range, window, scale), UNIT_SCENE, "toy", (folder,))

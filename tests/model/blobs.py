@@ -1,11 +1,9 @@
-from __future__ import annotations
-
 import numpy as np
 
 from model.scene.volume import Volume
 
 
-def blobs() -> Volume:
+def blobs():
     """A small anisotropic volume without symmetries: three Gaussian blobs."""
     z, y, x = np.mgrid[0:20, 0:24, 0:16].astype(np.float64)
     field = np.zeros_like(x)

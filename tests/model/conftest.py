@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -11,21 +9,20 @@ from blobs import blobs
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 
 
 @pytest.fixture(scope="session")
-def volume() -> Volume:
+def volume():
     return blobs()
 
 
 @pytest.fixture(scope="session")
-def scene(volume: Volume) -> Scene:
+def scene(volume):
     return Scene.of(volume, image_size=64)
 
 
 @pytest.fixture(scope="session")
-def store(volume: Volume, scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> SampleStore:
+def store(volume, scene, tmp_path_factory):
     """A complete store of 160 training and 32 hold-out samples."""
     path: Path = tmp_path_factory.mktemp("stores") / "blobs.zarr"
     store = SampleStore.create(path, scene, 7, {"train": 160, "holdout": 32})

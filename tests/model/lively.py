@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import torch
 from torch import nn
 
@@ -10,7 +8,7 @@ from model.networks.size import NetworkSize
 SIZE = NetworkSize(0.125, 32, 64)
 
 
-def lively_network() -> TwoStageGenerator:
+def lively_network():
     """A network of that size, whose images depend on what goes in.
 
     As first weights, the paper's are too small for that.

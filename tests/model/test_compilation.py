@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -27,7 +25,7 @@ print(sum(add.stats.cache_misses.values()))
 
 
 @pytest.mark.slow
-def test_of_two_processes_one_compiles_and_the_other_loads(tmp_path: Path) -> None:
+def test_of_two_processes_one_compiles_and_the_other_loads(tmp_path):
     script = tmp_path / "kernel.py"
     script.write_text(KERNEL)
     environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}

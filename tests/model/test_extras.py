@@ -1,7 +1,5 @@
 """Optional packages: known by the extras of pyproject.toml, and asked for by a command."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib
@@ -16,7 +14,7 @@ from model.rendering.movie_file import write_movie
 ROOT = Path(__file__).parents[2]
 
 
-def test_extras_have_the_packages_of_the_project_file() -> None:
+def test_extras_have_the_packages_of_the_project_file():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     declared = project["optional-dependencies"]
     for extra, modules in EXTRAS.items():
@@ -26,12 +24,10 @@ def test_extras_have_the_packages_of_the_project_file() -> None:
     assert declared["test"][0] == f"tfscope[{','.join(EXTRAS)}]"
 
 
-def test_what_is_missing_is_asked_for_with_its_command(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_what_is_missing_is_asked_for_with_its_command(monkeypatch, tmp_path):
     monkeypatch.setattr(errors, "find_spec", lambda module: None)
     command = re.escape(f"{sys.executable} -m pip install POT flip-evaluator scikit-learn")
     with pytest.raises(TfscopeError, match=f"POT and .* must be installed by: {command}$"):
-        metrics.color_emd(None, None)  # type: ignore[arg-type]
+        metrics.color_emd(None, None)
     with pytest.raises(RenderError, match=r"pip install imageio-ffmpeg, or choose \.gif"):
         write_movie(tmp_path / "turn.mp4", [], 25)

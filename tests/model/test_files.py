@@ -7,11 +7,11 @@ import pytest
 from model.files import write_atomically, writing
 
 
-def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:
+def test_a_failed_write_leaves_what_was_there(tmp_path):
     path = tmp_path / "result.txt"
     path.write_text("old")
 
-    def write() -> None:
+    def write():
         with writing(path) as file:
             file.write(b"half of the ne")
             raise OSError("the disk is full")
@@ -22,7 +22,7 @@ def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:
     assert path.read_text() == "old"
 
 
-def test_a_written_file_takes_the_place(tmp_path: Path) -> None:
+def test_a_written_file_takes_the_place(tmp_path):
     path = tmp_path / "result.txt"
     path.write_text("old")
     write_atomically(path, b"new")
@@ -30,7 +30,7 @@ def test_a_written_file_takes_the_place(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ["result.txt"]
 
 
-def test_a_link_stays_one_and_a_device_a_device(tmp_path: Path) -> None:
+def test_a_link_stays_one_and_a_device_a_device(tmp_path):
     link = tmp_path / "link"
     link.symlink_to(tmp_path / "target")
     write_atomically(link, b"new")
@@ -41,6 +41,6 @@ def test_a_link_stays_one_and_a_device_a_device(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a full device")
-def test_a_full_device_is_an_error() -> None:
+def test_a_full_device_is_an_error():
     with pytest.raises(OSError, match="No space"):
         write_atomically(Path("/dev/full"), b"new")

@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import ast
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,7 +10,7 @@ ROOT = Path(model.__file__).parent
 COMPILERS = {"compiled", "inlined"}
 
 
-def imported(file: Path) -> Iterator[tuple[str, str]]:
+def imported(file):
     """Modules of model/, as paths in it, and the names that a file takes from them."""
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("model."):
@@ -22,11 +19,11 @@ def imported(file: Path) -> Iterator[tuple[str, str]]:
                 yield node.module.removeprefix("model.").replace(".", "/") + ".py", name.name
 
 
-def is_hashed(module: str) -> bool:
+def is_hashed(module):
     return any(module == place or module.startswith(f"{place}/") for place in kernel_cache.SOURCES)
 
 
-def kernels() -> list[Path]:
+def kernels():
     found = []
     for file in ROOT.rglob("*.py"):
         if COMPILERS & {name for _, name in imported(file)}:
@@ -34,14 +31,14 @@ def kernels() -> list[Path]:
     return found
 
 
-def test_whatever_is_compiled_has_its_source_in_the_folders_name() -> None:
+def test_whatever_is_compiled_has_its_source_in_the_folders_name():
     # Numba itself notices only changes of the file with the outermost function.
     files = kernels()
     assert len(files) > 10
     assert [f for f in files if not is_hashed(f.relative_to(ROOT).as_posix())] == []
 
 
-def test_constants_of_kernels_are_of_hashed_modules() -> None:
+def test_constants_of_kernels_are_of_hashed_modules():
     foreign = {
         (module, name)
         for file in kernels()
@@ -52,9 +49,7 @@ def test_constants_of_kernels_are_of_hashed_modules() -> None:
 
 
 @pytest.mark.parametrize("place", kernel_cache.SOURCES)
-def test_each_source_changes_the_folder(
-    place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_source_changes_the_folder(place, tmp_path, monkeypatch):
     for source in kernel_cache.SOURCES:
         copy = tmp_path / source
         copy = copy if source.endswith(".py") else copy / "kernel.py"

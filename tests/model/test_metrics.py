@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -13,7 +11,7 @@ RNG = np.random.default_rng(0)
 NOISE = RNG.random((32, 32, 3))
 
 
-def test_opaque_black_is_not_clearly_seen_but_a_red_corner_is() -> None:
+def test_opaque_black_is_not_clearly_seen_but_a_red_corner_is():
     images = np.zeros((4, 8, 8, 4), dtype=np.uint8)
     images[0, ..., 3] = 255
     images[1] = 12, 12, 12, 255
@@ -23,21 +21,21 @@ def test_opaque_black_is_not_clearly_seen_but_a_red_corner_is() -> None:
     assert metrics.clearly_seen(images).tolist() == [False, False, True, True]
 
 
-def flat(*rgb: float) -> np.ndarray:
+def flat(*rgb):
     return np.broadcast_to(np.array(rgb, dtype=float), (32, 32, 3)).copy()
 
 
-def test_rmse_of_known_images() -> None:
+def test_rmse_of_known_images():
     assert metrics.rmse(flat(0.5, 0.5, 0.5), flat(0.25, 0.25, 0.25)) == pytest.approx(0.25)
     assert metrics.rmse(flat(1, 0, 0), flat(0, 0, 0)) == pytest.approx(np.sqrt(1 / 3))
 
 
-def test_predictions_are_clipped_first() -> None:
+def test_predictions_are_clipped_first():
     assert metrics.rmse(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
     assert metrics.color_emd(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
 
 
-def test_masked_rmse_looks_at_covered_pixels_only() -> None:
+def test_masked_rmse_looks_at_covered_pixels_only():
     opacity = np.zeros((32, 32))
     opacity[:8] = 0.5
     image = flat(0, 0, 0)
@@ -47,26 +45,26 @@ def test_masked_rmse_looks_at_covered_pixels_only() -> None:
     assert metrics.masked_rmse(image, flat(0, 0, 0), np.zeros((32, 32))) == 0
 
 
-def test_equal_images_are_at_distance_zero_and_similarity_one() -> None:
+def test_equal_images_are_at_distance_zero_and_similarity_one():
     assert metrics.color_emd(NOISE, NOISE) == pytest.approx(0, abs=1e-12)
     assert metrics.ssim(NOISE, NOISE) == pytest.approx(1)
 
 
-def bin_of(*rgb: float) -> np.ndarray:
+def bin_of(*rgb):
     lab = rgb_to_lab(np.array(rgb, np.float32))
     return np.minimum(
         ((lab + 1) / 2 * metrics.EMD_BINS).astype(int), np.array(metrics.EMD_BINS) - 1
     )
 
 
-def test_emd_between_flat_images_is_the_distance_between_their_bins() -> None:
+def test_emd_between_flat_images_is_the_distance_between_their_bins():
     farthest = np.linalg.norm(np.array(metrics.EMD_BINS) - 1)
     for one, other in (((0, 0, 0), (1, 1, 1)), ((1, 0, 0), (0, 0, 1)), ((0, 1, 0), (0.2, 0, 0.9))):
         expected = np.linalg.norm(bin_of(*one) - bin_of(*other)) / farthest
         assert metrics.color_emd(flat(*one), flat(*other)) == pytest.approx(expected)
 
 
-def test_emd_moves_mass_as_far_as_needed() -> None:
+def test_emd_moves_mass_as_far_as_needed():
     # A quarter of the pixels must travel from black to white.
     image, truth = flat(0, 0, 0), flat(0, 0, 0)
     truth[:8] = 1.0
@@ -74,7 +72,7 @@ def test_emd_moves_mass_as_far_as_needed() -> None:
     assert metrics.color_emd(image, truth) == pytest.approx(whole / 4)
 
 
-def test_emd_agrees_with_the_full_transport_problem() -> None:
+def test_emd_agrees_with_the_full_transport_problem():
     image, truth = NOISE, np.clip(NOISE * 0.6 + 0.3, 0, 1)
     histograms = []
     for picture in (image, truth):
@@ -87,18 +85,18 @@ def test_emd_agrees_with_the_full_transport_problem() -> None:
     assert metrics.color_emd(image, truth) == pytest.approx(expected, abs=1e-9)
 
 
-def test_emd_ignores_where_the_colours_are() -> None:
+def test_emd_ignores_where_the_colours_are():
     shuffled = RNG.permutation(NOISE.reshape(-1, 3)).reshape(NOISE.shape)
     assert metrics.color_emd(NOISE, shuffled) == pytest.approx(0, abs=1e-12)
 
 
-def test_ssim_falls_with_noise() -> None:
+def test_ssim_falls_with_noise():
     smooth = np.linspace(0, 1, 32)[:, None, None] * np.ones((32, 32, 3))
     values = [metrics.ssim(smooth + s * (NOISE - 0.5), smooth) for s in (0.0, 0.1, 0.5)]
     assert values[0] > values[1] > values[2]
 
 
-def test_flip_is_zero_for_equal_images_and_one_between_black_and_white() -> None:
+def test_flip_is_zero_for_equal_images_and_one_between_black_and_white():
     rng = np.random.default_rng(0)
     image = rng.random((64, 64, 3))
     assert metrics.flip(image, image) == pytest.approx(0, abs=1e-6)
@@ -109,7 +107,7 @@ def test_flip_is_zero_for_equal_images_and_one_between_black_and_white() -> None
     assert metrics.flip(white + 0.5, black) == metrics.flip(white, black)
 
 
-def test_the_interval_of_the_mean_is_the_normal_one_for_many_values() -> None:
+def test_the_interval_of_the_mean_is_the_normal_one_for_many_values():
     values = np.random.default_rng(1).normal(3.0, 2.0, 4000)
     low, high = metrics.summary(values)["interval"]
     half = 1.96 * values.std() / np.sqrt(4000)
@@ -118,7 +116,7 @@ def test_the_interval_of_the_mean_is_the_normal_one_for_many_values() -> None:
     assert metrics.summary([0.5])["interval"] == [0.5, 0.5]
 
 
-def test_a_summary_is_plain_json() -> None:
+def test_a_summary_is_plain_json():
     summary = metrics.summary(np.arange(101))
     assert {k: summary[k] for k in ("mean", "median", "p95")} == {
         "mean": 50,

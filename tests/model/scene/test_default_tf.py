@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import colorsys
 
 import numpy as np
@@ -10,11 +8,11 @@ from model.scene.scene import default_scalar_window
 from model.scene.volume import Volume
 
 
-def uniform(lo: float, hi: float) -> Volume:
+def uniform(lo, hi):
     return Volume(np.linspace(lo, hi, 32**3).reshape(32, 32, 32))
 
 
-def test_modes_lie_in_the_window_with_light_colors_and_a_dark_low_end(volume: Volume) -> None:
+def test_modes_lie_in_the_window_with_light_colors_and_a_dark_low_end(volume):
     tf = default_transfer_function(volume)
     lo, hi = default_scalar_window(volume)
     means = [mode.mean for mode in tf.opacity.modes]
@@ -28,7 +26,7 @@ def test_modes_lie_in_the_window_with_light_colors_and_a_dark_low_end(volume: Vo
 
 
 @pytest.mark.parametrize("thickness", [1.0, 3.0, 12.0])
-def test_a_hollow_ball_is_opaque_enough_to_be_seen(thickness: float) -> None:
+def test_a_hollow_ball_is_opaque_enough_to_be_seen(thickness):
     random = np.random.default_rng(0)
     radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
     inside = np.abs(radius - 16.0) < thickness / 2
@@ -40,7 +38,7 @@ def test_a_hollow_ball_is_opaque_enough_to_be_seen(thickness: float) -> None:
 
 
 @pytest.mark.parametrize("limits", [(0.0, 1.0), (-1000.0, 3000.0), (1e-9, 3e-9), (0.0, 1e12)])
-def test_the_default_follows_the_units_of_the_data(limits: tuple[float, float]) -> None:
+def test_the_default_follows_the_units_of_the_data(limits):
     lo, hi = limits
     places = [
         (m.mean - lo) / (hi - lo) for m in default_transfer_function(uniform(lo, hi)).opacity.modes
@@ -49,7 +47,7 @@ def test_the_default_follows_the_units_of_the_data(limits: tuple[float, float]) 
     assert places == pytest.approx(unit, abs=0.01)
 
 
-def test_what_fills_the_volume_is_shown_less() -> None:
+def test_what_fills_the_volume_is_shown_less():
     scalars = np.linspace(0.0, 1.0, 32**3).reshape(32, 32, 32)
     plain = default_transfer_function(Volume(scalars))
     crowded_at = plain.opacity.modes[1].mean
@@ -60,7 +58,7 @@ def test_what_fills_the_volume_is_shown_less() -> None:
 
 
 @pytest.mark.parametrize("high", [1, 3, 255])
-def test_two_values_are_enough(high: int) -> None:
+def test_two_values_are_enough(high):
     scalars = np.zeros((4, 4, 4), dtype=np.uint8)
     scalars[2:] = high
     tf = default_transfer_function(Volume(scalars))

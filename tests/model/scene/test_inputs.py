@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace
@@ -40,16 +38,14 @@ SCENE = Scene.of(make_volume(), image_size=16, scalar_window=(120.0, 180.0))
         (View(elevation=90.0, roll=20.0), (100.0,), ("elevation", "roll", "a mode")),
     ],
 )
-def test_what_lies_outside_is_named_in_one_line(
-    view: View, modes: tuple[float, ...], said: tuple[str, ...]
-) -> None:
+def test_what_lies_outside_is_named_in_one_line(view, modes, said):
     opacity, color = make_tf(*modes).opacity, make_tf().color
     text = outside_range(SceneInputs(view, opacity, color), SCENE)
     assert all(part in text for part in said) and "\n" not in text
     assert text.count(",") == max(len(said) - 1, 0) and bool(text) == bool(said)
 
 
-def test_a_free_curve_is_named() -> None:
+def test_a_free_curve_is_named():
     opacity = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (200.0, 1.0)))
     scene = replace(SCENE, tf_family="paper")
     inputs = SceneInputs(View(), opacity, ColorTF(opacity.scalar_range, ((100.0, 1, 1, 1),)))
@@ -61,18 +57,18 @@ FIXED = Scene.of(make_volume(), 16, "direct")
 MOVABLE = Scene.of(make_volume(), 16, "direct", movable_light=True)
 
 
-def test_a_fixed_light_is_no_input() -> None:
+def test_a_fixed_light_is_no_input():
     assert [f.name for f in varying(FIXED)] == ["view", "opacity_tf", "color_tf"]
     assert condition_numbers(FIXED) == 5
     assert draw_inputs(np.random.default_rng(0), FIXED).light is None
 
 
-def test_adding_an_input_leaves_the_draws_of_the_others_alone() -> None:
+def test_adding_an_input_leaves_the_draws_of_the_others_alone():
     one, other = (draw_inputs(np.random.default_rng(3), scene) for scene in (FIXED, MOVABLE))
     assert replace(other, light=None) == one
 
 
-def test_a_movable_light_fills_its_range_and_is_seen_as_a_direction() -> None:
+def test_a_movable_light_fills_its_range_and_is_seen_as_a_direction():
     rng = np.random.default_rng(1)
     inputs = [draw_inputs(rng, MOVABLE) for _ in range(400)]
     arrays = store_inputs(inputs, MOVABLE)
@@ -91,12 +87,12 @@ def test_a_movable_light_fills_its_range_and_is_seen_as_a_direction() -> None:
     assert outside_range(inputs[0], MOVABLE) == ""
 
 
-def test_a_light_that_is_not_given_is_the_scenes() -> None:
+def test_a_light_that_is_not_given_is_the_scenes():
     inputs = SceneInputs.of(View(), make_tf())
     np.testing.assert_array_equal(store_inputs([inputs], MOVABLE)["light"], [[-30.0, 30.0]])
 
 
-def test_a_light_outside_its_range_is_named() -> None:
+def test_a_light_outside_its_range_is_named():
     inputs = SceneInputs.of(View(), make_tf(), light=LightDirection(85.0, -75.0))
     text = outside_range(inputs, replace(MOVABLE, scalar_window=(120.0, 180.0)))
     assert "light azimuth 85°" in text
@@ -104,26 +100,26 @@ def test_a_light_outside_its_range_is_named() -> None:
     assert outside_range(inputs, replace(FIXED, scalar_window=(120.0, 180.0))) == ""
 
 
-def test_only_lit_scenes_have_a_movable_light() -> None:
+def test_only_lit_scenes_have_a_movable_light():
     with pytest.raises(TfscopeError, match="no light that could be moved"):
         Scene.of(make_volume(), 16, movable_light=True)
 
 
-def test_scenes_come_back_from_json() -> None:
+def test_scenes_come_back_from_json():
     for scene in (FIXED, MOVABLE):
         data = json.loads(json.dumps(scene.to_json()))
         assert Scene.from_json(data) == scene
 
 
 @pytest.mark.parametrize("text", ["", "1", "1,2,3", "a,b", "nan,1"])
-def test_a_light_that_cannot_be_read_is_refused(text: str) -> None:
+def test_a_light_that_cannot_be_read_is_refused(text):
     with pytest.raises(TfscopeError, match="degrees"):
         LightDirection.parse(text)
     assert LightDirection.parse("30, -10") == LightDirection(30.0, -10.0)
 
 
 @pytest.mark.parametrize("up", AXES)
-def test_views_of_a_scene_stand_upright(up: str) -> None:
+def test_views_of_a_scene_stand_upright(up):
     scene = Scene.of(make_volume(), 16, up=up)
     rng = np.random.default_rng(5)
     for _ in range(50):
@@ -137,13 +133,13 @@ def test_views_of_a_scene_stand_upright(up: str) -> None:
     assert outside_range(SceneInputs.of(home, make_tf()), wide) == ""
 
 
-def test_a_view_that_is_upside_down_is_told_with_the_axis() -> None:
+def test_a_view_that_is_upside_down_is_told_with_the_axis():
     scene = Scene.of(make_volume(), 16, up="-z")
     text = outside_range(SceneInputs.of(View(30, 20), make_tf()), scene)
     assert "roll 180° (±10° with −z up)" in text.replace("roll -180", "roll 180")
 
 
-def test_a_scene_takes_the_up_axis_from_its_volume() -> None:
+def test_a_scene_takes_the_up_axis_from_its_volume():
     lying = replace(make_volume(), up="-y")
     assert Scene.of(lying, 16).view_range.up == "-y"
     assert Scene.of(lying, 16, up="+x").view_range.up == "+x"

@@ -1,35 +1,33 @@
 """What 256 entries cannot hold is found, with a range over which they can."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from model.scene.narrow_part import narrow_part
-from model.scene.random_tfs import SHARES, OpacityKind, draw_color_tf, opacity_tf_of
+from model.scene.random_tfs import SHARES, draw_color_tf, opacity_tf_of
 from model.scene.range_fitting import opacity_over
 from model.scene.scene import Scene
 from model.scene.tf_presets import presets
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.volume import Volume
 
 WIDE = (0.0, 65535.0)
 
 
-def band(low: float, high: float, scalar_range: Range = WIDE) -> OpacityTF:
+def band(low, high, scalar_range=WIDE):
     lo, hi = scalar_range
     points = ((lo, 0.0), (low, 0.0), ((low + high) / 2, 0.9), (high, 0.0), (hi, 0.0))
     return OpacityTF(scalar_range, points=points)
 
 
-def slot(low: float, high: float) -> OpacityTF:
+def slot(low, high):
     corners = ((low, 0.9), (low, 0.0), (high, 0.0), (high, 0.9))
     return OpacityTF(WIDE, points=((0.0, 0.9), *corners, (65535.0, 0.9)))
 
 
-def mode(mean: float, width: float, *more: GaussianMode) -> OpacityTF:
+def mode(mean, width, *more):
     return OpacityTF(WIDE, (GaussianMode(mean, width, 0.9), *more))
 
 
@@ -44,7 +42,7 @@ NARROW = {
 }
 
 
-def error(opacity: OpacityTF, scalar_range: Range, around: Range) -> float:
+def error(opacity, scalar_range, around):
     """Mean error of tables over a range, of what they are read as between their entries."""
     shown = opacity_over(opacity, scalar_range)
     values = np.linspace(*around, 4001)
@@ -54,7 +52,7 @@ def error(opacity: OpacityTF, scalar_range: Range, around: Range) -> float:
 
 
 @pytest.mark.parametrize("opacity", NARROW.values(), ids=NARROW)
-def test_the_remedy_shows_it_as_it_is(opacity: OpacityTF) -> None:
+def test_the_remedy_shows_it_as_it_is(opacity):
     found = narrow_part(opacity)
     assert found is not None
     (low, high), (first, last) = found.values, found.remedy
@@ -65,7 +63,7 @@ def test_the_remedy_shows_it_as_it_is(opacity: OpacityTF) -> None:
     assert narrow_part(opacity_over(opacity, found.remedy)) is None
 
 
-def test_the_sentence_names_both() -> None:
+def test_the_sentence_names_both():
     found = narrow_part(band(29977.0, 30023.0))
     assert found is not None
     assert found.sentence == (
@@ -94,13 +92,13 @@ def test_the_sentence_names_both() -> None:
         OpacityTF(WIDE, points=((0.0, 0.0), (65535.0, 0.0))),
     ],
 )
-def test_what_is_drawn_about_as_it_is(opacity: OpacityTF) -> None:
+def test_what_is_drawn_about_as_it_is(opacity):
     assert narrow_part(opacity) is None
 
 
 # Curves of random points may well have a narrow peak.
 @pytest.mark.parametrize("kind", sorted(SHARES.keys() - {"curve"}))
-def test_random_tfs_are_wide_enough(kind: OpacityKind) -> None:
+def test_random_tfs_are_wide_enough(kind):
     scene = Scene.of(Volume(np.linspace(*WIDE, 64).reshape(4, 4, 4).astype(np.float32)), 16)
     for seed in range(100):
         rng = np.random.default_rng(seed)
@@ -109,7 +107,7 @@ def test_random_tfs_are_wide_enough(kind: OpacityKind) -> None:
 
 
 @pytest.mark.parametrize("units", ["", "HU"])
-def test_presets_are_wide_enough(units: str) -> None:
+def test_presets_are_wide_enough(units):
     values = np.random.default_rng(0).normal(0, 400, 40_000).clip(-1024, 3071)
     counts, edges = np.histogram(values, 256)
     for preset in presets((-1024.0, 3071.0), counts, edges, units):
@@ -117,7 +115,7 @@ def test_presets_are_wide_enough(units: str) -> None:
 
 
 @given(st.integers(2, 40), st.integers(0, 2**32 - 1))
-def test_any_curve_has_a_remedy_within_its_range(count: int, seed: int) -> None:
+def test_any_curve_has_a_remedy_within_its_range(count, seed):
     rng = np.random.default_rng(seed)
     values = np.sort(rng.uniform(0, 1, count))
     heights = rng.choice([0.0, 0.3, 1.0], count)
@@ -129,7 +127,7 @@ def test_any_curve_has_a_remedy_within_its_range(count: int, seed: int) -> None:
         assert found.sentence
 
 
-def test_a_narrow_colour_counts_where_it_is_seen() -> None:
+def test_a_narrow_colour_counts_where_it_is_seen():
     grey, red = (0.5, 0.5, 0.5), (1.0, 0.1, 0.1)
     band = ((29977.0, *grey), (30000.0, *red), (30023.0, *grey))
     color = ColorTF(WIDE, ((0.0, *grey), *band, (65535.0, *grey)))

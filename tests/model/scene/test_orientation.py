@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace
@@ -8,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkCamera
 
 from model.errors import ViewError
@@ -40,21 +37,21 @@ views = st.builds(
 BOXES = [(1.0, 1.0, 1.0), (4.0, 1.0, 0.5), (0.2, 0.3, 5.0), (1.0, 3.0, 0.01)]
 
 
-def proportions_of(lengths: tuple[float, float, float]) -> tuple[float, float, float]:
+def proportions_of(lengths):
     x, y, z = np.array(lengths) / np.linalg.norm(lengths)
     return float(x), float(y), float(z)
 
 
 @settings(max_examples=25)
 @given(views)
-def test_a_view_is_rebuilt_from_its_axes(view: View) -> None:
+def test_a_view_is_rebuilt_from_its_axes(view):
     again = View.of_basis(view.basis(), 0.7, 0.1, -0.2)
     np.testing.assert_allclose(again.basis(), view.basis(), atol=1e-9)
     assert (again.distance, again.pan_x, again.pan_y) == (0.7, 0.1, -0.2)
 
 
 @pytest.mark.parametrize("elevation", [-90.0, 90.0])
-def test_at_a_pole_there_is_no_roll(elevation: float) -> None:
+def test_at_a_pole_there_is_no_roll(elevation):
     view = View(40.0, elevation, 25.0)
     again = View.of_basis(view.basis())
     assert (again.elevation, again.roll) == (elevation, 0.0)
@@ -63,7 +60,7 @@ def test_at_a_pole_there_is_no_roll(elevation: float) -> None:
 
 @settings(max_examples=25)
 @given(st.floats(-1e4, 1e4), st.floats(-90, 90), st.floats(-1e4, 1e4))
-def test_with_z_up_angles_are_the_views_own_to_the_bit(a: float, e: float, r: float) -> None:
+def test_with_z_up_angles_are_the_views_own_to_the_bit(a, e, r):
     view = view_in("+z", a, e, r, 0.5, 0.25, -0.75)
     assert view == View(a, e, r, 0.5, 0.25, -0.75)
     assert angles_in("+z", view) == (a, e, r)
@@ -72,7 +69,7 @@ def test_with_z_up_angles_are_the_views_own_to_the_bit(a: float, e: float, r: fl
 
 @settings(max_examples=25)
 @given(ups, ups, st.floats(0, 359), st.floats(-89, 89), st.floats(-179, 179))
-def test_angles_come_back(up: str, front: str, a: float, e: float, r: float) -> None:
+def test_angles_come_back(up, front, a, e, r):
     view = view_in(up, a, e, r, 0.5, 0.1, 0.2, front=front)
     azimuth, elevation, roll = angles_in(up, view, front=front)
     assert (azimuth - a + 180) % 360 - 180 == pytest.approx(0, abs=1e-7)
@@ -81,7 +78,7 @@ def test_angles_come_back(up: str, front: str, a: float, e: float, r: float) -> 
 
 
 @pytest.mark.parametrize("up", AXES)
-def test_the_up_axis_points_up_in_the_image(up: str) -> None:
+def test_the_up_axis_points_up_in_the_image(up):
     direction = axis_direction(up)
     for azimuth in (0.0, 77.0, 200.0):
         right, above, back = view_in(up, azimuth, 20.0).basis()
@@ -94,7 +91,7 @@ def test_the_up_axis_points_up_in_the_image(up: str) -> None:
 
 @settings(max_examples=25)
 @given(ups, ups)
-def test_faces_are_what_the_camera_of_vtk_sees(up: str, front: str) -> None:
+def test_faces_are_what_the_camera_of_vtk_sees(up, front):
     found = faces(up, front)
     assert sorted(found.values()) == sorted(AXES)
     if front[1] != up[1]:
@@ -109,16 +106,14 @@ def test_faces_are_what_the_camera_of_vtk_sees(up: str, front: str) -> None:
         camera.Azimuth(90.0)
 
 
-def test_an_unknown_axis_is_refused() -> None:
+def test_an_unknown_axis_is_refused():
     with pytest.raises(ViewError, match=r"'up' is not an axis; give one of \+x"):
         view_in("up", 0.0, 0.0)
     with pytest.raises(ViewError, match="'Inside' is not a view"):
         standard_view("Inside", 1.0, "+z")
 
 
-def projected(
-    view: View, proportions: tuple[float, float, float], box: CropBox = WHOLE_BOX
-) -> NDArray[np.float64]:
+def projected(view, proportions, box=WHOLE_BOX):
     """Corners of a box in the image, in halves of its height, by VTK's camera."""
     # The bounding sphere's diameter is 1.
     _, up, back = view.basis()
@@ -139,9 +134,7 @@ def projected(
 @pytest.mark.parametrize("lengths", BOXES)
 @settings(max_examples=25)
 @given(views)
-def test_a_box_at_the_fit_distance_just_fits(
-    lengths: tuple[float, float, float], view: View
-) -> None:
+def test_a_box_at_the_fit_distance_just_fits(lengths, view):
     proportions = proportions_of(lengths)
     at = replace(view, distance=fit_distance(proportions, view))
     assert np.abs(projected(at, proportions)).max() == pytest.approx(1 - MARGIN)
@@ -150,7 +143,7 @@ def test_a_box_at_the_fit_distance_just_fits(
 
 @pytest.mark.parametrize("lengths", BOXES)
 @pytest.mark.parametrize("up", AXES)
-def test_the_home_view_shows_the_whole_box(lengths: tuple[float, float, float], up: str) -> None:
+def test_the_home_view_shows_the_whole_box(lengths, up):
     proportions = proportions_of(lengths)
     home = home_view(proportions, up)
     assert np.abs(projected(home, proportions)).max() <= 1.0
@@ -159,7 +152,7 @@ def test_the_home_view_shows_the_whole_box(lengths: tuple[float, float, float], 
 
 
 @pytest.mark.parametrize("up", AXES)
-def test_the_home_view_may_be_of_a_part_of_the_volume(up: str) -> None:
+def test_the_home_view_may_be_of_a_part_of_the_volume(up):
     proportions = proportions_of((1.0, 0.8, 1.3))
     box = CropBox((0.3, 0.0, 0.25), (0.8, 0.6, 0.75))
     home = home_view(proportions, up, points=corners(box))
@@ -169,9 +162,7 @@ def test_the_home_view_may_be_of_a_part_of_the_volume(up: str) -> None:
 
 @pytest.mark.parametrize("reach", [(1.5, 0.5), (0.5, 0.8), (0.5, 0.5)])
 @pytest.mark.parametrize("lengths", BOXES)
-def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(
-    lengths: tuple[float, float, float], reach: tuple[float, float]
-) -> None:
+def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(lengths, reach):
     proportions = proportions_of(lengths)
     view = View(30.0, 15.0)
     at = replace(view, distance=fit_distance(proportions, view, reach=reach))
@@ -194,7 +185,7 @@ def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(
 
 
 @pytest.mark.parametrize("name", STANDARD_VIEWS)
-def test_standard_views_look_from_their_faces(name: str) -> None:
+def test_standard_views_look_from_their_faces(name):
     view = standard_view(name, 0.5, "-y", front="+x")
     assert view.basis()[2] == pytest.approx(axis_direction(faces("-y", "+x")[name]), abs=1e-9)
     assert (view.distance, view.pan_x, view.pan_y) == (0.5, 0.0, 0.0)

@@ -1,12 +1,9 @@
 """The projection, against the rays of the renderer's own camera."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.camera import camera_array
 from model.scene.projection import NEAREST_DEPTH, Projection
@@ -23,7 +20,7 @@ VIEWS = [
 CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 
 
-def place_by_ray(camera: NDArray[np.float64], voxel: NDArray[np.float64]) -> NDArray[np.float64]:
+def place_by_ray(camera, voxel):
     """Place of the ray that meets a voxel."""
     eye, forward, right, up = camera[:12].reshape(4, 3)
     depth, x, y = np.linalg.solve(np.stack([forward, right, up], axis=1), voxel - eye)
@@ -32,7 +29,7 @@ def place_by_ray(camera: NDArray[np.float64], voxel: NDArray[np.float64]) -> NDA
 
 
 @pytest.mark.parametrize("view", VIEWS)
-def test_points_are_where_the_ray_casters_rays_meet_them(view: View) -> None:
+def test_points_are_where_the_ray_casters_rays_meet_them(view):
     camera = camera_array(view, VOLUME)
     last = np.array(VOLUME.dimensions) - 1
     expected = [place_by_ray(camera, corner * last) for corner in CORNERS]
@@ -43,7 +40,7 @@ def test_points_are_where_the_ray_casters_rays_meet_them(view: View) -> None:
 
 @pytest.mark.parametrize("view", VIEWS[1:3])
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.75, 1.0])
-def test_a_point_of_a_line_is_found_by_its_image(view: View, share: float) -> None:
+def test_a_point_of_a_line_is_found_by_its_image(view, share):
     projection = Projection(view, VOLUME.proportions)
     start, end = np.array([0.1, 0.0, 0.6]), np.array([0.1, 1.0, 0.6])
     places = projection.places(np.stack([start, end, start + share * (end - start)]))
@@ -56,13 +53,13 @@ def test_a_point_of_a_line_is_found_by_its_image(view: View, share: float) -> No
     assert projection.nearest_on((x, y), start, end) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_line_along_the_line_of_sight_has_no_nearest_point() -> None:
+def test_a_line_along_the_line_of_sight_has_no_nearest_point():
     projection = Projection(View(0.0, 0.0), VOLUME.proportions)
     line = np.array([[0.5, 0.0, 0.5], [0.5, 1.0, 0.5]])
     assert projection.nearest_on((0.2, 0.1), *line) is None
 
 
-def test_a_line_behind_the_eye_is_cut_off() -> None:
+def test_a_line_behind_the_eye_is_cut_off():
     # Close to a corner, so that this is behind the eye.
     projection = Projection(View(45.0, 35.0, distance=0.15), (3**-0.5,) * 3)
     near, far = np.array([1.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])

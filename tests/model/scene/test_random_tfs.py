@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from typing import get_args
 
 import numpy as np
@@ -16,7 +14,6 @@ from model.scene.random_tfs import (
     opacity_tf_of,
 )
 from model.scene.scene import Scene
-from model.scene.transfer_function import OpacityTF
 
 RANGE, WINDOW = (-1000.0, 1500.0), (-500.0, 1000.0)
 SCENE = Scene("v", "f", RANGE, WINDOW, 64)
@@ -24,16 +21,16 @@ PAPER = Scene("v", "f", RANGE, WINDOW, 64, tf_family="paper")
 BIN = (RANGE[1] - RANGE[0]) / 256
 
 
-def drawn(kind: OpacityKind, count: int = 200) -> list[OpacityTF]:
+def drawn(kind, count=200):
     rng = np.random.default_rng(0)
     return [opacity_tf_of(kind, rng, SCENE) for _ in range(count)]
 
 
-def sampled(kind: OpacityKind) -> np.ndarray:
+def sampled(kind):
     return np.stack([tf.sample() for tf in drawn(kind)])
 
 
-def test_kinds_have_their_shares() -> None:
+def test_kinds_have_their_shares():
     assert set(SHARES) == set(get_args(OpacityKind))
     assert sum(SHARES.values()) == pytest.approx(1)
     rng = np.random.default_rng(1)
@@ -42,13 +39,13 @@ def test_kinds_have_their_shares() -> None:
         assert kinds.count(kind) / 5000 == pytest.approx(share, abs=0.03)
 
 
-def test_the_papers_family_draws_its_mixtures_as_before() -> None:
+def test_the_papers_family_draws_its_mixtures_as_before():
     one, other = np.random.default_rng(5), np.random.default_rng(5)
     for _ in range(20):
         assert draw_opacity_tf(one, PAPER) == opacity_tf_of("modes", other, PAPER)
 
 
-def test_a_samples_kind_is_that_of_its_tf() -> None:
+def test_a_samples_kind_is_that_of_its_tf():
     for index in range(60):
         kind = sample_kind(SCENE, 3, "holdout", index)
         tf = draw_sample(SCENE, 3, "holdout", index).opacity_tf
@@ -58,7 +55,7 @@ def test_a_samples_kind_is_that_of_its_tf() -> None:
 
 
 @pytest.mark.parametrize("kind", SHARES)
-def test_opacities_change_inside_the_window_only(kind: OpacityKind) -> None:
+def test_opacities_change_inside_the_window_only(kind):
     for tf in drawn(kind, 50):
         values = [value for value, _ in tf.points]
         assert all(WINDOW[0] <= v <= WINDOW[1] + 9 * BIN for v in values) or kind == "constant"
@@ -66,7 +63,7 @@ def test_opacities_change_inside_the_window_only(kind: OpacityKind) -> None:
 
 
 @pytest.mark.parametrize("kind", ["ramp", "plateau", "step"])
-def test_ramps_rise_and_stay(kind: OpacityKind) -> None:
+def test_ramps_rise_and_stay(kind):
     values = sampled(kind)
     assert (np.diff(values, axis=1) >= 0).all()
     assert not values[:, 0].any()
@@ -75,7 +72,7 @@ def test_ramps_rise_and_stay(kind: OpacityKind) -> None:
     assert (widths.max() <= 3) == (kind == "step")
 
 
-def test_bands_rise_and_fall() -> None:
+def test_bands_rise_and_fall():
     values = sampled("band")
     assert not values[:, [0, -1]].any()
     rises = np.sign(np.diff(values, axis=1))
@@ -84,25 +81,25 @@ def test_bands_rise_and_fall() -> None:
         assert (np.diff(signs) <= 0).all()
 
 
-def test_curves_have_turning_points() -> None:
+def test_curves_have_turning_points():
     counts = [len(tf.points) for tf in drawn("curve")]
     assert (min(counts), max(counts)) == (3, 8)
 
 
-def test_constants_are_one_opacity_over_three_decades() -> None:
+def test_constants_are_one_opacity_over_three_decades():
     values = sampled("constant")
     assert (np.ptp(values, axis=1) == 0).all()
     assert values.min() < 0.002 < 0.5 < values.max()
 
 
-def test_little_and_nothing() -> None:
+def test_little_and_nothing():
     assert not sampled("empty").any()
     faint = sampled("nearly empty")
     assert faint.max() <= 0.01 * 5
     assert faint.any(axis=1).all()
 
 
-def test_colors_are_common_maps_or_random() -> None:
+def test_colors_are_common_maps_or_random():
     rng = np.random.default_rng(2)
     ends = {tuple(map(float, colors[0])) for colors in COLOR_MAPS.values()}
     ends |= {tuple(map(float, colors[-1])) for colors in COLOR_MAPS.values()}

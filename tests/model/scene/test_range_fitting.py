@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -22,9 +20,7 @@ CURVE = TransferFunction(
 
 @pytest.mark.parametrize("tf", [MODES, CURVE])
 @pytest.mark.parametrize("scalar_range", [(0.0, 100.0), (20.0, 70.0), (-50.0, 300.0), (60.0, 90.0)])
-def test_overlapping_ranges_keep_every_value(
-    tf: TransferFunction, scalar_range: tuple[float, float]
-) -> None:
+def test_overlapping_ranges_keep_every_value(tf, scalar_range):
     fitted = fit_to_range(tf, scalar_range)
     values = np.linspace(*scalar_range, 301)
     np.testing.assert_allclose(fitted.opacity(values), tf.opacity(values), atol=1e-12)
@@ -34,19 +30,19 @@ def test_overlapping_ranges_keep_every_value(
 
 
 @pytest.mark.parametrize("tf", [MODES, CURVE])
-def test_ranges_without_a_common_value_are_stretched(tf: TransferFunction) -> None:
+def test_ranges_without_a_common_value_are_stretched(tf):
     fitted = fit_to_range(tf, (1000.0, 1200.0))
     own = np.linspace(0.0, 100.0, 101)
     np.testing.assert_allclose(fitted.opacity(1000 + 2 * own), tf.opacity(own), atol=1e-12)
     np.testing.assert_allclose(fitted.color(1000 + 2 * own), tf.color(own), atol=1e-12)
 
 
-def test_the_own_range_changes_nothing() -> None:
+def test_the_own_range_changes_nothing():
     assert fit_to_range(MODES, (0.0, 100.0)) == MODES
     assert fit_to_range(CURVE, (0.0, 100.0)) == CURVE
 
 
-def over(lo: float, hi: float) -> TransferFunction:
+def over(lo, hi):
     return fit_to_range(replace(RELATIVE, is_relative=True), (lo, hi))
 
 
@@ -59,7 +55,7 @@ CT = Volume(np.linspace(-1024, 3071, 4096).reshape(16, 16, 16).astype(np.int16))
 
 
 @pytest.mark.parametrize("scalar_range", [(0.5, 2.5), (-1024.0, 3071.0), (0.1, 0.1 + 1e-9)])
-def test_fractions_become_values(scalar_range: tuple[float, float]) -> None:
+def test_fractions_become_values(scalar_range):
     fitted = fit_to_range(RELATIVE, scalar_range)
     lo, hi = fitted.scalar_range
     assert (lo, hi) == scalar_range and not fitted.is_relative
@@ -68,23 +64,22 @@ def test_fractions_become_values(scalar_range: tuple[float, float]) -> None:
     np.testing.assert_allclose(fitted.opacity(lo + values * (hi - lo)), exact, atol=1e-6)
 
 
-def test_fractions_stay_fractions_over_the_range_of_fractions() -> None:
+def test_fractions_stay_fractions_over_the_range_of_fractions():
     fitted = fit_to_range(RELATIVE, (0.0, 1.0))
     assert fitted == replace(RELATIVE, is_relative=False)
 
 
 @pytest.mark.parametrize(
-    "own",
-    [(-1000.0, 1500.0), (-2000.0, 9000.0), (100.0, 200.0), (-1024.0, 3071.0)],
+    "own", [(-1000.0, 1500.0), (-2000.0, 9000.0), (100.0, 200.0), (-1024.0, 3071.0)]
 )
-def test_what_fits_the_volume_keeps_its_range(own: tuple[float, float]) -> None:
+def test_what_fits_the_volume_keeps_its_range(own):
     tf = over(*own)
     assert fit_to_volume(tf, CT) == tf
     assert fit_to_volume(tf, CT.over((0.0, 100.0))).scalar_range == own
 
 
 @pytest.mark.parametrize("own", [(0.0, 1.0), (3071.0, 9000.0), (-1e6, 1e6), (5e4, 6e4)])
-def test_what_means_nothing_to_the_volume_is_stretched(own: tuple[float, float]) -> None:
+def test_what_means_nothing_to_the_volume_is_stretched(own):
     whole = over(*CT.data_range)
     fitted = fit_to_volume(over(*own), CT)
     assert fitted.scalar_range == CT.data_range
@@ -93,7 +88,7 @@ def test_what_means_nothing_to_the_volume_is_stretched(own: tuple[float, float])
     assert fit_to_volume(RELATIVE, CT.over((0.0, 100.0))).scalar_range == (0.0, 100.0)
 
 
-def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning() -> None:
+def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning():
     voxels = CT.voxels.astype(np.float64)
     voxels[0, 0, 0] = 1e30
     volume = Volume(voxels)
@@ -103,7 +98,7 @@ def test_a_tf_from_before_an_outlier_was_ignored_keeps_its_meaning() -> None:
 
 @pytest.mark.parametrize("dtype", ["int16", "float32"])
 @pytest.mark.parametrize("own", [(0.0, 80.0), (20.0, 60.0), (10.0, 30.0)])
-def test_a_narrow_window_keeps_its_values(own: tuple[float, float], dtype: str) -> None:
+def test_a_narrow_window_keeps_its_values(own, dtype):
     """Of some tens of HU in a CT, or of units in 16 bits: the range that is shown."""
     random = np.random.default_rng(3)
     ct = Volume(random.integers(-1024, 2987, (20, 20, 20)).astype(dtype))
@@ -126,9 +121,7 @@ def test_a_narrow_window_keeps_its_values(own: tuple[float, float], dtype: str) 
         ),
     ],
 )
-def test_a_tf_over_all_values_of_16_bits_keeps_those_that_the_volume_has(
-    opacity: OpacityTF,
-) -> None:
+def test_a_tf_over_all_values_of_16_bits_keeps_those_that_the_volume_has(opacity):
     voxels = np.random.default_rng(3).integers(30000, 30049, (20, 20, 20)).astype(np.uint16)
     stops = ((0.0, 0.0, 0.0, 1.0), (65535.0, 1.0, 0.0, 0.0))
     tf = TransferFunction(opacity, ColorTF((0.0, 65535.0), stops))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,14 +7,14 @@ from model.errors import RenderError
 from model.scene.region import Outline, Region, windows_of
 
 
-def test_a_rectangle_has_its_pixels() -> None:
+def test_a_rectangle_has_its_pixels():
     mask = Region(2, 1, 5, 3).mask(8)
     assert np.argwhere(mask).tolist() == [[r, c] for r in (1, 2) for c in (2, 3, 4)]
     np.testing.assert_array_equal(Outline.rectangle(2 / 8, 1 / 8, 5 / 8, 3 / 8).mask(8), mask)
     assert Region.whole(4).mask(4).all() and Outline().mask(4).all()
 
 
-def test_a_lasso_has_the_pixels_whose_centres_are_inside() -> None:
+def test_a_lasso_has_the_pixels_whose_centres_are_inside():
     angles = np.linspace(0, 2 * np.pi, 90, endpoint=False)
     circle = Outline(
         tuple(zip(0.5 + 0.3 * np.cos(angles), 0.4 + 0.3 * np.sin(angles), strict=True))
@@ -28,19 +26,19 @@ def test_a_lasso_has_the_pixels_whose_centres_are_inside() -> None:
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.01, 0.01), (0.52, 0.31), (0.999, 0.999)])
-def test_smaller_than_a_pixel_is_that_pixel(x: float, y: float) -> None:
+def test_smaller_than_a_pixel_is_that_pixel(x, y):
     mask = Outline.rectangle(x - 1e-4, y - 1e-4, x + 1e-4, y + 1e-4).mask(16)
     assert np.argwhere(mask).tolist() == [[int(y * 16), int(x * 16)]]
 
 
-def test_partly_outside_is_what_is_inside() -> None:
+def test_partly_outside_is_what_is_inside():
     mask = Outline.rectangle(-0.5, -0.5, 0.25, 0.25).mask(8)
     assert np.argwhere(mask).max() == 1 and mask.sum() == 4
     with pytest.raises(RenderError, match="outside the image"):
         Outline.rectangle(1.2, 0.1, 1.5, 0.4).mask(8)
 
 
-def test_an_outline_refers_to_the_square_in_the_middle_of_a_wider_image() -> None:
+def test_an_outline_refers_to_the_square_in_the_middle_of_a_wider_image():
     square = Outline.rectangle(0.25, 0.5, 0.5, 1.0)
     wide, high = square.mask((8, 20)), square.mask((20, 8))
     np.testing.assert_array_equal(wide[:, 6:14], square.mask(8))
@@ -55,7 +53,7 @@ def test_an_outline_refers_to_the_square_in_the_middle_of_a_wider_image() -> Non
 
 
 @given(st.integers(1, 12), st.data())
-def test_windows_cover_a_mask_once(size: int, data: st.DataObject) -> None:
+def test_windows_cover_a_mask_once(size, data):
     bits = data.draw(st.lists(st.booleans(), min_size=size * size, max_size=size * size))
     mask = np.array(bits).reshape(size, size)
     found = np.zeros((size, size), int)
@@ -65,7 +63,7 @@ def test_windows_cover_a_mask_once(size: int, data: st.DataObject) -> None:
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.floats(0, 1.5))
-def test_an_outline_can_be_kept_inside(x: float, y: float, side: float) -> None:
+def test_an_outline_can_be_kept_inside(x, y, side):
     outline = Outline.rectangle(x, y, x + side, y + side)
     kept = outline.kept_inside()
     for size in (1, 7, 64):

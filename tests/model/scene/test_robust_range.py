@@ -1,7 +1,5 @@
 """Robust ranges: outliers, tails and fill values are left out, structure never."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -15,7 +13,7 @@ BULK = RNG.uniform(2.0, 7.0, SHAPE)
 ENDS = BULK.min(), BULK.max()
 
 
-def changed(places: object, value: float, dtype: str = "float64") -> Volume:
+def changed(places, value, dtype="float64"):
     voxels = BULK.copy()
     voxels[places] = value
     return Volume(voxels.astype(dtype))
@@ -23,7 +21,7 @@ def changed(places: object, value: float, dtype: str = "float64") -> Volume:
 
 @pytest.mark.parametrize("outlier", [60.0, -60.0, 1e30, -1e30, 1e308])
 @pytest.mark.parametrize("count", [1, 5])
-def test_outliers_are_left_out(outlier: float, count: int) -> None:
+def test_outliers_are_left_out(outlier, count):
     volume = changed((0, 0, slice(count)), outlier)
     rest = volume.voxels[volume.voxels != outlier]
     assert robust_range(volume) == (rest.min(), rest.max())
@@ -32,12 +30,12 @@ def test_outliers_are_left_out(outlier: float, count: int) -> None:
 
 
 @pytest.mark.parametrize("value", [-1.0, 8.0, 20.0])
-def test_values_that_leave_room_for_the_rest_are_kept(value: float) -> None:
+def test_values_that_leave_room_for_the_rest_are_kept(value):
     volume = changed((0, 0, 0), value)
     assert robust_range(volume) == volume.data_range
 
 
-def test_a_long_thin_tail_is_cut_where_it_is_thin() -> None:
+def test_a_long_thin_tail_is_cut_where_it_is_thin():
     volume = Volume(RNG.lognormal(0.0, 3.0, SHAPE))
     lo, hi = robust_range(volume)
     assert lo == volume.data_range[0]
@@ -48,7 +46,7 @@ def test_a_long_thin_tail_is_cut_where_it_is_thin() -> None:
 
 
 @pytest.mark.parametrize("fill", [-9999.0, 1e20])
-def test_a_fill_value_remains_something_else(fill: float) -> None:
+def test_a_fill_value_remains_something_else(fill):
     lo, hi = robust_range(changed(slice(8), fill))
     rest = BULK[8:]
     if fill < 0:
@@ -57,7 +55,7 @@ def test_a_fill_value_remains_something_else(fill: float) -> None:
         assert rest.max() + 1.0 > hi > rest.max() + 0.5 and lo == rest.min()
 
 
-def test_structure_in_a_few_voxels_is_kept() -> None:
+def test_structure_in_a_few_voxels_is_kept():
     voxels = np.zeros(SHAPE, np.int16)
     voxels[5:8, 5, 5] = 300, 500, 400
     voxels[9, 9, 9:12] = 450, 480, 320
@@ -67,7 +65,7 @@ def test_structure_in_a_few_voxels_is_kept() -> None:
 
 
 @pytest.mark.parametrize("high", [1, 255])
-def test_a_mask_keeps_both_values(high: int) -> None:
+def test_a_mask_keeps_both_values(high):
     voxels = ((BULK > 6.9) * high).astype(np.int32)
     assert robust_range(Volume(voxels)) == (0.0, high)
     voxels[0, 0, 0] = 10**9
@@ -75,7 +73,7 @@ def test_a_mask_keeps_both_values(high: int) -> None:
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "float32"])
-def test_percentiles_are_numpys(dtype: str) -> None:
+def test_percentiles_are_numpys(dtype):
     voxels = (30 * BULK).astype(dtype)
     lo, hi = percentile_range(Volume(voxels), 2, 97.5)
     expected = np.percentile(voxels, [2, 97.5], method="inverted_cdf")
@@ -83,7 +81,7 @@ def test_percentiles_are_numpys(dtype: str) -> None:
     assert percentile_range(Volume(voxels), 0, 100) == (voxels.min(), voxels.max())
 
 
-def test_percentiles_of_many_voxels_are_those_of_a_sample() -> None:
+def test_percentiles_of_many_voxels_are_those_of_a_sample():
     voxels = RNG.uniform(0, 1, (80, 80, 80)).astype(np.float32)
     assert percentile_range(Volume(voxels), 1, 99) == pytest.approx((0.01, 0.99), abs=2e-3)
     assert percentile_range(Volume(voxels), 0, 100) == (voxels.min(), voxels.max())
@@ -93,7 +91,7 @@ def test_percentiles_of_many_voxels_are_those_of_a_sample() -> None:
     ("low", "high", "message"),
     [(5, 5, "no range of percentiles"), (-1, 5, "no range"), (1, 40, "all voxels are 0")],
 )
-def test_percentiles_without_a_range_are_refused(low: float, high: float, message: str) -> None:
+def test_percentiles_without_a_range_are_refused(low, high, message):
     with pytest.raises(VolumeError, match=message):
         percentile_range(changed(slice(12), 0.0), low, high)
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -8,11 +6,10 @@ import pytest
 from model.errors import TfscopeError
 from model.scene.light import LightDirection
 from model.scene.scene import Scene, default_scalar_window
-from model.scene.volume import Volume
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft", "path"])
-def test_a_scene_survives_json(volume: Volume, lighting) -> None:
+def test_a_scene_survives_json(volume, lighting):
     scene = Scene.of(volume, 128, lighting)
     assert Scene.from_json(json.loads(json.dumps(scene.to_json()))) == scene
     assert (scene.light is None) == (lighting == "none")
@@ -31,17 +28,17 @@ def test_a_scene_survives_json(volume: Volume, lighting) -> None:
         ({"sample_distance": 0.0}, "0.01 to 10"),
     ],
 )
-def test_impossible_scenes_are_refused(scene: Scene, change: dict, message: str) -> None:
+def test_impossible_scenes_are_refused(scene, change, message):
     with pytest.raises(TfscopeError, match=message):
         replace(scene, **change)
 
 
 @pytest.mark.parametrize("data", [None, [], {"volume_name": "x"}, "scene"])
-def test_foreign_data_is_no_scene(data: object) -> None:
+def test_foreign_data_is_no_scene(data):
     with pytest.raises(TfscopeError, match="malformed"):
         Scene.from_json(data)
 
 
-def test_the_default_window_lies_inside_the_range(volume: Volume) -> None:
+def test_the_default_window_lies_inside_the_range(volume):
     lo, hi = default_scalar_window(volume)
     assert 0 < lo < hi < 255

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -17,7 +15,7 @@ anywhere = st.floats(-1e6, 1e6)
 
 
 @given(st.integers(0, 1), anywhere, anywhere)
-def test_a_mode_stays_in_the_range(index: int, value: float, height: float) -> None:
+def test_a_mode_stays_in_the_range(index, value, height):
     moved = edits.move_opacity_handle(MODES, index, value, height)
     mode = moved.modes[index]
     assert (mode.mean, mode.amplitude) == (np.clip(value, *RANGE), np.clip(height, 0, 1))
@@ -25,7 +23,7 @@ def test_a_mode_stays_in_the_range(index: int, value: float, height: float) -> N
     assert moved.modes[1 - index] == MODES.modes[1 - index]
 
 
-def test_a_mode_outside_stays_there_when_only_its_opacity_changes() -> None:
+def test_a_mode_outside_stays_there_when_only_its_opacity_changes():
     lo, hi = RANGE
     outside = OpacityTF(RANGE, (GaussianMode(hi + 50, 8.0, 0.5),))
     changed = edits.move_opacity_handle(outside, 0, hi + 50, 0.6)
@@ -35,7 +33,7 @@ def test_a_mode_outside_stays_there_when_only_its_opacity_changes() -> None:
 
 
 @given(st.integers(0, 3), anywhere, anywhere)
-def test_a_point_stays_between_its_neighbours(index: int, value: float, height: float) -> None:
+def test_a_point_stays_between_its_neighbours(index, value, height):
     moved = edits.move_opacity_handle(CURVE, index, value, height)
     values = [p[0] for p in moved.points]
     assert values == sorted(values)
@@ -43,13 +41,13 @@ def test_a_point_stays_between_its_neighbours(index: int, value: float, height: 
 
 
 @given(anywhere)
-def test_a_width_is_at_least_a_bin_and_at_most_the_range(width: float) -> None:
+def test_a_width_is_at_least_a_bin_and_at_most_the_range(width):
     resized = edits.resize_mode(MODES, 0, width)
     assert resized.modes[0].width == np.clip(width, 100 / 256, 100)
 
 
 @pytest.mark.parametrize(("opacity", "place"), [(MODES, 2), (CURVE, 2)])
-def test_an_added_handle_takes_its_place_and_can_be_removed(opacity: OpacityTF, place: int) -> None:
+def test_an_added_handle_takes_its_place_and_can_be_removed(opacity, place):
     added, index = edits.add_opacity_handle(opacity, 150.0, 0.25)
     assert index == place
     assert edits.opacity_handles(added)[index] == (150.0, 0.25)
@@ -57,7 +55,7 @@ def test_an_added_handle_takes_its_place_and_can_be_removed(opacity: OpacityTF, 
 
 
 @pytest.mark.parametrize("index", [0, 3])
-def test_the_ends_of_a_curve_cannot_be_removed(index: int) -> None:
+def test_the_ends_of_a_curve_cannot_be_removed(index):
     assert not edits.can_remove_opacity_handle(CURVE, index)
     assert edits.remove_opacity_handle(CURVE, index) == CURVE
 
@@ -66,7 +64,7 @@ INSIDE = OpacityTF(RANGE, points=((120.0, 0.0), (140.0, 0.8), (180.0, 0.3)))
 
 
 @given(st.integers(0, 2), anywhere)
-def test_an_end_within_the_range_moves_as_any_point_does(index: int, value: float) -> None:
+def test_an_end_within_the_range_moves_as_any_point_does(index, value):
     # As of a preset for some Hounsfield units.
     moved = edits.move_opacity_handle(INSIDE, index, value, 0.5)
     low, high = [(100.0, 140.0), (120.0, 180.0), (140.0, 200.0)][index]
@@ -75,26 +73,26 @@ def test_an_end_within_the_range_moves_as_any_point_does(index: int, value: floa
 
 
 @given(st.floats(-500.0, 500.0))
-def test_a_whole_curve_within_the_range_is_shifted_to_its_ends(shift: float) -> None:
+def test_a_whole_curve_within_the_range_is_shifted_to_its_ends(shift):
     moved = edits.move_opacity_handles(INSIDE, [0, 1, 2], shift, 0.0)
     by = np.clip(shift, -20.0, 20.0)
     assert [p[0] for p in moved.points] == pytest.approx([120.0 + by, 140.0 + by, 180.0 + by])
 
 
-def test_an_end_within_the_range_can_be_removed_while_two_points_stay() -> None:
+def test_an_end_within_the_range_can_be_removed_while_two_points_stay():
     assert edits.remove_opacity_handle(INSIDE, 0).points == INSIDE.points[1:]
     two = edits.remove_opacity_handle(INSIDE, 2)
     assert two.points == INSIDE.points[:2]
     assert edits.remove_opacity_handle(two, 0) == two
 
 
-def test_the_last_mode_can_be_removed() -> None:
+def test_the_last_mode_can_be_removed():
     empty = OpacityTF(RANGE)
     assert edits.remove_opacity_handle(OpacityTF(RANGE, MODES.modes[:1]), 0) == empty
 
 
 @given(anywhere)
-def test_an_added_stop_changes_no_color_and_is_no_end(value: float) -> None:
+def test_an_added_stop_changes_no_color_and_is_no_end(value):
     added, index = edits.add_stop(COLOR, value)
     values = np.linspace(*RANGE, 201)
     np.testing.assert_allclose(added(values), COLOR(values), atol=1e-9)
@@ -103,7 +101,7 @@ def test_an_added_stop_changes_no_color_and_is_no_end(value: float) -> None:
 
 
 @given(st.integers(0, 2), anywhere)
-def test_a_stop_stays_between_its_neighbours_and_ends_stay(index: int, value: float) -> None:
+def test_a_stop_stays_between_its_neighbours_and_ends_stay(index, value):
     moved = edits.move_stop(COLOR, index, value)
     values = [s[0] for s in moved.stops]
     assert values == sorted(values)
@@ -111,7 +109,7 @@ def test_a_stop_stays_between_its_neighbours_and_ends_stay(index: int, value: fl
     assert [s[1:] for s in moved.stops] == [s[1:] for s in COLOR.stops]
 
 
-def test_end_stops_cannot_be_removed_but_recoloured() -> None:
+def test_end_stops_cannot_be_removed_but_recoloured():
     assert edits.remove_stop(COLOR, 0) == COLOR
     assert edits.remove_stop(COLOR, 2) == COLOR
     recolored = edits.recolor_stop(COLOR, 2, (0.1, 0.2, 0.3))
@@ -119,9 +117,7 @@ def test_end_stops_cannot_be_removed_but_recoloured() -> None:
 
 
 @given(st.lists(st.integers(0, 3), min_size=1, unique=True), anywhere, anywhere)
-def test_points_that_move_together_keep_their_distances(
-    indices: list[int], shift: float, lift: float
-) -> None:
+def test_points_that_move_together_keep_their_distances(indices, shift, lift):
     moved = edits.move_opacity_handles(CURVE, indices, shift, lift)
     values, before = np.array(moved.points)[:, 0], np.array(CURVE.points)[:, 0]
     assert (np.diff(values) >= 0).all()
@@ -134,14 +130,14 @@ def test_points_that_move_together_keep_their_distances(
 
 
 @given(anywhere)
-def test_modes_that_move_together_stop_together(shift: float) -> None:
+def test_modes_that_move_together_stop_together(shift):
     moved = edits.move_opacity_handles(MODES, (0, 1), shift, 0.0)
     assert moved.modes[0].mean == pytest.approx(130 + np.clip(shift, -30, 30))
     assert moved.modes[1].mean - moved.modes[0].mean == pytest.approx(40)
 
 
 @given(st.floats(-60, 60))
-def test_a_stop_follows_its_mode_past_other_stops(shift: float) -> None:
+def test_a_stop_follows_its_mode_past_other_stops(shift):
     stops = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (200.0, 1, 1, 1))
     before = TransferFunction(MODES, ColorTF(RANGE, stops))
     opacity = edits.move_opacity_handle(MODES, 0, 130 + shift, 0.5)

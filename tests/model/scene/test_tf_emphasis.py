@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -23,13 +21,13 @@ POINTS = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.4), (200.0, 0
 NOTHING = OpacityTF((100.0, 200.0))
 
 
-def at(opacity: OpacityTF, value: float) -> float:
+def at(opacity, value):
     return float(opacity(np.array([value]))[0])
 
 
 @pytest.mark.parametrize("opacity", [TF.opacity, POINTS, NOTHING])
 @pytest.mark.parametrize("value", [100.0, 130.0, 151.0, 200.0])
-def test_values_are_doubled_and_halved(opacity: OpacityTF, value: float) -> None:
+def test_values_are_doubled_and_halved(opacity, value):
     now = at(opacity, value)
     raised, lowered = raise_value(opacity, value, 3.0), lower_value(opacity, value, 3.0)
     is_there = now > 0.1 or bool(opacity.points and now)
@@ -48,9 +46,7 @@ def test_values_are_doubled_and_halved(opacity: OpacityTF, value: float) -> None
     st.lists(st.tuples(st.floats(100, 200), st.floats(1, 60), st.floats(0.01, 0.5)), min_size=1),
     st.integers(0, 100),
 )
-def test_lowering_undoes_raising_but_for_rounding(
-    modes: list[tuple[float, float, float]], chosen: int
-) -> None:
+def test_lowering_undoes_raising_but_for_rounding(modes, chosen):
     opacity = OpacityTF((100.0, 200.0), tuple(GaussianMode(*mode) for mode in modes))
     value = modes[chosen % len(modes)][0]
     for one, other in ((raise_value, lower_value), (lower_value, raise_value)):
@@ -60,7 +56,7 @@ def test_lowering_undoes_raising_but_for_rounding(
             assert mode.amplitude == pytest.approx(before.amplitude, rel=1e-12)
 
 
-def test_of_a_curve_the_values_in_reach_are_isolated() -> None:
+def test_of_a_curve_the_values_in_reach_are_isolated():
     points = ((100.0, 0.0), (120.0, 0.2), (160.0, 0.6), (200.0, 0.8))
     curve = OpacityTF((100.0, 200.0), points=points)
     alone = isolate_value(curve, 150.0, 3.0, (130.0, 170.0))
@@ -75,12 +71,12 @@ def test_of_a_curve_the_values_in_reach_are_isolated() -> None:
     assert isolate_value(curve, 100.0, 3.0, (100.0, 100.0)).modes
 
 
-def test_where_there_is_nothing_a_mode_is_isolated() -> None:
+def test_where_there_is_nothing_a_mode_is_isolated():
     (mode,) = isolate_value(NOTHING, 140.0, 3.0, (138.0, 142.0)).modes
     assert (mode.mean, mode.amplitude) == (140.0, 0.05)
 
 
-def test_a_mode_that_lies_in_reach_stays_as_it_is() -> None:
+def test_a_mode_that_lies_in_reach_stays_as_it_is():
     narrow = GaussianMode(140.0, 4.0, 0.5)
     opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
     assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
@@ -91,9 +87,7 @@ def test_a_mode_that_lies_in_reach_stays_as_it_is() -> None:
     st.floats(100, 190),
     st.floats(0, 60),
 )
-def test_modes_stay_modes_of_which_the_values_in_reach_are_left(
-    modes: list[tuple[float, float, float]], low: float, size: float
-) -> None:
+def test_modes_stay_modes_of_which_the_values_in_reach_are_left(modes, low, size):
     wide = GaussianMode(low + size / 2, 2 * size + 20, 0.3)
     opacity = OpacityTF((100.0, 200.0), (wide, *(GaussianMode(*mode) for mode in modes)))
     high = min(low + size, 200.0)
@@ -114,12 +108,12 @@ def test_modes_stay_modes_of_which_the_values_in_reach_are_left(
     assert (rest(values)[beyond] <= 0.1 * opacity(values)[beyond] + 1e-9).all()
 
 
-def test_an_opaque_value_cannot_be_raised() -> None:
+def test_an_opaque_value_cannot_be_raised():
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     assert raise_value(opaque, 0.5, 0.1) == opaque
 
 
-def test_the_colour_is_far_from_what_is_shown() -> None:
+def test_the_colour_is_far_from_what_is_shown():
     for color in STRIKING_COLORS:
         shown = np.tile(color, (900, 1))
         assert striking_color(shown) != color
@@ -129,7 +123,7 @@ def test_the_colour_is_far_from_what_is_shown() -> None:
     assert striking_color(np.zeros((0, 3))) in STRIKING_COLORS
 
 
-def test_a_striking_mode_has_its_colour_and_leaves_the_others() -> None:
+def test_a_striking_mode_has_its_colour_and_leaves_the_others():
     shown = np.tile((1.0, 1.0, 1.0), (9, 1))
     clear = replace(TF, opacity=NOTHING)
     for value in (100.0, 152.0, 200.0):
@@ -142,7 +136,7 @@ def test_a_striking_mode_has_its_colour_and_leaves_the_others() -> None:
 
 
 @pytest.mark.parametrize("height", [0.02, 0.2])
-def test_what_is_opaque_keeps_its_colour_but_for_what_the_mode_adds(height: float) -> None:
+def test_what_is_opaque_keeps_its_colour_but_for_what_the_mode_adds(height):
     shown = np.tile((1.0, 1.0, 1.0), (9, 1))
     striking = np.array(striking_color(shown))
     found = add_striking_mode(TF, 130.0, 3.0, height, shown)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,7 @@ RANGE = (-50.0, 150.0)
 SCENE = Scene("any", "", RANGE, RANGE, image_size=16)
 
 
-def sampled(tf: OpacityTF) -> OpacityTF:
+def sampled(tf):
     """The same TF with a point at each of 256 values."""
     values = np.linspace(*RANGE, 256).tolist()
     heights = np.clip(tf.sample(), 0, 1).tolist()
@@ -20,23 +18,23 @@ def sampled(tf: OpacityTF) -> OpacityTF:
 
 
 @pytest.mark.parametrize("kind", SHARES)
-def test_a_curve_of_few_points_is_close(kind: str) -> None:
+def test_a_curve_of_few_points_is_close(kind):
     rng = np.random.default_rng(0)
     for _ in range(5):
-        tf = sampled(opacity_tf_of(kind, rng, SCENE))  # type: ignore[arg-type]
+        tf = sampled(opacity_tf_of(kind, rng, SCENE))
         curve = fitted_curve(tf)
         largest = np.abs(np.sqrt(curve.sample()) - np.sqrt(tf.sample())).max()
         assert largest <= 0.021
         assert len(curve.points) <= 64
 
 
-def test_a_jump_stays_a_jump() -> None:
+def test_a_jump_stays_a_jump():
     points = ((0.0, 0.0), (20.0, 0.0), (20.0, 0.6), (40.0, 0.6), (60.0, 0.6), (80.0, 0.0))
     curve = fitted_curve(OpacityTF(RANGE, points=points))
     assert curve.points == tuple(p for p in points if p[0] != 40.0)
 
 
-def test_modes_are_found_again() -> None:
+def test_modes_are_found_again():
     modes = (GaussianMode(0, 10, 0.6), GaussianMode(60, 25, 0.2), GaussianMode(110, 6, 0.03))
     found = fitted_modes(sampled(OpacityTF(RANGE, modes)))
     assert len(found.modes) == 3
@@ -47,22 +45,22 @@ def test_modes_are_found_again() -> None:
 
 
 @pytest.mark.parametrize("kind", ["ramp", "plateau", "band", "curve", "constant"])
-def test_modes_come_near_what_is_no_mode(kind: str) -> None:
+def test_modes_come_near_what_is_no_mode(kind):
     rng = np.random.default_rng(1)
     differences = []
     for _ in range(5):
-        tf = sampled(opacity_tf_of(kind, rng, SCENE))  # type: ignore[arg-type]
+        tf = sampled(opacity_tf_of(kind, rng, SCENE))
         found = fitted_modes(tf)
         assert len(found.modes) <= 5
         differences.append(tf_difference(found, tf) / max(float(tf.sample().max()), 0.01))
     assert np.median(differences) < 0.1
 
 
-def test_nothing_has_no_modes() -> None:
+def test_nothing_has_no_modes():
     assert fitted_modes(OpacityTF(RANGE, points=((0.0, 0.0), (1.0, 0.001)))).modes == ()
 
 
-def test_the_difference_is_the_root_mean_square() -> None:
+def test_the_difference_is_the_root_mean_square():
     one = OpacityTF(RANGE, points=((0.0, 0.3),))
     other = OpacityTF(RANGE, points=((0.0, 0.1),))
     assert tf_difference(one, other) == pytest.approx(0.2)

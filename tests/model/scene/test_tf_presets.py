@@ -1,28 +1,25 @@
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
 import pytest
 
 from model.scene.tf_presets import looks_like_hu, presets
-from model.scene.transfer_function import TransferFunction
 
 
-def ct(rng: np.random.Generator, scale: float = 1.0, shift: float = 0.0) -> np.ndarray:
+def ct(rng, scale=1.0, shift=0.0):
     """Voxels of air, fat, muscle and bone in HU, on another scale if wished."""
     parts = ((-1000, 5, 60000), (-90, 20, 8000), (40, 20, 20000), (700, 250, 3000))
     values = [rng.normal(mean, width, count) for mean, width, count in parts]
     return np.clip(np.concatenate(values), -1000, 1500) * scale + shift
 
 
-def named(values: np.ndarray, units: str = "") -> dict[str, TransferFunction]:
+def named(values, units=""):
     counts, edges = np.histogram(values, bins=256)
     lo, hi = float(edges[0]), float(edges[-1])
     return {p.name: p.tf for p in presets((lo, hi), counts, edges, units)}
 
 
-def test_those_of_ct_show_what_their_names_say() -> None:
+def test_those_of_ct_show_what_their_names_say():
     found = named(ct(np.random.default_rng(0)))
     bone, skin, vessels = (found[f"CT {name}"].opacity for name in ("bone", "skin", "vessels"))
     air, muscle, contrast, dense = -1000.0, 40.0, 300.0, 900.0
@@ -36,7 +33,7 @@ def test_those_of_ct_show_what_their_names_say() -> None:
     assert red > 2 * green > 2 * blue / 1.5
 
 
-def test_dense_parts_are_grains_in_a_haze() -> None:
+def test_dense_parts_are_grains_in_a_haze():
     rng = np.random.default_rng(2)
     # A paste without any air, and one voxel in 300 of something denser, as in cement.
     values = np.concatenate([rng.normal(100, 12, 100_000), rng.normal(190, 8, 330)])
@@ -46,7 +43,7 @@ def test_dense_parts_are_grains_in_a_haze() -> None:
     assert opacity(np.quantile(values, 0.97)) > 0
 
 
-def test_a_ct_on_another_scale_has_the_same_presets() -> None:
+def test_a_ct_on_another_scale_has_the_same_presets():
     # As stored with 8 bits: -1000 to 1500 HU on 0 to 255.
     scale, shift = 255 / 2500, 1000 * 255 / 2500
     own = named(ct(np.random.default_rng(0)))
@@ -58,7 +55,7 @@ def test_a_ct_on_another_scale_has_the_same_presets() -> None:
             )
 
 
-def test_all_span_the_range_asked_for_and_differ() -> None:
+def test_all_span_the_range_asked_for_and_differ():
     values = ct(np.random.default_rng(1))
     counts, edges = np.histogram(values, bins=256)
     for scalar_range in ((-1000.0, 1500.0), (0.0, 300.0), (-5000.0, 9000.0)):
@@ -74,12 +71,12 @@ def test_all_span_the_range_asked_for_and_differ() -> None:
 @pytest.mark.parametrize(
     "counts", [[1, 0, 0, 1], [0, 0, 0, 9], [9, 9, 9, 9], [1000, 1, 0, 0], [5, 1000, 5, 0]]
 )
-def test_odd_histograms_have_presets_that_hide_the_background(counts: list[int]) -> None:
+def test_odd_histograms_have_presets_that_hide_the_background(counts):
     found = presets((0.0, 4.0), np.array(counts), np.arange(5.0))
     assert all(tf.opacity.sample().max() > 0 for tf in (p.tf for p in found))
 
 
-def test_hu_are_known_by_unit_or_range() -> None:
+def test_hu_are_known_by_unit_or_range():
     assert looks_like_hu((-1000.0, 3000.0))
     assert looks_like_hu((0.0, 100.0), "HU")
     assert not looks_like_hu((0.0, 4095.0))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.volume import Volume
 
 
-def test_rays_through_a_uniform_medium_follow_beers_law() -> None:
+def test_rays_through_a_uniform_medium_follow_beers_law():
     # Spacings whose product is 1 make the voxel size 1.
     volume = Volume(np.linspace(0.0, 1.0, 4 * 6 * 10).reshape(4, 6, 10), (0.5, 1.0, 2.0))
     rays = ThinnedVolume.of(volume).ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.1),)))
@@ -18,7 +16,7 @@ def test_rays_through_a_uniform_medium_follow_beers_law() -> None:
     assert rays == pytest.approx(1 - 0.9**lengths)
 
 
-def test_a_finer_volume_is_as_opaque_on_the_grid() -> None:
+def test_a_finer_volume_is_as_opaque_on_the_grid():
     fine = Volume(np.linspace(0.0, 1.0, 8 * 8 * 256).reshape(8, 8, 256))
     thinned = ThinnedVolume.of(fine)
     assert thinned.levels.shape == (8, 8, GRID)
@@ -26,7 +24,7 @@ def test_a_finer_volume_is_as_opaque_on_the_grid() -> None:
     assert along_x == pytest.approx(np.full(64, 1 - 0.99**256))
 
 
-def test_the_box_lies_around_what_is_shown_and_not_around_specks() -> None:
+def test_the_box_lies_around_what_is_shown_and_not_around_specks():
     scalars = np.zeros((40, 40, 40))
     scalars[10:20, 4:36, 20:30] = 1.0
     scalars[38, 38, 38] = 1.0
@@ -37,12 +35,12 @@ def test_the_box_lies_around_what_is_shown_and_not_around_specks() -> None:
         assert (margin <= 1 / 40 + 1e-9).all()
 
 
-def test_where_nothing_is_shown_the_box_is_the_whole_volume() -> None:
+def test_where_nothing_is_shown_the_box_is_the_whole_volume():
     volume = Volume(np.linspace(0.0, 1.0, 64).reshape(4, 4, 4))
     assert ThinnedVolume.of(volume).shown_box(OpacityTF((0.0, 1.0))) == CropBox()
 
 
-def test_shown_points_reach_around_what_is_shown_and_no_farther() -> None:
+def test_shown_points_reach_around_what_is_shown_and_no_farther():
     scalars = np.zeros((20, 30, 40), np.float32)
     z, y, x = np.mgrid[:20, :30, :40]
     ball = (x - 20) ** 2 + (y - 15) ** 2 + (z - 10) ** 2 <= 64

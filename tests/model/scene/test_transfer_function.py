@@ -1,8 +1,4 @@
-from __future__ import annotations
-
 import json
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,20 +11,20 @@ from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Tran
 GREY = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
 
 
-def test_modes_follow_the_formula() -> None:
+def test_modes_follow_the_formula():
     tf = OpacityTF((0.0, 100.0), (GaussianMode(40.0, 5.0, 0.6), GaussianMode(45.0, 10.0, 0.3)))
     s = 47.0
     expected = 0.6 * np.exp(-((7 / 5) ** 2)) + 0.3 * np.exp(-((2 / 10) ** 2))
     assert tf(s) == pytest.approx(expected)
 
 
-def test_overlapping_modes_stop_at_one() -> None:
+def test_overlapping_modes_stop_at_one():
     tf = OpacityTF((0.0, 1.0), (GaussianMode(0.5, 0.2, 0.9), GaussianMode(0.5, 0.2, 0.9)))
     assert tf(0.5) == 1.0
 
 
 @given(st.floats(1e-12, 10.0), st.floats(0, 1), st.floats(-5, 5))
-def test_no_mode_is_drawn_narrower_than_a_bin(width: float, amplitude: float, mean: float) -> None:
+def test_no_mode_is_drawn_narrower_than_a_bin(width, amplitude, mean):
     tf = OpacityTF((-1.0, 1.0), (GaussianMode(mean, width, amplitude),))
     assert tf.modes[0].width == width
     sampled = tf.sample()
@@ -42,7 +38,7 @@ def test_no_mode_is_drawn_narrower_than_a_bin(width: float, amplitude: float, me
         assert sampled.max() >= 0.75 * amplitude
 
 
-def test_samples_include_both_ends() -> None:
+def test_samples_include_both_ends():
     tf = OpacityTF((10.0, 20.0), points=((10.0, 0.25), (20.0, 0.75)))
     sampled = tf.sample()
     assert sampled.dtype == np.float32
@@ -50,12 +46,12 @@ def test_samples_include_both_ends() -> None:
     np.testing.assert_allclose(tf.sample((10.0, 15.0), 3), [0.25, 0.375, 0.5])
 
 
-def test_a_curve_is_constant_outside_its_points() -> None:
+def test_a_curve_is_constant_outside_its_points():
     tf = OpacityTF((0.0, 10.0), points=((2.0, 0.1), (4.0, 0.5), (4.0, 0.9), (6.0, 0.2)))
     np.testing.assert_allclose(tf([0.0, 3.0, 5.0, 9.0]), [0.1, 0.3, 0.55, 0.2])
 
 
-def test_colours_are_linear_in_rgb() -> None:
+def test_colours_are_linear_in_rgb():
     tf = ColorTF((0.0, 1.0), ((0.0, 1.0, 0.0, 0.0), (0.5, 0.0, 1.0, 0.0), (1.0, 0.0, 0.0, 1.0)))
     np.testing.assert_allclose(tf(0.25), [0.5, 0.5, 0.0])
     np.testing.assert_allclose(tf([[0.75]]), [[[0.0, 0.5, 0.5]]])
@@ -77,7 +73,7 @@ def test_colours_are_linear_in_rgb() -> None:
         (lambda: ColorTF((0.0, 1.0), ((0.0, 2.0, 0.0, 0.0),)), "outside 0 to 1"),
     ],
 )
-def test_invalid_functions_get_one_sentence(build: Any, message: str) -> None:
+def test_invalid_functions_get_one_sentence(build, message):
     with pytest.raises(TransferFunctionError, match=message):
         build()
 
@@ -87,7 +83,7 @@ unit = st.floats(0, 1)
 
 
 @st.composite
-def transfer_functions(draw: st.DrawFn) -> TransferFunction:
+def transfer_functions(draw):
     lo = draw(finite)
     hi = lo + draw(st.floats(1e-3, 1e6))
     color = ColorTF(
@@ -108,11 +104,11 @@ def transfer_functions(draw: st.DrawFn) -> TransferFunction:
 
 
 @given(transfer_functions())
-def test_files_keep_every_number(tf: TransferFunction) -> None:
+def test_files_keep_every_number(tf):
     assert TransferFunction.from_json(json.loads(json.dumps(tf.to_json()))) == tf
 
 
-def test_the_file_is_as_documented(tmp_path: Path) -> None:
+def test_the_file_is_as_documented(tmp_path):
     tf = TransferFunction(OpacityTF((0.0, 1.0), (GaussianMode(0.3, 0.1, 0.5),)), GREY)
     tf.save(tmp_path / "tf.json")
     assert json.loads((tmp_path / "tf.json").read_text()) == {
@@ -139,7 +135,7 @@ def test_the_file_is_as_documented(tmp_path: Path) -> None:
         ("\xff\xfe", "not valid JSON"),
     ],
 )
-def test_bad_files_get_one_sentence(tmp_path: Path, content: str, message: str) -> None:
+def test_bad_files_get_one_sentence(tmp_path, content, message):
     path = tmp_path / "tf.json"
     path.write_bytes(content.encode("latin-1"))
     with pytest.raises(TransferFunctionError, match=message) as caught:
@@ -147,7 +143,7 @@ def test_bad_files_get_one_sentence(tmp_path: Path, content: str, message: str) 
     assert str(path) in str(caught.value)
 
 
-def test_without_a_range_values_are_fractions() -> None:
+def test_without_a_range_values_are_fractions():
     content = {
         "tfscope_tf": 1,
         "opacity": {"points": [[0.25, 0.0], [0.75, 1.0]]},
@@ -160,14 +156,14 @@ def test_without_a_range_values_are_fractions() -> None:
     assert not TransferFunction.from_json(content | {"range": [0, 1]}).is_relative
 
 
-def test_values_that_are_no_fractions_need_a_range() -> None:
+def test_values_that_are_no_fractions_need_a_range():
     tf = {"tfscope_tf": 1, "opacity": {"modes": []}, "color": {"stops": [[40, 0, 0, 0]]}}
     with pytest.raises(TransferFunctionError, match="40 is no fraction"):
         TransferFunction.from_json(tf)
     assert TransferFunction.from_json(tf | {"range": [0, 100]}).color.stops[0][0] == 40
 
 
-def test_a_missing_file_and_an_unwritable_place_are_said(tmp_path: Path) -> None:
+def test_a_missing_file_and_an_unwritable_place_are_said(tmp_path):
     tf = TransferFunction(OpacityTF((0.0, 1.0)), GREY)
     with pytest.raises(TransferFunctionError, match="cannot be read"):
         TransferFunction.load(tmp_path / "none.json")

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +13,7 @@ VIEW = View(25.0, -30.0, 12.0, 0.8, 0.1, -0.2)
 
 
 @pytest.mark.parametrize("up", AXES)
-def test_equal_steps_about_the_up_axis(up: str) -> None:
+def test_equal_steps_about_the_up_axis(up):
     views = turntable(VIEW, 8, up, PROPORTIONS)
     assert len(views) == 8 and views[0] == VIEW
     axis = np.array(axis_direction(up), dtype=float)
@@ -28,7 +26,7 @@ def test_equal_steps_about_the_up_axis(up: str) -> None:
     assert {view.distance for view in views} == {VIEW.distance}
 
 
-def test_the_pivot_stays_where_it_is() -> None:
+def test_the_pivot_stays_where_it_is():
     pivot = (0.2, 0.9, 0.4)
     places = [
         Projection(view, PROPORTIONS).places(np.array(pivot)[None])[0]
@@ -37,7 +35,7 @@ def test_the_pivot_stays_where_it_is() -> None:
     np.testing.assert_allclose(places, np.tile(places[0], (12, 1)), atol=1e-9)
 
 
-def test_what_is_in_front_moves_to_the_right() -> None:
+def test_what_is_in_front_moves_to_the_right():
     views = turntable(View(0.0, 10.0), 36, "+z", PROPORTIONS)
     front = np.array([[0.5, 0.1, 0.5]])
     first, second = (Projection(view, PROPORTIONS).places(front)[0, 0] for view in views[:2])

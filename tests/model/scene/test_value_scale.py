@@ -1,10 +1,7 @@
 """The logarithmic scale, against NumPy's logarithm."""
 
-from __future__ import annotations
-
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,23 +23,23 @@ from model.volume_files.shipped import shipped_volumes
 SHAPE = 20, 24, 28
 
 
-def noise(spread: float = 2.5) -> np.ndarray:
+def noise(spread=2.5):
     return np.exp(spread * np.random.default_rng(8).normal(size=SHAPE)).astype(np.float32)
 
 
-def offered(voxels: np.ndarray, missing: np.ndarray | None = None) -> bool:
+def offered(voxels, missing=None):
     return suits_logarithm(Volume(voxels, missing=missing).distribution)
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "uint32", "float32", "float64"])
-def test_voxels_are_the_logarithms(dtype: str) -> None:
+def test_voxels_are_the_logarithms(dtype):
     voxels = np.random.default_rng(1).integers(1, 127, SHAPE).astype(dtype)
     volume = Volume(voxels).on_scale("log")
     np.testing.assert_allclose(volume.voxels, np.log10(voxels.astype(float)), rtol=3e-7)
     assert volume.scale == "log" and volume.data_range == pytest.approx((0, math.log10(126)))
 
 
-def test_what_has_no_logarithm_lies_at_the_start() -> None:
+def test_what_has_no_logarithm_lies_at_the_start():
     voxels = noise()
     voxels[0, 0, :3] = 0.0, -5.0, -1e-30
     volume = Volume(voxels).on_scale("log")
@@ -51,7 +48,7 @@ def test_what_has_no_logarithm_lies_at_the_start() -> None:
     assert volume.data_range[0] == pytest.approx(lowest)
 
 
-def test_missing_voxels_remain_missing_and_do_not_count() -> None:
+def test_missing_voxels_remain_missing_and_do_not_count():
     voxels, missing = noise(), np.zeros(SHAPE, bool)
     voxels[3] = 1e-9
     missing[3] = True
@@ -61,7 +58,7 @@ def test_missing_voxels_remain_missing_and_do_not_count() -> None:
     assert volume.drawing_missing(True).on_scale("linear").draws_missing
 
 
-def test_it_is_the_same_volume() -> None:
+def test_it_is_the_same_volume():
     volume = Volume(noise(), name="halo", units="Msun")
     log = volume.on_scale("log")
     assert log.fingerprint == volume.fingerprint
@@ -75,13 +72,13 @@ def test_it_is_the_same_volume() -> None:
 
 
 @pytest.mark.parametrize("voxels", [-noise(), np.where(noise() > 1, -1.0, 7.0), noise() * 0 - 1])
-def test_nothing_to_take_a_logarithm_of(voxels: np.ndarray) -> None:
+def test_nothing_to_take_a_logarithm_of(voxels):
     voxels[0, 0, 0] = -2.0
     with pytest.raises(VolumeError, match="linear"):
         Volume(voxels).on_scale("log")
 
 
-def test_it_is_offered_for_log_normal_values_alone() -> None:
+def test_it_is_offered_for_log_normal_values_alone():
     assert offered(noise())
     assert offered((noise() * 100).astype(np.uint32))
     zeros = noise()
@@ -102,14 +99,14 @@ def test_it_is_offered_for_log_normal_values_alone() -> None:
 
 
 @pytest.mark.parametrize("path", shipped_volumes(), ids=lambda path: path.stem)
-def test_it_is_not_offered_for_what_is_shipped(path: Path) -> None:
+def test_it_is_not_offered_for_what_is_shipped(path):
     assert not suits_logarithm(read_volume(path).distribution)
 
 
 @pytest.mark.parametrize(
     "places", [(-5.2, 4.7), (0.0, 3.0), (1.2, 2.3), (2.0, 2.1), (-300.0, 300.0), (4.0, 4.001)]
 )
-def test_ticks_lie_where_their_text_says(places: tuple[float, float]) -> None:
+def test_ticks_lie_where_their_text_says(places):
     ticks = logarithmic_ticks(places)
     lo, hi = places
     assert 2 <= len(ticks) <= 14
@@ -123,7 +120,7 @@ def test_ticks_lie_where_their_text_says(places: tuple[float, float]) -> None:
 @pytest.mark.parametrize(
     ("value", "text"), [(1234.0, "1234"), (0.0123, "0.0123"), (1.5, "1.50"), (2.5e9, "2.5e+09")]
 )
-def test_values_are_written_in_their_own_units(value: float, text: str) -> None:
+def test_values_are_written_in_their_own_units(value, text):
     shown = value_text(math.log10(value), (-5.0, 10.0), "log")
     assert shown == text or float(shown) == pytest.approx(float(text), rel=0.1)
     # To within one of 256 steps.
@@ -131,7 +128,7 @@ def test_values_are_written_in_their_own_units(value: float, text: str) -> None:
     assert "e" not in range_text((0.0, 3.0), (-5.0, 10.0), "log")
 
 
-def test_a_tf_file_says_its_scale(tmp_path: Path) -> None:
+def test_a_tf_file_says_its_scale(tmp_path):
     volume = Volume(noise()).on_scale("log")
     tf = default_transfer_function(volume)
     assert tf.scale == "log"
@@ -142,7 +139,7 @@ def test_a_tf_file_says_its_scale(tmp_path: Path) -> None:
     assert "scale" not in linear.to_json()
 
 
-def test_a_tf_brings_its_scale() -> None:
+def test_a_tf_brings_its_scale():
     volume = Volume(noise())
     log = volume.on_scale("log")
     tf = default_transfer_function(log.over((-2.0, 3.0)))
@@ -160,7 +157,7 @@ def test_a_tf_brings_its_scale() -> None:
         fit_to_volume(tf, Volume(-noise()))
 
 
-def test_ranges_and_windows_are_typed_in_the_data_s_units() -> None:
+def test_ranges_and_windows_are_typed_in_the_data_s_units():
     log = Volume(noise()).on_scale("log")
     assert RangeChoice(0.01, 1000.0).of(log) == pytest.approx((-2.0, 3.0))
     low, high = values_at(RangeChoice(1.0, 99.0, are_percentiles=True).of(log), "log")

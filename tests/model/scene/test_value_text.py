@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,14 +18,12 @@ from model.scene.value_text import range_text, value_text
         (0.0, (0.0, 1e-9), "0"),
     ],
 )
-def test_as_many_digits_as_a_tf_tells_apart(
-    value: float, scalar_range: tuple[float, float], text: str
-) -> None:
+def test_as_many_digits_as_a_tf_tells_apart(value, scalar_range, text):
     assert value_text(value, scalar_range, "linear") == text
 
 
 @given(st.floats(-1e9, 1e9), st.floats(1e-12, 1e12, exclude_min=True), st.floats(0, 1))
-def test_the_text_is_right_to_within_a_bin(low: float, extent: float, part: float) -> None:
+def test_the_text_is_right_to_within_a_bin(low, extent, part):
     high = low + extent
     if high - low < 1e-9 * max(abs(low), abs(high), 1e-300):
         return
@@ -46,7 +42,5 @@ def test_the_text_is_right_to_within_a_bin(low: float, extent: float, part: floa
         ((1e-8, 2e-8), (0.0, 1e-7), "1e-08 to 2e-08"),
     ],
 )
-def test_ranges_have_their_thousands_set_apart(
-    values: tuple[float, float], scalar_range: tuple[float, float], text: str
-) -> None:
+def test_ranges_have_their_thousands_set_apart(values, scalar_range, text):
     assert range_text(values, scalar_range, "linear") == text

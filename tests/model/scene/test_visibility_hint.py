@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +8,12 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import FAR_DISTANCE_RADII, View
-from model.scene.visibility_hint import Emptiness, nothing_visible, why_nothing
+from model.scene.visibility_hint import nothing_visible, why_nothing
 
 SHOWN = SceneInputs.of(View(), make_tf(150.0))
 
 
-def explain(inputs: SceneInputs, aspect: float = 1.0) -> Emptiness:
+def explain(inputs, aspect=1.0):
     """Explain an image of a volume with the values 100 to 120 and 180 to 200."""
     volume = make_volume()
     counts, edges = volume.histogram(64)
@@ -24,14 +22,14 @@ def explain(inputs: SceneInputs, aspect: float = 1.0) -> Emptiness:
     return why_nothing(inputs, volume.scalar_range, counts, edges, aspect)
 
 
-def with_mode(mean: float, scalar_range: tuple[float, float] = (100.0, 200.0)) -> SceneInputs:
+def with_mode(mean, scalar_range=(100.0, 200.0)):
     opacity = OpacityTF(scalar_range, (GaussianMode(mean, 5.0, 0.8),))
     color = ColorTF(scalar_range, ((mean, 1.0, 1.0, 1.0),))
     return SceneInputs(View(), opacity, color)
 
 
 @pytest.mark.parametrize(("level", "nothing"), [(0.0, True), (0.005, True), (0.007, False)])
-def test_one_pixel_that_is_seen_is_not_nothing(level: float, nothing: bool) -> None:
+def test_one_pixel_that_is_seen_is_not_nothing(level, nothing):
     rgba = np.zeros((8, 9, 4), np.float32)
     rgba[3, 4, 3] = level
     rgba[0, 0] = (1.0, 1.0, 1.0, np.nan)
@@ -41,21 +39,18 @@ def test_one_pixel_that_is_seen_is_not_nothing(level: float, nothing: bool) -> N
 @pytest.mark.parametrize(
     ("inputs", "said"),
     [
-        (
-            replace(SHOWN, opacity_tf=OpacityTF((100.0, 200.0))),
-            "transparent at every scalar value",
-        ),
+        (replace(SHOWN, opacity_tf=OpacityTF((100.0, 200.0))), "transparent at every scalar value"),
         # 5 sqrt(ln 100) = 10.7 on either side of the mode
         (with_mode(150.0), "from 139.6 to 160.4, which no voxel has"),
         (with_mode(330.0, (100.0, 400.0)), "lie between 100 and 200"),
     ],
 )
-def test_a_tf_that_shows_nothing(inputs: SceneInputs, said: str) -> None:
+def test_a_tf_that_shows_nothing(inputs, said):
     found = explain(inputs)
     assert found.cause == "tf" and said in found.text
 
 
-def test_values_that_hardly_any_voxel_has() -> None:
+def test_values_that_hardly_any_voxel_has():
     edges = np.linspace(0, 10, 11)
     counts = np.array([10**6, 0, 0, 0, 0, 0, 0, 0, 0, 3])
     inputs = replace(SHOWN, opacity_tf=OpacityTF((0, 10), points=((9, 0.0), (10, 1.0))))
@@ -63,7 +58,7 @@ def test_values_that_hardly_any_voxel_has() -> None:
     assert "3 voxels of 1,000,003" in found.text
 
 
-def test_voxels_beyond_the_tfs_range_look_like_its_ends() -> None:
+def test_voxels_beyond_the_tfs_range_look_like_its_ends():
     # Clamped to 150, all voxels above it are shown.
     points = replace(SHOWN, opacity_tf=OpacityTF((130.0, 150.0), points=((149, 0.0), (150, 1.0))))
     assert "voxel" not in explain(points).text
@@ -80,14 +75,14 @@ def test_voxels_beyond_the_tfs_range_look_like_its_ends() -> None:
         (View(distance=0.2, pan_x=9.0), 1.0, False),
     ],
 )
-def test_a_view_that_misses_the_volume(view: View, aspect: float, outside: bool) -> None:
+def test_a_view_that_misses_the_volume(view, aspect, outside):
     found = explain(replace(with_mode(190.0), view=view), aspect)
     assert ("left the image" in found.text or "too small" in found.text) is outside
     if outside:
         assert found.cause == "view"
 
 
-def test_the_sphere_at_the_edge_agrees_with_a_projected_one() -> None:
+def test_the_sphere_at_the_edge_agrees_with_a_projected_one():
     """Project points of the sphere's silhouette by hand at a distance of 0.5."""
     distance = 0.5 * FAR_DISTANCE_RADII
     angles = np.linspace(0, np.pi, 20001)
@@ -98,7 +93,7 @@ def test_the_sphere_at_the_edge_agrees_with_a_projected_one() -> None:
         assert ("left the image" in found.text) is outside
 
 
-def test_a_crop_box_is_named_when_the_rest_is_in_order() -> None:
+def test_a_crop_box_is_named_when_the_rest_is_in_order():
     crop = CropBox((0.0, 0.0, 0.0), (0.1, 0.1, 0.1))
     assert explain(replace(with_mode(190.0), crop=crop)).cause == "crop"
     assert explain(replace(with_mode(190.0), crop=CropBox())).cause == "tf"

@@ -163,8 +163,8 @@ def test_a_narrow_range_far_from_zero_is_kept():
         Volume(values).over((1e6, 1e6 + 1e-8))
 
 
-def test_time_steps_are_of_one_series() -> None:
-    def named(name: str, shape: tuple[int, int, int] = (3, 4, 5)) -> Volume:
+def test_time_steps_are_of_one_series():
+    def named(name, shape=(3, 4, 5)):
         return Volume(np.arange(np.prod(shape), dtype=np.float32).reshape(shape), name=name)
 
     step = named("flow_t0007")

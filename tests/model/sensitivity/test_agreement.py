@@ -1,6 +1,3 @@
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,10 +11,6 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
-from model.scene.inputs import SceneInputs
-from model.scene.region import Region
-from model.scene.scene import Scene
-from model.scene.volume import Volume
 from model.sensitivity.agreement import rank_correlation, sensitivity_agreement
 from model.sensitivity.cosine import cosine
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
@@ -25,29 +18,29 @@ from model.sensitivity.exact import region_sensitivity, sensitivity_field
 SIZE = NetworkSize(0.125, 16, 32)
 
 
-def generator_of(scene: Scene) -> Generator:
+def generator_of(scene):
     card = ModelCard(scene, "draft", SIZE, {}, {}, {})
     return Generator(card, TwoStageGenerator(SIZE), torch.device("cpu"))
 
 
-def own(volume: Volume, change: Callable[[np.ndarray], np.ndarray]) -> type:
+def own(volume, change):
     """In the place of the generator's sensitivity, the renderer's, changed somehow."""
 
     class Own:
-        def __init__(self, _generator: object, inputs: SceneInputs, edit_width: float) -> None:
+        def __init__(self, _generator, inputs, edit_width):
             assert edit_width == 0
             self.arguments = (RaycastRenderer(volume), inputs, 32)
 
-        def region(self, region: Region) -> np.ndarray:
+        def region(self, region):
             return change(region_sensitivity(*self.arguments, region))
 
-        def field(self, block: int) -> np.ndarray:
+        def field(self, block):
             return change(sensitivity_field(*self.arguments, block))
 
     return Own
 
 
-def test_correlations_are_those_of_scipy() -> None:
+def test_correlations_are_those_of_scipy():
     rng = np.random.default_rng(0)
     a, b = rng.normal(size=50), rng.integers(0, 9, 50).astype(float)
     assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b).statistic)
@@ -58,12 +51,8 @@ def test_correlations_are_those_of_scipy() -> None:
 
 @pytest.mark.parametrize(("factor", "expected"), [(2.0, 1.0), (-1.0, -1.0)])
 def test_the_renderers_own_sensitivity_agrees_with_itself(
-    volume: Volume,
-    scene: Scene,
-    monkeypatch: pytest.MonkeyPatch,
-    factor: float,
-    expected: float,
-) -> None:
+    volume, scene, monkeypatch, factor, expected
+):
     scene = replace(scene, image_size=32)
 
     monkeypatch.setattr(
@@ -75,15 +64,13 @@ def test_the_renderers_own_sensitivity_agrees_with_itself(
         np.testing.assert_allclose(values, expected, rtol=1e-5)
 
 
-def test_only_smooth_edits_inside_the_window_count(
-    volume: Volume, scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_only_smooth_edits_inside_the_window_count(volume, scene, monkeypatch):
     lo, hi = scene.scalar_range
     scene = replace(scene, image_size=32, scalar_window=(lo + (hi - lo) / 4, hi - (hi - lo) / 4))
     bins = np.arange(256)
     outside = (bins < 256 / 4) | (bins > 255 - 256 / 4)
 
-    def disturbed(slopes: np.ndarray) -> np.ndarray:
+    def disturbed(slopes):
         """With what no smooth edit feels, and nonsense outside the window."""
         jitter = np.where(bins % 2, 0.3, -0.3) * np.abs(slopes[..., ~outside]).max()
         return np.where(outside, 1e6, slopes + jitter)
@@ -96,20 +83,18 @@ def test_only_smooth_edits_inside_the_window_count(
     assert agreement.single_cosine.max() < 0.9
 
 
-def test_chance_does_not_agree(
-    volume: Volume, scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_chance_does_not_agree(volume, scene, monkeypatch):
     scene = replace(scene, image_size=32)
     rng = np.random.default_rng(0)
 
     class Noise:
-        def __init__(self, *_: object, edit_width: float) -> None:
+        def __init__(self, *_, edit_width):
             self.slopes = rng.normal(size=(8, 256))
 
-        def region(self, region: Region) -> np.ndarray:
+        def region(self, region):
             return (rng.normal(size=8) @ self.slopes).astype(np.float32)
 
-        def field(self, block: int) -> np.ndarray:
+        def field(self, block):
             blocks = -(-32 // block)
             return (rng.normal(size=(blocks, blocks, 8)) @ self.slopes).astype(np.float32)
 

@@ -1,7 +1,5 @@
 """Fields of all values: the generator's and the ray caster's, against edits one by one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch
@@ -14,10 +12,8 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.scene import Lighting, Scene
-from model.scene.tf_perturbation import (
-    edit_around,
-)
+from model.scene.scene import Scene
+from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
 from model.sensitivity.display import per_small_edit, shown_responses
 from model.sensitivity.learned import Sensitivity
@@ -29,7 +25,7 @@ VIEW = View(40, 20, 3, 1.0)
 
 
 @pytest.fixture(scope="module")
-def generator() -> Generator:
+def generator():
     torch.manual_seed(0)
     size = NetworkSize(0.25, 16, 32)
     network = TwoStageGenerator(size)
@@ -39,20 +35,18 @@ def generator() -> Generator:
 
 
 @pytest.fixture(scope="module")
-def inputs() -> SceneInputs:
+def inputs():
     return SceneInputs.of(VIEW, make_tf())
 
 
-def block_norms(image: np.ndarray, blocks: int) -> np.ndarray:
+def block_norms(image, blocks):
     """Norm of the colours of each block."""
     side = len(image) // blocks
     parts = image.astype(np.float64).reshape(blocks, side, blocks, side, 3)
     return np.sqrt((parts**2).sum(axis=(1, 3, 4)))
 
 
-def test_a_block_of_the_paper_networks_changes_as_said(
-    generator: Generator, inputs: SceneInputs
-) -> None:
+def test_a_block_of_the_paper_networks_changes_as_said(generator, inputs):
     # Central differences in float64 of the norms of 8 x 8 blocks by a smooth edit.
     fields = Sensitivity(generator, inputs, WIDTH).field(4)
     assert fields.shape == (8, 8, 256)
@@ -74,7 +68,7 @@ def test_a_block_of_the_paper_networks_changes_as_said(
         network.float()
 
 
-def test_the_unit_is_the_change_of_a_pixel() -> None:
+def test_the_unit_is_the_change_of_a_pixel():
     # All of a block's numbers rise by .02 per unit of the edit: so does its RMS value.
     image = np.full((8, 8, 3), 0.5)
     rise = block_norms(image + 0.02, 2) - block_norms(image, 2)
@@ -84,7 +78,7 @@ def test_the_unit_is_the_change_of_a_pixel() -> None:
 
 
 @pytest.mark.parametrize("lighting", ["none", "soft"])
-def test_the_ray_casters_fields(inputs: SceneInputs, lighting: Lighting) -> None:
+def test_the_ray_casters_fields(inputs, lighting):
     renderer = RaycastRenderer(make_volume(), lighting, threads=1, sample_distance=1.0)
     fields = block_fields(renderer, inputs, 16, 4, WIDTH)
     edit = edit_around(150.0, RANGE, WIDTH).astype(np.float64)

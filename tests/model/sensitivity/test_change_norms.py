@@ -1,7 +1,5 @@
 """The norm of a region's change by all edits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from test_exact import VIEW, random_opacity, small_volume, tf_of
@@ -18,7 +16,7 @@ SIZE = 16
 REGION = Region(4, 3, 13, 12)
 
 
-def test_a_black_region_may_change_though_its_brightness_has_no_derivative() -> None:
+def test_a_black_region_may_change_though_its_brightness_has_no_derivative():
     renderer = RaycastRenderer(small_volume())
     nothing = SceneInputs.of(VIEW, tf_of(np.zeros(256)))
     assert not region_sensitivity(renderer, nothing, SIZE, REGION).any()
@@ -26,7 +24,7 @@ def test_a_black_region_may_change_though_its_brightness_has_no_derivative() -> 
     renderer.close()
 
 
-def test_the_parts_of_a_region_add_up() -> None:
+def test_the_parts_of_a_region_add_up():
     renderer = RaycastRenderer(small_volume())
     inputs = SceneInputs.of(VIEW, tf_of(random_opacity(0.5)))
     whole = change_norms(renderer, inputs, SIZE, Outline(), 0.0)
@@ -45,7 +43,7 @@ def test_the_parts_of_a_region_add_up() -> None:
     renderer.close()
 
 
-def test_edits_by_bin_are_the_edits() -> None:
+def test_edits_by_bin_are_the_edits():
     for width in (0.0, 1.0, 1.49, 2.9, 6.0, 60.0):
         _, edits = spaced_edits(width)
         band, begin = band_of(edits)
@@ -58,7 +56,7 @@ def test_edits_by_bin_are_the_edits() -> None:
         band_of(np.ones((40, 256)))
 
 
-def test_small_images_take_a_coarser_grid_for_many_edits() -> None:
+def test_small_images_take_a_coarser_grid_for_many_edits():
     """On volumes that have more voxels than that grid has nodes."""
     places = np.stack(np.meshgrid(*[np.linspace(-1, 1, 72)] * 3, indexing="ij"))
     field = 255 * np.exp(-3 * (places**2).sum(axis=0)) * (1 + 0.2 * np.sin(9 * places[0]))

@@ -4,9 +4,6 @@ Of each light, TF and step: the change of every pixel, a region's sensitivity, a
 change.
 """
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +22,6 @@ from model.scene.tf_perturbation import edit_around
 from model.scene.volume import Volume
 from model.sensitivity.exact import change_norms, region_sensitivity
 from tests import reference_light
-from tests.reference_raycaster import Rays
 
 Array = NDArray[np.float64]
 
@@ -42,7 +38,7 @@ CASES: list[tuple[Lighting, float]] = [
 """Lights and sample distances."""
 
 
-def one_bin() -> Array:
+def one_bin():
     opacity = np.zeros(256)
     opacity[100] = 0.5
     return opacity
@@ -61,7 +57,7 @@ TFS = {
 
 
 @pytest.fixture(scope="module")
-def volume() -> Volume:
+def volume():
     """Blobs, some voxels of which are missing."""
     small = small_volume()
     missing = np.zeros(small.scalars.shape, bool)
@@ -70,12 +66,12 @@ def volume() -> Volume:
 
 
 @pytest.fixture(autouse=True)
-def by_level(monkeypatch: pytest.MonkeyPatch) -> None:
+def by_level(monkeypatch):
     """Look the reference's TFs up at the renderer's places, and edit soft light on its own grid."""
     cast = reference_light.cast
 
-    def rounded(*arguments: object) -> Rays:
-        rays = cast(*arguments)  # type: ignore[arg-type]
+    def rounded(*arguments):
+        rays = cast(*arguments)
         return replace(rays, bins=np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN)
 
     monkeypatch.setattr(reference_light, "cast", rounded)
@@ -83,7 +79,7 @@ def by_level(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def renderers(volume: Volume) -> Iterator[dict[str, RaycastRenderer]]:
+def renderers(volume):
     every: dict[str, RaycastRenderer] = {
         lighting: RaycastRenderer(volume, lighting, LIGHT, threads=1)
         for lighting in ("none", "direct", "soft")
@@ -95,9 +91,7 @@ def renderers(volume: Volume) -> Iterator[dict[str, RaycastRenderer]]:
 
 @pytest.mark.parametrize(("lighting", "step"), CASES)
 @pytest.mark.parametrize("tf", TFS)
-def test_derivatives_are_those_of_exact_images(
-    renderers: dict[str, RaycastRenderer], volume: Volume, lighting: Lighting, step: float, tf: str
-) -> None:
+def test_derivatives_are_those_of_exact_images(renderers, volume, lighting, step, tf):
     renderer = renderers[lighting]
     renderer.sample_distance = step
     crop = CropBox((0.1, 0.2, 0.0), (0.9, 0.9, 0.7)) if tf == "random" else None
@@ -124,9 +118,7 @@ def test_derivatives_are_those_of_exact_images(
         np.testing.assert_allclose(ours, exact, atol=tolerance * np.abs(exact).max() + 1e-9)
 
 
-def test_edits_together_are_as_edits_alone_and_windows_together_as_their_sum(
-    renderers: dict[str, RaycastRenderer],
-) -> None:
+def test_edits_together_are_as_edits_alone_and_windows_together_as_their_sum(renderers):
     renderer = renderers["soft"]
     renderer.sample_distance = 0.5
     inputs = SceneInputs.of(VIEW, tf_of(random_opacity(0.5)))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -18,7 +16,7 @@ from model.sensitivity.display import (
 )
 
 
-def test_a_value_between_two_samples_is_interpolated() -> None:
+def test_a_value_between_two_samples_is_interpolated():
     field = np.arange(256, dtype=np.float32) * np.ones((2, 3, 1), np.float32)
     # 256 samples from 10 to 265: one per unit.
     for value in (10.0, 77.25, 265.0):
@@ -27,7 +25,7 @@ def test_a_value_between_two_samples_is_interpolated() -> None:
         np.testing.assert_allclose(found, value - 10.0, rtol=1e-5)
 
 
-def test_without_a_value_each_counts_by_its_own_maximum() -> None:
+def test_without_a_value_each_counts_by_its_own_maximum():
     field = np.zeros((1, 2, 256), np.float32)
     field[0, 0, 5], field[0, 1, 5] = -4.0, 2.0
     field[0, 1, 9] = 0.001
@@ -36,7 +34,7 @@ def test_without_a_value_each_counts_by_its_own_maximum() -> None:
     )
 
 
-def test_the_unit_is_an_edit_that_adds_a_hundredth_at_its_peak() -> None:
+def test_the_unit_is_an_edit_that_adds_a_hundredth_at_its_peak():
     edit = edit_around(128.0, (0.0, 255.0), 6.0)
     assert per_small_edit(edit) * edit.max() == pytest.approx(0.01)
     # A picture whose every number changes by 2 per unit of the edit.
@@ -48,14 +46,14 @@ def test_the_unit_is_an_edit_that_adds_a_hundredth_at_its_peak() -> None:
     np.testing.assert_allclose(shown_responses(norm, 64, 6.0), expected, rtol=1e-5)
 
 
-def test_what_brightens_one_colour_and_darkens_another_is_a_change() -> None:
+def test_what_brightens_one_colour_and_darkens_another_is_a_change():
     changes = np.array([[[1.0, -1.0, 0.0]]])
     edit = np.eye(1, 256, 9)[0]
     assert shown_field(changes, edit, "signed")[0, 0] == 0
     assert shown_field(changes, edit, "change")[0, 0] > 0
 
 
-def test_rounding_is_not_shown() -> None:
+def test_rounding_is_not_shown():
     rounding = 1e-7 * np.random.default_rng(0).normal(size=(32, 32))
     assert scale_of(rounding) == FLOOR
     image = np.random.default_rng(1).random((32, 32, 3))
@@ -65,7 +63,7 @@ def test_rounding_is_not_shown() -> None:
 
 
 @pytest.mark.parametrize("measure", ["change", "signed"])
-def test_the_full_scale_has_the_end_of_the_colour_bar(measure: str) -> None:
+def test_the_full_scale_has_the_end_of_the_colour_bar(measure):
     image = np.full((1, 3, 3), 0.6)
     found = overlay(image, np.array([[2.0, 0.0, -2.0]]), 1.0, measure)
     bar = color_bar(measure)
@@ -74,7 +72,7 @@ def test_the_full_scale_has_the_end_of_the_colour_bar(measure: str) -> None:
     np.testing.assert_allclose(found[0, 2], bar[0] if measure == "signed" else bar[-1])
 
 
-def test_the_sequential_map_grows_lighter_and_the_diverging_one_from_its_middle() -> None:
+def test_the_sequential_map_grows_lighter_and_the_diverging_one_from_its_middle():
     weights = np.array([0.2126, 0.7152, 0.0722])
     lightness = color_bar("change") @ weights
     assert (np.diff(lightness) > -0.01).all() and lightness[-1] - lightness[0] > 0.7
@@ -82,7 +80,7 @@ def test_the_sequential_map_grows_lighter_and_the_diverging_one_from_its_middle(
     assert both[32] < both[0] and both[32] < both[-1]
 
 
-def test_blocks_are_spread_over_their_pixels() -> None:
+def test_blocks_are_spread_over_their_pixels():
     found = spread_blocks(np.array([[1.0, 2.0, 3.0]] * 3, np.float32), 5, 2)
     assert found[4].tolist() == [1, 1, 2, 2, 3]
     assert found.shape == (5, 5)

@@ -1,7 +1,5 @@
 """Exact sensitivities: what adds up, what is nothing, where values are seen, what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -18,12 +16,7 @@ from model.scene.tf_perturbation import edit_around, response_to_edits
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.exact import (
-    change_norms,
-    region_sensitivity,
-    sensitivity_field,
-    visibility,
-)
+from model.sensitivity.exact import change_norms, region_sensitivity, sensitivity_field, visibility
 from tests.reference_raycaster import alphas_of, cast, correct
 
 RANGE = (0.0, 255.0)
@@ -34,7 +27,7 @@ REGION = Region(2, 3, 11, 13)
 Array = NDArray[np.float64]
 
 
-def colors() -> ColorTF:
+def colors():
     rng = np.random.default_rng(4)
     stops = ((float(value), *rng.random(3).tolist()) for value in np.linspace(*RANGE, 9))
     return ColorTF(RANGE, tuple(stops))
@@ -43,14 +36,14 @@ def colors() -> ColorTF:
 COLOR = colors()
 
 
-def tf_of(opacity: Array, color: ColorTF = COLOR) -> TransferFunction:
+def tf_of(opacity, color=COLOR):
     """A TF with these opacities at the 256 values."""
     values = np.linspace(*RANGE, 256).tolist()
     points = tuple(zip(values, np.asarray(opacity).tolist(), strict=True))
     return TransferFunction(OpacityTF(RANGE, points=points), color)
 
 
-def small_volume() -> Volume:
+def small_volume():
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (9, 12, 10)), indexing="ij")
     values = np.exp(-((x - 0.2) ** 2 + y**2 + (z + 0.3) ** 2) / 0.5)
     values += 0.6 * np.exp(-((x + 0.5) ** 2 + (y - 0.4) ** 2 + (z - 0.4) ** 2) / 0.2)
@@ -60,23 +53,23 @@ def small_volume() -> Volume:
 
 
 @pytest.fixture(scope="module")
-def renderer() -> RaycastRenderer:
+def renderer():
     return RaycastRenderer(small_volume(), threads=2)
 
 
-def assert_close(found: Array, expected: Array, tolerance: float = 5e-4) -> None:
+def assert_close(found, expected, tolerance=5e-4):
     assert found.dtype == np.float32
     scale = np.abs(expected).max()
     assert scale > 0
     np.testing.assert_allclose(found / scale, expected / scale, atol=tolerance)
 
 
-def random_opacity(highest: float) -> Array:
+def random_opacity(highest):
     values = highest * np.random.default_rng(1).random(256)
     return values.astype(np.float32).astype(np.float64)
 
 
-def test_a_black_region_has_none(renderer: RaycastRenderer) -> None:
+def test_a_black_region_has_none(renderer):
     for tf in (tf_of(np.zeros(256)), tf_of(np.ones(256), ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),)))):
         found = region_sensitivity(renderer, SceneInputs.of(VIEW, tf), SIZE, REGION)
         np.testing.assert_array_equal(found, 0)
@@ -84,7 +77,7 @@ def test_a_black_region_has_none(renderer: RaycastRenderer) -> None:
         np.testing.assert_array_equal(field, 0)
 
 
-def test_a_region_beside_the_volume_has_none(renderer: RaycastRenderer) -> None:
+def test_a_region_beside_the_volume_has_none(renderer):
     far = View(35.0, 25.0, 7.0, 3.0)
     corner = Region(0, 0, 2, 2)
     assert not region_sensitivity(
@@ -96,7 +89,7 @@ def test_a_region_beside_the_volume_has_none(renderer: RaycastRenderer) -> None:
 
 
 @pytest.mark.parametrize("block", [1, 4, 5, 14])
-def test_blocks_add_up_to_the_whole_image(renderer: RaycastRenderer, block: int) -> None:
+def test_blocks_add_up_to_the_whole_image(renderer, block):
     tf = tf_of(random_opacity(0.5))
     field = sensitivity_field(renderer, SceneInputs.of(VIEW, tf), SIZE, block)
     count = -(-SIZE // block)
@@ -116,7 +109,7 @@ def test_blocks_add_up_to_the_whole_image(renderer: RaycastRenderer, block: int)
     assert_close((total / np.linalg.norm(image)).astype(np.float32), whole, 1e-4)
 
 
-def test_a_block_is_a_region(renderer: RaycastRenderer) -> None:
+def test_a_block_is_a_region(renderer):
     tf = tf_of(random_opacity(0.5))
     field = sensitivity_field(renderer, SceneInputs.of(VIEW, tf), SIZE, 5)
     for row, column in ((0, 1), (1, 1), (1, 2), (2, 2)):
@@ -126,7 +119,7 @@ def test_a_block_is_a_region(renderer: RaycastRenderer) -> None:
         np.testing.assert_allclose(field[row, column], expected, rtol=1e-4, atol=1e-6)
 
 
-def test_energies_are_those_of_the_image(renderer: RaycastRenderer) -> None:
+def test_energies_are_those_of_the_image(renderer):
     tf = TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.4),)), COLOR)
     windows = np.array([[0, 14, 0, 14], [3, 9, 2, 5], [0, 1, 0, 1]])
     _, energies = renderer.differentiate(SceneInputs(VIEW, tf.opacity, tf.color), SIZE, windows)
@@ -149,20 +142,18 @@ def test_energies_are_those_of_the_image(renderer: RaycastRenderer) -> None:
         Region(0, 5, 4, 4),
     ],
 )
-def test_regions_outside_the_image_or_empty_are_refused(
-    renderer: RaycastRenderer, region: Region
-) -> None:
+def test_regions_outside_the_image_or_empty_are_refused(renderer, region):
     with pytest.raises(RenderError, match="empty or outside the image of 14 x 14 pixels"):
         region_sensitivity(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, region)
 
 
 @pytest.mark.parametrize("block", [0, -3, 15])
-def test_blocks_that_do_not_fit_are_refused(renderer: RaycastRenderer, block: int) -> None:
+def test_blocks_that_do_not_fit_are_refused(renderer, block):
     with pytest.raises(RenderError, match="give 1 to 14"):
         sensitivity_field(renderer, SceneInputs.of(VIEW, tf_of(np.ones(256))), SIZE, block)
 
 
-def test_a_region_is_read_from_text() -> None:
+def test_a_region_is_read_from_text():
     assert Region.parse("100,80, 140,120") == Region(100, 80, 140, 120)
     for text in ("", "1,2,3", "1,2,3,4,5", "1,2,3,x", "1.5,2,3,4"):
         with pytest.raises(RenderError, match="is not a region; give left,top,right,bottom"):
@@ -170,9 +161,7 @@ def test_a_region_is_read_from_text() -> None:
 
 
 @pytest.mark.parametrize("highest", [0.0, 1e-3, 0.5, 1.0])
-def test_visibility_is_what_each_value_adds_to_the_opacity(
-    renderer: RaycastRenderer, highest: float
-) -> None:
+def test_visibility_is_what_each_value_adds_to_the_opacity(renderer, highest):
     opacity = random_opacity(highest)
     rays = cast(small_volume(), VIEW, SIZE, 0.5)
     bins = np.rint(LEVELS_PER_BIN * rays.bins[3:13, 2:11]) / LEVELS_PER_BIN
@@ -193,7 +182,7 @@ def test_visibility_is_what_each_value_adds_to_the_opacity(
 
 
 @pytest.mark.parametrize("width", [0.0, 1.0, 6.0, 40.0])
-def test_an_edit_adds_up_to_one_and_matches_the_response(width: float) -> None:
+def test_an_edit_adds_up_to_one_and_matches_the_response(width):
     slopes = np.random.default_rng(0).normal(size=256).astype(np.float32)
     edit = edit_around(128.0, RANGE, width)
     assert edit.sum() == pytest.approx(1, abs=2e-3)
@@ -201,7 +190,7 @@ def test_an_edit_adds_up_to_one_and_matches_the_response(width: float) -> None:
 
 
 @pytest.mark.parametrize("raster", [Raster(40, 24), Raster(24, 40)])
-def test_a_wider_image_has_the_square_ones_answers_in_its_middle(raster: Raster) -> None:
+def test_a_wider_image_has_the_square_ones_answers_in_its_middle(raster):
     """And beside it, those of its own pixels: seen from near, the volume reaches there."""
     renderer = RaycastRenderer(small_volume(), "direct", sample_distance=1.0)
     inputs = SceneInputs.of(View(35.0, 25.0, 0.0, 0.25), tf_of(random_opacity(0.5)))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -10,7 +8,7 @@ from model.sensitivity.global_scale import global_color_bar, global_scale, overl
 IMAGE = np.full((2, 2, 3), 0.5)
 
 
-def test_the_scale_of_all_values_is_in_the_unit_of_one() -> None:
+def test_the_scale_of_all_values_is_in_the_unit_of_one():
     # A block in which each of its 16 pixels' colours changes by the same amount, per edit.
     width, change = 6.0, 0.7
     edit = edit_around(0.5, (0.0, 1.0), width)
@@ -21,7 +19,7 @@ def test_the_scale_of_all_values_is_in_the_unit_of_one() -> None:
     assert shown[0, 0] == pytest.approx(change * per_small_edit(edit))
 
 
-def test_colours_compare_between_selections_and_opacity_does_not() -> None:
+def test_colours_compare_between_selections_and_opacity_does_not():
     whole = 1.0
     last = global_color_bar(256)[-1]
     weak, strong = np.array([[0.1, 0.0], [0.05, -0.1]]), np.array([[1.0, 0.0], [0.5, -1.0]])

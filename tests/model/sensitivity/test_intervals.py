@@ -1,7 +1,5 @@
 """Promising intervals, and contributions of a place, against what made them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from test_exact import RANGE, SIZE, VIEW, small_volume, tf_of
@@ -20,11 +18,11 @@ from model.sensitivity.what_if import compare
 BINS = np.arange(256)
 
 
-def bump(center: float, width: float, height: float) -> np.ndarray:
+def bump(center, width, height):
     return height * np.exp(-((BINS - center) ** 2) / (2 * width**2))
 
 
-def test_the_strongest_peaks_come_first() -> None:
+def test_the_strongest_peaks_come_first():
     curve = bump(40, 6, 0.2) - bump(120, 8, 0.5) + bump(200, 5, 0.1) + bump(240, 3, 0.05)
     found = strongest_intervals(curve, (0.0, 510.0))
     assert [round(i.value) for i in found] == [240, 80, 400]
@@ -34,17 +32,17 @@ def test_the_strongest_peaks_come_first() -> None:
     assert found[1].predicted(0.3) == pytest.approx(6.0, rel=1e-3)
 
 
-def test_a_response_that_rises_to_an_end_is_a_peak() -> None:
+def test_a_response_that_rises_to_an_end_is_a_peak():
     (found,) = strongest_intervals(np.linspace(0, 1, 256), (0.0, 255.0))
     assert (found.value, found.high) == (255.0, 255.0)
 
 
 @pytest.mark.parametrize("curve", [np.zeros(256), np.full(256, np.nan), np.full(256, 1e-9)])
-def test_where_nothing_responds_there_is_no_interval(curve: np.ndarray) -> None:
+def test_where_nothing_responds_there_is_no_interval(curve):
     assert strongest_intervals(curve, (0.0, 1.0)) == ()
 
 
-def test_the_prediction_is_what_a_faint_mode_does() -> None:
+def test_the_prediction_is_what_a_faint_mode_does():
     renderer = RaycastRenderer(small_volume())
     before = SceneInputs.of(VIEW, tf_of(bump(180, 20, 0.2)))
     width = 6.0
@@ -60,7 +58,7 @@ def test_the_prediction_is_what_a_faint_mode_does() -> None:
     renderer.close()
 
 
-def test_a_place_shows_the_value_that_is_there() -> None:
+def test_a_place_shows_the_value_that_is_there():
     renderer = RaycastRenderer(small_volume())
     for center in (90, 200):
         inputs = SceneInputs.of(VIEW, tf_of(bump(center, 6, 0.4)))
@@ -75,7 +73,7 @@ def test_a_place_shows_the_value_that_is_there() -> None:
     renderer.close()
 
 
-def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to() -> None:
+def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to():
     # It only rises: there is one peak.
     haze = np.interp(np.arange(256), (60, 200, 240), (0.1, 0.2, 0.2), left=0.0)
     found = contributions(haze + bump(225, 6, 3.0), RANGE)
@@ -86,7 +84,7 @@ def test_a_long_flank_is_named_beside_the_peak_that_it_leads_to() -> None:
     assert len(contributions(bump(120, 12, 1.0), RANGE)) == 1
 
 
-def test_values_stay_in_their_rows_while_they_are_edited() -> None:
+def test_values_stay_in_their_rows_while_they_are_edited():
     before = contributions(bump(60, 5, 1.0) + bump(160, 5, 3.0), RANGE)
     # The first one is lowered below the second, which moves a little; a third one appears.
     after = contributions(bump(62, 5, 3.0) + bump(160, 5, 1.0) + bump(220, 5, 5.0), RANGE)
@@ -100,7 +98,7 @@ def test_values_stay_in_their_rows_while_they_are_edited() -> None:
     assert follow((), after, RANGE) == after
 
 
-def test_an_edit_over_an_interval_is_flat_between_its_flanks() -> None:
+def test_an_edit_over_an_interval_is_flat_between_its_flanks():
     from model.scene.tf_perturbation import edit_over
 
     edit = edit_over((80.0, 140.0), RANGE, 4.0)
@@ -110,7 +108,7 @@ def test_an_edit_over_an_interval_is_flat_between_its_flanks() -> None:
     np.testing.assert_array_equal(edit_over((80, 80), RANGE, 4.0), edit_around(80, RANGE, 4.0))
 
 
-def test_what_goes_on_rising_outside_the_window_is_no_peak_inside() -> None:
+def test_what_goes_on_rising_outside_the_window_is_no_peak_inside():
     curve = bump(10, 12, 5.0) + bump(130, 8, 0.1)
     (found,) = strongest_intervals(curve, (0.0, 255.0), window=(32.0, 223.0))
     assert found.value == 130.0
@@ -119,7 +117,7 @@ def test_what_goes_on_rising_outside_the_window_is_no_peak_inside() -> None:
     assert strongest_intervals(curve, (0.0, 255.0), window=(30.2, 30.8)) == ()
 
 
-def test_a_darkening_edit_has_a_negative_brightness() -> None:
+def test_a_darkening_edit_has_a_negative_brightness():
     before = np.full((4, 4, 3), 0.5, np.float32)
     after = before.copy()
     after[:2] = 0.3

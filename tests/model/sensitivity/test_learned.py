@@ -1,13 +1,10 @@
 """The generator's sensitivity, against central differences of the network in float64."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
-from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.generator.generator import Generator
@@ -18,7 +15,6 @@ from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
-from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.sensitivity.learned import Sensitivity
@@ -28,14 +24,14 @@ SIZE = NetworkSize(0.25, 16, 32, modulation=True)
 
 
 @pytest.fixture(scope="module")
-def tf(scene: Scene) -> TransferFunction:
+def tf(scene):
     lo, hi = scene.scalar_range
     opacity = OpacityTF((lo, hi), (GaussianMode((lo + hi) / 2, (hi - lo) / 9, 0.6),))
     return TransferFunction(opacity, ColorTF((lo, hi), ((lo, 0.1, 0.2, 0.9), (hi, 1, 0.6, 0.1))))
 
 
 @pytest.fixture(scope="module")
-def generator(scene: Scene) -> Generator:
+def generator(scene):
     torch.manual_seed(0)
     network = TwoStageGenerator(SIZE)
     kaiming_init(network)
@@ -49,11 +45,11 @@ def generator(scene: Scene) -> Generator:
 
 
 @pytest.fixture(scope="module")
-def sensitivity(generator: Generator, tf: TransferFunction) -> Sensitivity:
+def sensitivity(generator, tf):
     return Sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=0)
 
 
-def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArray[np.float64]:
+def image(generator, tf, change):
     """Colours in float64, with the opacities changed."""
     network = generator.network.double()
     try:
@@ -66,9 +62,7 @@ def image(generator: Generator, tf: TransferFunction, change: NDArray) -> NDArra
         network.float()
 
 
-def slope(
-    generator: Generator, tf: TransferFunction, region: Region, direction: NDArray
-) -> np.float64:
+def slope(generator, tf, region, direction):
     """Central difference of a region's norm in a direction of the TF."""
     step = 1e-5
     norms = [
@@ -82,18 +76,14 @@ def slope(
     return (norms[0] - norms[1]) / (2 * step)
 
 
-def test_the_image_is_the_generators(
-    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
-) -> None:
+def test_the_image_is_the_generators(generator, sensitivity, tf):
     rgba = generator.render(SceneInputs.of(VIEW, tf))
     np.testing.assert_allclose(sensitivity.image, rgba[..., :3], atol=1e-5)
     assert decode_unit(torch.tensor(-1.0)) == 0
 
 
 @pytest.mark.parametrize("region", [Region(0, 0, 32, 32), Region(5, 9, 21, 14)])
-def test_a_regions_sensitivity_is_the_derivative_of_its_norm(
-    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction, region: Region
-) -> None:
+def test_a_regions_sensitivity_is_the_derivative_of_its_norm(generator, sensitivity, tf, region):
     ours = sensitivity.region(region)
     rng = np.random.default_rng(0)
     for _ in range(4):
@@ -103,9 +93,7 @@ def test_a_regions_sensitivity_is_the_derivative_of_its_norm(
         assert ours @ direction == pytest.approx(expected, abs=2e-3 * scale)
 
 
-def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
-    generator: Generator, tf: TransferFunction
-) -> None:
+def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(generator, tf):
     region = Region(5, 9, 21, 14)
     ours = Sensitivity(generator, SceneInputs.of(VIEW, tf), edit_width=5.0).region(region)
     bins = np.arange(256)
@@ -117,9 +105,7 @@ def test_a_sensitivity_is_the_response_to_an_edit_of_its_width(
 
 
 @pytest.mark.parametrize("block", [1, 5, 8, 32])
-def test_the_field_holds_the_sensitivity_of_each_block(
-    sensitivity: Sensitivity, block: int
-) -> None:
+def test_the_field_holds_the_sensitivity_of_each_block(sensitivity, block):
     field = sensitivity.field(block)
     blocks = -(-32 // block)
     assert field.shape == (blocks, blocks, 256)
@@ -131,19 +117,17 @@ def test_the_field_holds_the_sensitivity_of_each_block(
     np.testing.assert_allclose(field[row, column], sensitivity.region(region), atol=1e-6 * scale)
 
 
-def test_it_has_the_rank_of_the_latent_code(sensitivity: Sensitivity) -> None:
+def test_it_has_the_rank_of_the_latent_code(sensitivity):
     field = sensitivity.field(4).reshape(-1, 256).astype(np.float64)
     values = np.linalg.svd(field, compute_uv=False)
     assert values[7] > 1e-5 * values[0]
     assert values[8] < 1e-5 * values[0]
 
 
-def test_a_black_region_has_no_sensitivity(
-    generator: Generator, tf: TransferFunction, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_black_region_has_no_sensitivity(generator, tf, monkeypatch):
     decode = generator.network.decode
 
-    def half_black(*features: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    def half_black(*features):
         image, opacity = decode(*features)
         black = torch.arange(32) < 16
         return torch.where(black, -1.0, image), opacity
@@ -158,9 +142,7 @@ def test_a_black_region_has_no_sensitivity(
         assert field[:, 16 // block :].any()
 
 
-def test_a_change_is_the_derivative_of_the_image(
-    generator: Generator, sensitivity: Sensitivity, tf: TransferFunction
-) -> None:
+def test_a_change_is_the_derivative_of_the_image(generator, sensitivity, tf):
     edit = np.random.default_rng(0).normal(size=256)
     h = 1e-5
     expected = (image(generator, tf, h * edit) - image(generator, tf, -h * edit)) / (2 * h)
@@ -170,7 +152,7 @@ def test_a_change_is_the_derivative_of_the_image(
         np.testing.assert_allclose(ours, expected, atol=1e-3 * np.abs(expected).max())
 
 
-def test_regions_outside_are_refused(sensitivity: Sensitivity) -> None:
+def test_regions_outside_are_refused(sensitivity):
     with pytest.raises(RenderError, match="outside"):
         sensitivity.region(Region(0, 0, 33, 4))
     with pytest.raises(RenderError, match="do not fit"):

@@ -1,7 +1,5 @@
 """Arrays of NumPy, HDF5, NetCDF, Zarr and MRC, written by their own libraries."""
 
-from __future__ import annotations
-
 import gzip
 from pathlib import Path
 

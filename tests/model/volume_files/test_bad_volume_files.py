@@ -117,9 +117,22 @@ def tiff(pages, **kwargs):
     return lambda path: write_tiff(path.with_suffix(".tif"), pages, **kwargs)
 
 
-def complex_tiff(path):
-    tifffile.imwrite(path.with_suffix(".tif"), ARRAY.astype(np.complex64))
-    return path.with_suffix(".tif")
+def tag(path, page, code):
+    """A tag of a TIFF's page, as tifffile finds it."""
+    with tifffile.TiffFile(path) as file:
+        return file.pages[page].tags[code]
+
+
+def half_tiled(path):
+    """Each page has a tile's width beside its strips."""
+    path = tiff(ARRAY, extratags=[(60000, 3, 1, 16, True)])(path)
+    return replaced(path, struct.pack("<HH", 60000, 3), struct.pack("<HH", 322, 3))
+
+
+def short_strip(path):
+    path = tiff(ARRAY)(path)
+    strip = tag(path, 0, 279)
+    return patched(path, strip.offset + 8, "<u4", 3)
 
 
 def named(name, content):
@@ -266,13 +279,12 @@ BAD_FILES = {
     "vtk keyword": (legacy(b"SCALARS", b"SCALERS"), r"."),
     "vtk without size": (legacy(b"DIMENSIONS", b"DIMENSION"), r"no dimensions"),
     # Kinds that are not read.
-    "tif half tiled": (tiff(ARRAY, fields=[(322, 16)]), r"damaged or foreign"),
-    "tif complex": (complex_tiff, r"TIFF of complex64 voxels cannot be read here"),
+    "tif half tiled": (half_tiled, r"damaged or foreign"),
+    "tif complex": (tiff(ARRAY.astype("c8")), r"TIFF of complex64 voxels cannot be read here"),
     "tif pages differ": (tiff([FLAT, FLAT.T]), r"slices differ in size, type or storage"),
     "tif types differ": (tiff([FLAT, FLAT.astype("u1")]),
         r"slices differ in size, type or storage"),
-    "tif short strip": (lambda p: patched(tiff(ARRAY)(p), 8 + 70 + 2 + 12 * 8 + 8, "<u4", 3),
-        r"fewer pixels than its size says"),
+    "tif short strip": (short_strip, r"fewer pixels than its size says"),
     # Voxels that show nothing.
     "all nan": (itk(".nrrd", WITH_NAN), r"every voxel is NaN or infinite"),
     "constant": (itk(".nrrd", np.full((3, 4, 5), 7, np.int16)), r"every voxel has the value 7"),
@@ -396,31 +408,29 @@ def test_folder_of_unlike_tiffs(tmp_path):
     assert "b.tif: this slice of a stack has 2 pages" in refusal(tmp_path)
 
 
-def dicom_with(tmp_path, change):
-    """Write a series and change the bytes of its third file."""
-    folder = write_dicom(tmp_path / "ct", ARRAY.astype(np.int16))
-    path = folder / "002.dcm"
-    path.write_bytes(change(path.read_bytes()))
-    return folder
-
+BITS = b"(\0\x01\x01US\x02\0"
 
 DICOM_CHANGES = {
+    # What becomes of the bytes of the third of some slices.
     "truncated pixels": (lambda d: d[:-30], r"002\.dcm: the file is truncated"),
     "no pixels": (lambda d: d[: d.index(b"\xe0\x7f\x10\x00")], r"002\.dcm: .*it has no pixels"),
     "cut tag": (lambda d: d[:500], r"002\.dcm: the file is truncated"),
     "foreign": (lambda d: b"?" * 900, r"002\.dcm: this is not a DICOM file"),
-    "bits stored": (lambda d: d.replace(b"(\0\x01\x01\x02\0\0\0\x10", b"(\0\x01\x01\x02\0\0\0\x13"),
-        r"bits stored exceed"),
-    "compressed": (lambda d: d.replace(b"1.2.840.10008.1.2\0", b"1.2.840.10008.9.9\0"),
+    "bits stored": (lambda d: d.replace(BITS + b"\x10", BITS + b"\x13"), r"bits stored exceed"),
+    "compressed": (lambda d: d.replace(b"1.2.840.10008.1.2.1\0", b"1.2.840.10008.9.9.9\0"),
         r"pixels compressed as .*gdcmconv"),
-    "same place": (lambda d: d.replace(b"10\\-20\\36", b"10\\-20\\30"), r"lie at one position"),
+    "same place": (lambda d: d.replace(b"10.0\\-20.0\\36.0", b"10.0\\-20.0\\30.0"),
+        r"lie at one position"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", DICOM_CHANGES)
 def test_bad_dicom(tmp_path, case):
     change, expected = DICOM_CHANGES[case]
-    folder = dicom_with(tmp_path, change)
+    folder = write_dicom(tmp_path / "ct", ARRAY.astype(np.int16))
+    whole = (folder / "002.dcm").read_bytes()
+    assert change(whole) != whole
+    (folder / "002.dcm").write_bytes(change(whole))
     refused(folder, expected)
 
 
@@ -467,7 +477,7 @@ TRUNCATED = {
     "base64.vti": lambda path: write_vti(path, ARRAY, mode="Binary"),
     # ASCII legacy files are left out: "358" cut to "35" is still a number.
     "binary.vtk": lambda path: write_legacy(path, ARRAY),
-    "hand.tif": lambda path: write_tiff(path, ARRAY),
+    "pages.tif": lambda path: write_tiff(path, ARRAY),
     "itk.tif": lambda path: write_itk(path, ARRAY),
     "a_7x5x6_uint16.raw": lambda path: path.write_bytes(ARRAY.tobytes()) and path,
 }
@@ -510,8 +520,10 @@ def test_a_dicom_slice_cut_anywhere_is_refused(tmp_path, share):
 
 def test_tiff_directories_in_a_circle(tmp_path):
     path = write_tiff(tmp_path / "a.tif", ARRAY)
-    first = struct.unpack("<I", path.read_bytes()[4:8])[0]
-    assert "circular reference" in refusal(patched(path, path.stat().st_size - 4, "<u4", first))
+    with tifffile.TiffFile(path) as file:
+        first, last = file.pages[0], file.pages[-1]
+        after = last.offset + 2 + 12 * len(last.tags)
+    assert "circular reference" in refusal(patched(path, after, "<u4", first.offset))
 
 
 def test_appended_data_is_looked_for_where_vtk_finds_it(tmp_path):
@@ -534,10 +546,8 @@ def test_pixels_that_cannot_be_unpacked(tmp_path):
 def test_a_tiff_that_made_vtk_crash(tmp_path):
     """One flipped bit makes another field of the resolution, of a type that it must not have."""
     array = voxels("uint8")
-    path = write_tiff(tmp_path / "a.tif", list(array), resolution=(1, 1))
-    resolution, least = (struct.pack("<HHI", tag, 5, 1) for tag in (282, 280))
-    path.write_bytes(path.read_bytes().replace(resolution, least))
-    check(read_volume(path), array)
+    path = write_tiff(tmp_path / "a.tif", array, resolution=(1, 1))
+    check(read_volume(patched(path, tag(path, 0, 282).offset, "<u2", 280)), array)
 
 
 def write_header(folder, kind, name):

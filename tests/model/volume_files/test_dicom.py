@@ -1,7 +1,5 @@
 """DICOM as scanners, archives and programs write it; values by the standard or SimpleITK."""
 
-from __future__ import annotations
-
 import shutil
 from functools import partial
 from pathlib import Path
@@ -10,15 +8,26 @@ import imagecodecs
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
-from dicom_writer import ENHANCED_MR, dataset, item, save, series
 from pydicom.pixels.encoders import RLELosslessEncoder
 from pydicom.uid import DeflatedExplicitVRLittleEndian, ExplicitVRBigEndian
-from volume_writers import ORIGIN, SPACING, check, refused, voxels, write_dicom
+from volume_writers import (
+    ENHANCED_MR,
+    ORIGIN,
+    SPACING,
+    check,
+    dataset,
+    item,
+    refused,
+    save_dicom,
+    voxels,
+    write_dicom,
+)
 
 from model.volume_files import Choice, read_volume
 from model.volume_files.dicom import dicom_slices, read_dicom
 
 CASES = Path(__file__).parent / "cases" / "dicom"
+HU = {"Modality": "CT", "RescaleSlope": 1, "RescaleIntercept": 0}
 
 
 def said(volume):
@@ -34,8 +43,9 @@ def itk(folder):
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "uint32"])
 def test_a_folder_in_any_order(tmp_path, dtype):
-    names = ["f", "c", "b", "a", "d", "e"]
-    folder = write_dicom(tmp_path / "ct", voxels(dtype), names=names, t0028_1054="HU")
+    order = [5, 2, 1, 0, 3, 4]
+    places = [(10, -20, 30 + 3 * z) for z in order]
+    folder = write_dicom(tmp_path / "ct", voxels(dtype)[order], positions=places, **HU)
     image = itk(folder)
     place = {"spacing": image.GetSpacing(), "origin": image.GetOrigin()}
     volume = read_volume(folder)
@@ -51,17 +61,17 @@ def test_a_folder_in_any_order(tmp_path, dtype):
 def test_rescaling_is_simpleitks(tmp_path, dtype, slope, intercept):
     stored = (voxels(dtype) // 8).astype(dtype)
     tags = {"RescaleSlope": slope, "RescaleIntercept": intercept}
-    folder = series(tmp_path / "ct", stored, **tags)
+    folder = write_dicom(tmp_path / "ct", stored, **tags)
     expected = sitk.GetArrayFromImage(itk(folder)).astype(float)
     check(read_volume(folder), expected, rtol=1e-6)
     assert expected.max() == pytest.approx(float(stored.max()) * slope + intercept)
 
 
 def test_one_slice_stands_for_its_series(tmp_path):
-    write_dicom(tmp_path, voxels(), series="1.2.3")
+    write_dicom(tmp_path, voxels())
     other = voxels("int16", (3, 5, 7))
-    write_dicom(tmp_path, other, series="9.9", names=["x.dcm", "y.dcm", "z.dcm"])
-    check(read_volume(tmp_path / "y.dcm"), other)
+    write_dicom(tmp_path, other, start=50, SeriesInstanceUID="9.9")
+    check(read_volume(tmp_path / "051.dcm"), other)
     note = "Of 2 series 'series' is read (7 x 5 x 6); also there: series (2)."
     check(read_volume(tmp_path), voxels(), notes=(note,))
 
@@ -70,7 +80,7 @@ def test_sagittal_slices_have_the_patients_axes(tmp_path):
     # Rows towards the back, columns towards the feet, later slices farther to the left.
     places = [(10 * z, 0, 0) for z in range(6)]
     axes = [0, 1, 0, 0, 0, -1]
-    folder = series(tmp_path, voxels("int16"), positions=places, ImageOrientationPatient=axes)
+    folder = write_dicom(tmp_path, voxels("int16"), positions=places, ImageOrientationPatient=axes)
     labels = tuple("PAISRL")
     check(read_volume(folder), voxels("int16")[::-1], axis_labels=labels, up="-y")
 
@@ -81,12 +91,12 @@ def test_nuclear_medicine_has_the_place_of_its_detector(tmp_path):
     ds = dataset(voxels(), frames=len(voxels()), DetectorInformationSequence=detector, **tags)
     # As ITK places it: downwards, here read from below.
     place = {"spacing": (0.5, 2, 2.5), "origin": (0, 0, 10 - 2.5 * (len(voxels()) - 1))}
-    check(read_volume(save(tmp_path / "a.dcm", ds)), voxels()[::-1], **place, up="+z")
+    check(read_volume(save_dicom(tmp_path / "a.dcm", ds)), voxels()[::-1], **place, up="+z")
 
 
 def test_an_index_into_colours_and_a_name_of_another_kind(tmp_path):
     ds = dataset(voxels(), frames=len(voxels()), PhotometricInterpretation="PALETTE COLOR")
-    check(read_volume(save(tmp_path / "a.tif", ds)), voxels(), "look-up table|a DICOM file")
+    check(read_volume(save_dicom(tmp_path / "a.tif", ds)), voxels(), "look-up table|a DICOM file")
 
 
 @pytest.mark.parametrize(
@@ -151,7 +161,7 @@ def test_a_gantry_s_tilt_is_sheared_back(tmp_path, sign):
         at = np.array([10, -20, 30]) + z * shift
         planes.append(linear(xs + at[0], ys + at[1], at[2]).astype(np.int16))
     places = [np.array([10, -20, 30]) + z * shift for z in range(6)]
-    folder = series(tmp_path / "ct", planes, positions=places)
+    folder = write_dicom(tmp_path / "ct", planes, positions=places)
     grid = read_dicom(dicom_slices(folder))
     assert grid.missing is not None
     nz, ny, nx = grid.values.shape
@@ -205,7 +215,7 @@ def compressed(folder, array, syntax, encode, **tags):
     """Write a series of compressed images."""
     encoded = [[encode(np.ascontiguousarray(plane))] for plane in array]
     each = lambda z: {"encoded": encoded[z]}  # noqa: E731
-    return series(folder, array, syntax=f"{SYNTAX}.{syntax}", each=each, **tags)
+    return write_dicom(folder, array, syntax=f"{SYNTAX}.{syntax}", each=each, **tags)
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "int16"])
@@ -234,7 +244,7 @@ def test_pixels_that_are_floats(tmp_path):
         ds = dataset(np.zeros(plane.shape, np.uint8), BitsStored=None, HighBit=None, **own)
         del ds.PixelData, ds.PixelRepresentation
         ds.BitsAllocated, ds.FloatPixelData = 32, plane.tobytes()
-        save(tmp_path / f"{z}.dcm", ds)
+        save_dicom(tmp_path / f"{z}.dcm", ds)
     check(read_volume(tmp_path), array)
 
 
@@ -242,7 +252,7 @@ def test_pixels_that_are_floats(tmp_path):
 def test_deflated_and_big_endian(tmp_path, syntax):
     array = voxels("int16")
     stored = array.byteswap() if syntax == ExplicitVRBigEndian else array
-    check(read_volume(series(tmp_path, stored, syntax=syntax)), array)
+    check(read_volume(write_dicom(tmp_path, stored, syntax=syntax)), array)
 
 
 def enhanced(count, times):
@@ -269,7 +279,7 @@ def enhanced(count, times):
 def test_many_frames_in_one_file(tmp_path, time):
     array = (voxels("uint16", (3, 4, 5, 7)) % 100).astype(np.uint16)
     ds = dataset(array.reshape(12, 5, 7), frames=12, **enhanced(4, 3))
-    path = save(tmp_path / "a.dcm", ds)
+    path = save_dicom(tmp_path / "a.dcm", ds)
     volume = read_volume(path, choice=Choice(time=time and str(int(time) + 1)))
     slopes = np.arange(1, 5)[:, None, None]
     expected = array[int(time or 0)].astype(int) * slopes - 5
@@ -280,11 +290,8 @@ def test_many_frames_in_one_file(tmp_path, time):
 def test_frames_without_functional_groups(tmp_path):
     array = voxels("uint16", (6, 5, 7))
     tags = {"ImagePositionPatient": [1, 2, 3], "SpacingBetweenSlices": 4.0}
-    path = save(tmp_path / "a.dcm", dataset(array, frames=6, **tags))
+    path = save_dicom(tmp_path / "a.dcm", dataset(array, frames=6, **tags))
     check(read_volume(path), array, spacing=(0.5, 2, 4))
-
-
-HU = {"Modality": "CT", "RescaleSlope": 1, "RescaleIntercept": 0}
 
 
 @pytest.mark.parametrize(
@@ -302,7 +309,7 @@ def test_units_and_rescaling_of_each_slice(tmp_path, tags, units):
     if units == "Bq/ml":
         slopes = 1.5 + np.arange(6)
         tags = tags | {"each": lambda z: {"RescaleSlope": slopes[z], "RescaleIntercept": 0}}
-    volume = read_volume(series(tmp_path, array, **tags))
+    volume = read_volume(write_dicom(tmp_path, array, **tags))
     check(volume, array * slopes[:, None, None], rtol=1e-6, units=units)
 
 
@@ -311,17 +318,17 @@ def test_a_modality_s_table(tmp_path):
     entries = np.arange(256)[::-1].astype(np.uint16) * 3
     table = item(LUTDescriptor=[256, 10, 16], ModalityLUTType="OD", LUTData=entries.tobytes())
     table[0]["LUTData"].VR, table[0]["LUTDescriptor"].VR = "OW", "US"
-    folder = series(tmp_path, array, ModalityLUTSequence=table)
+    folder = write_dicom(tmp_path, array, ModalityLUTSequence=table)
     check(read_volume(folder), entries[np.clip(array.astype(int) - 10, 0, 255)])
 
 
 def test_what_lies_in_unused_bits_is_left_out(tmp_path):
     array = (voxels("uint16") % 4096).astype(np.uint16)
     tags = {"BitsStored": 12, "HighBit": 11}
-    folder = series(tmp_path / "mr", array | np.uint16(0xF000), **tags)
+    folder = write_dicom(tmp_path / "mr", array | np.uint16(0xF000), **tags)
     check(read_volume(folder), array)
     signed = (array.astype(int) - 2048).astype(np.int16)
-    folder = series(tmp_path / "ct", signed & np.int16(0x0FFF), **tags)
+    folder = write_dicom(tmp_path / "ct", signed & np.int16(0x0FFF), **tags)
     check(read_volume(folder), signed)
 
 
@@ -329,7 +336,7 @@ def test_echoes_are_channels_and_repetitions_are_times(tmp_path):
     array = voxels("int16", (2, 3, 4, 5, 7))
     for echo, time in np.ndindex(2, 3):
         tags = {"EchoNumbers": echo + 1, "TemporalPositionIdentifier": time + 1}
-        series(tmp_path, array[echo, time], start=100 * echo + 10 * time, **tags)
+        write_dicom(tmp_path, array[echo, time], start=100 * echo + 10 * time, **tags)
     volume = read_volume(tmp_path, choice=Choice(time="3", channel="echo 2"))
     check(volume, array[1, 2])
     names = [f"{content.kind} {content.name}" for content in volume.file.contents]
@@ -339,17 +346,17 @@ def test_echoes_are_channels_and_repetitions_are_times(tmp_path):
 def test_repetitions_that_nothing_identifies_are_told_by_their_numbers(tmp_path):
     array = voxels("int16", (2, 4, 5, 7))
     for time in range(2):
-        series(tmp_path, array[time], start=10 * time)
+        write_dicom(tmp_path, array[time], start=10 * time)
     check(read_volume(tmp_path, choice=Choice(time="1")), array[1])
 
 
 def test_localizers_previews_and_copies_are_left_out(tmp_path):
     array = voxels("int16")
-    folder = series(tmp_path / "ct", array, SeriesDescription="thorax", SeriesNumber=4)
+    folder = write_dicom(tmp_path / "ct", array, SeriesDescription="thorax", SeriesNumber=4)
     axes = [0, 1, 0, 0, 0, -1]
     kind = ["ORIGINAL", "PRIMARY", "LOCALIZER"]
-    series(folder, array[:1], start=50, ImageOrientationPatient=axes, ImageType=kind)
-    series(folder, array[:2, :2, :2], start=60)
+    write_dicom(folder, array[:1], start=50, ImageOrientationPatient=axes, ImageType=kind)
+    write_dicom(folder, array[:2, :2, :2], start=60)
     shutil.copy(folder / "000.dcm", folder / "copy of 000.dcm")
     (folder / "._000.dcm").write_bytes(b"\0\5\x16\7" + b"Mac OS X" * 40)
     check(read_volume(folder), array, "as another were left out: 1|'4 thorax' is read")
@@ -359,7 +366,7 @@ def test_images_beside_one_another_are_two_volumes(tmp_path):
     array = voxels("int16", (2, 4, 5, 7))
     for side in range(2):
         places = [[100.0 * side, 0, 3 * z] for z in range(4)]
-        series(tmp_path / "mr", array[side], positions=places, start=10 * side)
+        write_dicom(tmp_path / "mr", array[side], positions=places, start=10 * side)
     for side in range(2):
         volume = read_volume(tmp_path / "mr", choice=Choice(series=str(side)))
         check(volume, array[side])
@@ -375,20 +382,20 @@ def test_images_beside_one_another_are_two_volumes(tmp_path):
 )
 def test_places_that_are_odd_are_said(tmp_path, places, tags, spacing, said):
     at = [None] * 6 if places is None else [[0, 0, z] for z in places]
-    volume = read_volume(series(tmp_path / "mr", voxels("int16"), positions=at, **tags))
+    volume = read_volume(write_dicom(tmp_path / "mr", voxels("int16"), positions=at, **tags))
     check(volume, voxels("int16"), said, spacing=(0.5, 2, spacing))
 
 
 def test_slices_are_ordered_by_their_location(tmp_path):
     tags = {"positions": [None] * 6, "each": lambda z: {"SliceLocation": 2.5 * (6 - z)}}
-    volume = read_volume(series(tmp_path / "mr", voxels("int16"), **tags))
+    volume = read_volume(write_dicom(tmp_path / "mr", voxels("int16"), **tags))
     check(volume, voxels("int16")[::-1], spacing=(0.5, 2, 2.5))
 
 
 def test_images_at_one_place_that_nothing_tells_apart(tmp_path):
     places = [[0, 0, z] for z in (0, 1, 1, 2, 3, 4)]
     refused(
-        series(tmp_path / "mr", voxels("int16"), positions=places),
+        write_dicom(tmp_path / "mr", voxels("int16"), positions=places),
         r"one position \(001\.dcm and 002\.dcm\), and no field",
     )
 
@@ -400,7 +407,7 @@ def test_a_segmentation_of_one_bit(tmp_path):
     ds = dataset(np.zeros((6, 5, 7), np.uint8), frames=6, ImagePositionPatient=[0, 0, 0])
     ds.BitsAllocated, ds.BitsStored, ds.HighBit = 1, 1, 0
     ds.PixelData = packed.tobytes()
-    check(read_volume(save(tmp_path / "a.dcm", ds)), array)
+    check(read_volume(save_dicom(tmp_path / "a.dcm", ds)), array)
 
 
 def test_a_dose_has_its_units(tmp_path):
@@ -408,7 +415,7 @@ def test_a_dose_has_its_units(tmp_path):
     tags = {"DoseGridScaling": 0.001, "DoseUnits": "GY", "Modality": "RTDOSE"}
     tags |= {"ImagePositionPatient": [1, 2, 3]}
     tags |= {"GridFrameOffsetVector": [0.0, 2.5, 5, 7.5, 10, 12.5]}
-    volume = read_volume(save(tmp_path / "a.dcm", dataset(array, frames=6, **tags)))
+    volume = read_volume(save_dicom(tmp_path / "a.dcm", dataset(array, frames=6, **tags)))
     check(volume, array * 0.001, rtol=1e-5, units="Gy", spacing=(0.5, 2, 2.5))
 
 
@@ -425,10 +432,10 @@ def test_compressed_pixels_that_are_refused(tmp_path, syntax, encode, said):
 
 
 def test_colours_are_refused(tmp_path):
-    refused(series(tmp_path, voxels("uint8"), SamplesPerPixel=3), "in colour")
+    refused(write_dicom(tmp_path, voxels("uint8"), SamplesPerPixel=3), "in colour")
 
 
 def test_a_file_that_was_cut_before_its_image_is_truncated(tmp_path):
-    path = save(tmp_path / "a.dcm", dataset(voxels()[0]))
+    path = save_dicom(tmp_path / "a.dcm", dataset(voxels()[0]))
     path.write_bytes(path.read_bytes()[:330])
     refused(path, r"a\.dcm: the file is truncated")

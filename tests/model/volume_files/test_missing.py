@@ -1,7 +1,5 @@
 """What was not measured: NaN; and values far from all others that are repeated, which are told."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

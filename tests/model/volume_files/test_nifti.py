@@ -1,7 +1,5 @@
 """NIfTI, Analyze and MGH files, against nibabel and SimpleITK."""
 
-from __future__ import annotations
-
 import gzip
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """NRRD and MetaImage, by hand: what their heads may say, against SimpleITK and the definitions."""
 
-from __future__ import annotations
-
 import bz2
 import gzip
 import zlib

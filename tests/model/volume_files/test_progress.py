@@ -1,12 +1,9 @@
 """Progress of reading, told slice by slice, and its end."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import tifffile
-from dicom_writer import series
-from volume_writers import voxels
+from volume_writers import voxels, write_dicom
 
 from model.volume_files import read_volume
 from model.volume_files.progress import ReadingCancelledError, watched
@@ -14,7 +11,7 @@ from model.volume_files.progress import ReadingCancelledError, watched
 
 @pytest.fixture
 def folders(tmp_path):
-    series(tmp_path / "dicom", voxels())
+    write_dicom(tmp_path / "dicom", voxels())
     (tmp_path / "tiff").mkdir()
     for z, plane in enumerate(voxels()):
         tifffile.imwrite(tmp_path / "tiff" / f"{z}.tif", plane)

@@ -1,17 +1,14 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.volume_files.raw import RawLayout
 from model.volume_files.raw_name import NameFacts, facts_of, guess_layout
 from model.volume_files.raw_preview import fit_sentence, preview
 
 
-def write(path: Path, voxels: NDArray[np.generic]) -> Path:
+def write(path, voxels):
     path.write_bytes(voxels.tobytes())
     return path
 
@@ -37,11 +34,11 @@ def write(path: Path, voxels: NDArray[np.generic]) -> Path:
         ("prime", 0, None),
     ],
 )
-def test_name_and_size_give_the_layout(name: str, size: int, layout: RawLayout | None) -> None:
+def test_name_and_size_give_the_layout(name, size, layout):
     assert guess_layout(Path(f"{name}.raw"), size) == layout
 
 
-def test_words_of_names() -> None:
+def test_words_of_names():
     assert facts_of(Path("CT_128_256_256_ushort_be.raw")) == NameFacts(
         (128, 256, 256), (), "uint16", 0, "big"
     )
@@ -49,7 +46,7 @@ def test_words_of_names() -> None:
     assert facts_of(Path("head-512×512-16bit.raw")) == NameFacts((512, 512), (), "", 16)
 
 
-def test_previews_are_the_middle_slices_with_z_upwards(tmp_path: Path) -> None:
+def test_previews_are_the_middle_slices_with_z_upwards(tmp_path):
     voxels = np.arange(6 * 7 * 8, dtype=">i4").reshape(6, 7, 8)
     path = write(tmp_path / "data.raw", voxels)
     layout = RawLayout((8, 7, 6), "int32", "big")
@@ -59,7 +56,7 @@ def test_previews_are_the_middle_slices_with_z_upwards(tmp_path: Path) -> None:
         np.testing.assert_allclose(preview(path, layout, axis), 255 * unit, atol=0.51)
 
 
-def test_a_preview_leaves_out_voxels_and_shows_what_the_file_lacks_black(tmp_path: Path) -> None:
+def test_a_preview_leaves_out_voxels_and_shows_what_the_file_lacks_black(tmp_path):
     rows = np.linspace(1, 2, 200, dtype=np.float32)
     voxels = np.broadcast_to(rows[:, None, None], (200, 4, 600))
     path = write(tmp_path / "data.raw", voxels)
@@ -69,7 +66,7 @@ def test_a_preview_leaves_out_voxels_and_shows_what_the_file_lacks_black(tmp_pat
     assert not longer[:50].any() and longer[50].min() == 255
 
 
-def test_the_sentence_says_what_would_fit() -> None:
+def test_the_sentence_says_what_would_fit():
     layout = RawLayout((256, 256, 110), "uint8")
     assert fit_sentence(layout, 7_208_960).endswith("which is what the file has.")
     wider = fit_sentence(layout, 2 * 7_208_960)

@@ -1,7 +1,5 @@
 """TIFF files of many programs: axes, types, voxel sizes and calibrations, against tifffile."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +27,7 @@ def described(volume):
 
 
 def test_calibrated_by_imagej(tmp_path):
-    description = b"ImageJ=1.54\nimages=6\nslices=6\nspacing=3.0\nunit=um\n\0"
+    description = "ImageJ=1.54\nimages=6\nslices=6\nspacing=3.0\nunit=um\n"
     path = write_tiff(tmp_path / "a.tif", voxels(), description=description, resolution=(2, 0.5))
     check(read_volume(path), voxels(), spacing=SPACING, origin=(0, 0, 0))
 

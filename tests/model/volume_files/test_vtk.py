@@ -1,7 +1,5 @@
 """VTI and legacy VTK files, against VTK's own readers and writers."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

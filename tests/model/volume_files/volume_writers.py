@@ -1,16 +1,16 @@
 """Volume files written by others than our readers: SimpleITK, VTK's writers, plain bytes."""
 
-from __future__ import annotations
-
-import struct
 import warnings
-from pathlib import Path
 
 import mrcfile
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
+import tifffile
 import zarr
+from pydicom.dataset import Dataset, FileMetaDataset
+from pydicom.encaps import encapsulate
+from pydicom.uid import ExplicitVRLittleEndian
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkStructuredPointsWriter
@@ -19,6 +19,8 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 from model.errors import VolumeError
 from model.volume_files import read_volume
 
+MR = "1.2.840.10008.5.1.4.1.1.4"
+ENHANCED_MR = "1.2.840.10008.5.1.4.1.1.4.1"
 SPACING = (0.5, 2.0, 3.0)
 ORIGIN = (10.0, -20.0, 30.0)
 INTEGER_TYPES = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"]
@@ -35,7 +37,7 @@ def voxels(dtype="uint16", shape=(6, 5, 7)):
     return rng.integers(info.min, info.max, shape, dtype=dtype, endpoint=True)
 
 
-def write_itk(path: Path, array, compressed=False, *, vector=False, direction=None):
+def write_itk(path, array, compressed=False, *, vector=False, direction=None):
     image = sitk.GetImageFromArray(array, isVector=vector)
     image.SetSpacing(SPACING)
     image.SetOrigin(ORIGIN)
@@ -45,7 +47,7 @@ def write_itk(path: Path, array, compressed=False, *, vector=False, direction=No
     return path
 
 
-def write_nrrd(path: Path, array, *fields: str, data: bytes | None = None, kind="ushort"):
+def write_nrrd(path, array, *fields, data=None, kind="ushort"):
     """Write a NRRD by hand; `fields` come after type, dimension and sizes."""
     sizes = " ".join(str(n) for n in array.shape[::-1])
     lines = ["NRRD0005", "# by hand", f"type: {kind}", f"dimension: {array.ndim}"]
@@ -56,7 +58,7 @@ def write_nrrd(path: Path, array, *fields: str, data: bytes | None = None, kind=
     return path
 
 
-def write_metaimage(path: Path, array, *fields: str, kind="MET_USHORT", data=None, file="LOCAL"):
+def write_metaimage(path, array, *fields, kind="MET_USHORT", data=None, file="LOCAL"):
     sizes = " ".join(str(n) for n in array.shape[::-1])
     lines = ["ObjectType = Image", f"NDims = {array.ndim}", f"DimSize = {sizes}"]
     lines += [f"ElementType = {kind}", *fields, f"ElementDataFile = {file}", ""]
@@ -76,7 +78,7 @@ def vtk_image(array, components=1):
     return image
 
 
-def write_vti(path: Path, array, mode="Appended", compressor="None", encode=False, **kwargs):
+def write_vti(path, array, mode="Appended", compressor="None", encode=False, **kwargs):
     writer = vtkXMLImageDataWriter()
     writer.SetInputData(vtk_image(array, **kwargs))
     writer.SetFileName(str(path))
@@ -87,7 +89,7 @@ def write_vti(path: Path, array, mode="Appended", compressor="None", encode=Fals
     return path
 
 
-def write_legacy(path: Path, array, binary=True, **kwargs):
+def write_legacy(path, array, binary=True, **kwargs):
     writer = vtkStructuredPointsWriter()
     writer.SetInputData(vtk_image(array, **kwargs))
     writer.SetFileName(str(path))
@@ -96,58 +98,31 @@ def write_legacy(path: Path, array, binary=True, **kwargs):
     return path
 
 
-def write_tiff(path: Path, pages, order="<", description=b"", resolution=None, fields=()):
-    """Write a plain TIFF by hand: one strip per page; `fields` are extra (tag, value) shorts."""
-    magic = {"<": b"II", ">": b"MM"}[order]
-    out = bytearray(magic + struct.pack(order + "HI", 42, 0))
-    link = 4
-    for page in pages:
-        strip = len(out)
-        out += page.astype(page.dtype.newbyteorder(order)).tobytes()
-        out += b"\0" * (len(out) % 2)
-        notes = len(out)
-        out += description + b"\0" * (len(description) % 2)
-        ratios = len(out)
-        for value in resolution or ():
-            out += struct.pack(order + "II", round(value * 1000), 1000)
-        shorts = {258: page.dtype.itemsize * 8, 259: 1, 262: 1, 277: 1, **dict(fields)}
-        shorts[339] = {"u": 1, "i": 2, "f": 3}[page.dtype.kind]
-        entries = [(256, 4, 1, page.shape[1]), (257, 4, 1, page.shape[0]), (273, 4, 1, strip)]
-        entries += [(278, 4, 1, page.shape[0]), (279, 4, 1, page.nbytes)]
-        entries += [(tag, 3, 1, value) for tag, value in shorts.items()]
-        if description:
-            entries.append((270, 2, len(description), notes))
-        if resolution:
-            entries += [(282, 5, 1, ratios), (283, 5, 1, ratios + 8)]
-        out[link : link + 4] = struct.pack(order + "I", len(out))
-        out += struct.pack(order + "H", len(entries))
-        for tag, kind, count, value in sorted(entries):
-            short = struct.pack(order + "HH", value, 0) if kind == 3 else b""
-            out += struct.pack(order + "HHI", tag, kind, count)
-            out += short or struct.pack(order + "I", value)
-        link = len(out)
-        out += b"\0" * 4
-    path.write_bytes(out)
+def write_tiff(path, pages, **options):
+    """Write page by page, as slices and stacks of most programs are."""
+    with tifffile.TiffWriter(path) as writer:
+        for page in pages:
+            writer.write(page, photometric="minisblack", contiguous=False, metadata=None, **options)
     return path
 
 
-def write_npy(path: Path, array):
+def write_npy(path, array):
     np.save(path, array)
     return path
 
 
-def write_npz(path: Path, array):
+def write_npz(path, array):
     np.savez_compressed(path, values=array, names=np.arange(3))
     return path
 
 
-def write_zarr(path: Path, array, form: int):
+def write_zarr(path, array, form):
     chunks = tuple(max(n // 2, 1) for n in array.shape)
     zarr.create_array(str(path), data=array, chunks=chunks, zarr_format=form)
     return path
 
 
-def write_mrc(path: Path, array, **fields):
+def write_mrc(path, array, **fields):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with mrcfile.new(path, overwrite=True) as file:
@@ -158,33 +133,65 @@ def write_mrc(path: Path, array, **fields):
     return path
 
 
-def write_dicom(folder: Path, array, *, series="1.2.3", names=None, heights=None, **tags):
-    """Write a series by SimpleITK; `tags` such as t0028_1053="2" override."""
-    folder.mkdir(exist_ok=True)
-    writer = sitk.ImageFileWriter()
-    writer.KeepOriginalImageUIDOn()
-    step = SPACING[2]
+def dataset(pixels, *, syntax=ExplicitVRLittleEndian, encoded=None, frames=0, **tags):
+    """Return an image with usual tags; `tags` override them, None leaves one out."""
+    ds = Dataset()
+    ds.file_meta = FileMetaDataset()
+    ds.file_meta.TransferSyntaxUID = syntax
+    rows, columns = pixels.shape[-2:]
+    bits = 8 * pixels.dtype.itemsize
+    values = {
+        "SOPClassUID": MR, "SOPInstanceUID": "1.2.3.4", "StudyInstanceUID": "1.2",
+        "SeriesInstanceUID": "1.2.3", "Modality": "MR", "SamplesPerPixel": 1,
+        "PhotometricInterpretation": "MONOCHROME2", "Rows": rows, "Columns": columns,
+        "BitsAllocated": bits, "BitsStored": bits, "HighBit": bits - 1,
+        "PixelRepresentation": int(pixels.dtype.kind == "i"), "PixelSpacing": [2.0, 0.5],
+        "ImageOrientationPatient": [1, 0, 0, 0, 1, 0], **tags,
+    }  # fmt: skip
+    if frames:
+        values["NumberOfFrames"] = frames
+    for name, value in values.items():
+        if value is not None:
+            setattr(ds, name, value)
+    ds.file_meta.MediaStorageSOPClassUID = ds.SOPClassUID
+    ds.file_meta.MediaStorageSOPInstanceUID = ds.SOPInstanceUID
+    if encoded is None:
+        ds.PixelData = pixels.tobytes()
+        ds["PixelData"].VR = "OB" if bits == 8 else "OW"
+    else:
+        ds.PixelData = encapsulate(encoded)
+        ds["PixelData"].is_undefined_length = True
+        ds["PixelData"].VR = "OB"
+    return ds
+
+
+def save_dicom(path, ds):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    ds.save_as(path, enforce_file_format=True)
+    return path
+
+
+def write_dicom(folder, array, *, positions=None, start=0, each=lambda z: {}, **tags):
+    """Write one image to a file; `each` gives the tags of slice z."""
     for z, plane in enumerate(array):
-        image = sitk.GetImageFromArray(plane)
-        image.SetSpacing(SPACING[:2])
-        height = ORIGIN[2] + step * z if heights is None else heights[z]
-        values = {
-            "t0008_0060": "CT",
-            "t0020_000d": "1.2",
-            "t0020_000e": series,
-            "t0008_0018": f"{series}.{z + 1}",
-            "t0020_0032": f"{ORIGIN[0]}\\{ORIGIN[1]}\\{height}",
-            "t0020_0037": "1\\0\\0\\0\\1\\0",
-            "t0020_0013": str(z + 1),
+        position = [10.0, -20.0, 30.0 + 3.0 * z] if positions is None else positions[z]
+        own = {
+            "SOPInstanceUID": f"1.2.3.4.{start + z}",
+            "InstanceNumber": start + z + 1,
+            "ImagePositionPatient": list(position) if position is not None else None,
             **tags,
+            **each(z),
         }
-        for tag, value in values.items():
-            image.SetMetaData(tag[1:].replace("_", "|"), value)
-        file = folder / f"{series}.{z:03d}.dcm"
-        writer.SetFileName(str(file))
-        writer.Execute(image)
-        file.rename(folder / (f"{z:03d}.dcm" if names is None else names[z]))
+        save_dicom(folder / f"{start + z:03d}.dcm", dataset(np.ascontiguousarray(plane), **own))
     return folder
+
+
+def item(**tags):
+    """Return the only item of a sequence."""
+    ds = Dataset()
+    for name, value in tags.items():
+        setattr(ds, name, value)
+    return [ds]
 
 
 def refused(path, match, **options):
