@@ -65,38 +65,34 @@ def replaced(path, old, new):
     return path
 
 
-def nrrd(*fields, array=ARRAY, **kwargs):
-    return lambda path: write_nrrd(path.with_suffix(".nrrd"), array, *fields, **kwargs)
+def by(write, suffix, *arguments, change=None, **options):
+    """A builder of a file by a writer, in which some bytes become others."""
+
+    def build(path):
+        path = write(path.with_suffix(suffix), *arguments, **options)
+        return path if change is None else replaced(path, *change)
+
+    return build
+
+
+def nrrd(*fields, array=ARRAY, **options):
+    return by(write_nrrd, ".nrrd", array, *fields, **options)
 
 
 def nrrd_header(text):
-    def build(path):
-        path = path.with_suffix(".nrrd")
-        path.write_bytes(b"NRRD0004\n" + text.encode() + b"\n\n" + ARRAY.tobytes())
-        return path
-
-    return build
+    return named("a.nrrd", b"NRRD0004\n" + text.encode() + b"\n\n" + ARRAY.tobytes())
 
 
-def metaimage(*fields, array=ARRAY, **kwargs):
-    return lambda path: write_metaimage(path.with_suffix(".mha"), array, *fields, **kwargs)
-
-
-def metaimage_header(text):
-    def build(path):
-        path = path.with_suffix(".mhd")
-        path.write_text(text)
-        return path
-
-    return build
+def metaimage(*fields, **options):
+    return by(write_metaimage, ".mha", ARRAY, *fields, **options)
 
 
 def nifti(offset, dtype, value):
     return lambda path: patched(write_itk(path.with_suffix(".nii"), ARRAY), offset, dtype, value)
 
 
-def vti(old, new, **kwargs):
-    return lambda path: replaced(write_vti(path.with_suffix(".vti"), ARRAY, **kwargs), old, new)
+def vti(*change, **options):
+    return by(write_vti, ".vti", ARRAY, change=change, **options)
 
 
 def vti_blocks(numbers):
@@ -109,12 +105,12 @@ def vti_blocks(numbers):
     return build
 
 
-def legacy(old, new):
-    return lambda path: replaced(write_legacy(path.with_suffix(".vtk"), ARRAY), old, new)
+def legacy(*change):
+    return by(write_legacy, ".vtk", ARRAY, change=change)
 
 
-def tiff(pages, **kwargs):
-    return lambda path: write_tiff(path.with_suffix(".tif"), pages, **kwargs)
+def tiff(pages, **options):
+    return by(write_tiff, ".tif", pages, **options)
 
 
 def tag(path, page, code):
@@ -149,9 +145,10 @@ def packed(path):
 
 
 def itk(suffix, array):
-    return lambda path: write_itk(path.with_suffix(suffix), array)
+    return by(write_itk, suffix, array)
 
 
+MHD = b"ObjectType = Image\nNDims = 3\n"
 ARRAY_3D = "type: short\ndimension: 3\nencoding: raw\n"
 EMPTY_VTI = (
     b'<VTKFile type="ImageData" version="0.1" byte_order="LittleEndian"><ImageData '
@@ -168,27 +165,27 @@ BAD_FILES = {
     "flat nii": (itk(".nii", FLAT), r"flat image of 7 x 5"),
     "flat tif": (tiff([FLAT]), r"flat image of 7 x 5 x 1"),
     "one slice nrrd": (itk(".nrrd", FLAT[None]), r"flat image of 7 x 5 x 1"),
-    "one slice vti": (lambda p: write_vti(p.with_suffix(".vti"), FLAT[None]), r"flat .* 7 x 5 x 1"),
-    "one slice vtk": (lambda p: write_legacy(p.with_suffix(".vtk"), FLAT[None]), r"flat image"),
-    "rgb image nrrd": (nrrd("kinds: RGB-color domain domain", "encoding: raw", array=COLORS),
+    "one slice vti": (by(write_vti, ".vti", FLAT[None]), r"flat .* 7 x 5 x 1"),
+    "one slice vtk": (by(write_legacy, ".vtk", FLAT[None]), r"flat image"),
+    "rgb image nrrd": (nrrd("kinds: RGB-color domain domain", array=COLORS),
         r"flat image of 7 x 5"),
     # Sizes that cannot be.
     "negative nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 -5 6"), r"7 x -5 x 6, which cannot be"),
     "zero nrrd": (nrrd_header(ARRAY_3D + "sizes: 7 0 6"), r"7 x 0 x 6, which cannot be"),
     "zero raw": (named("a_7x0x6_uint8.raw", b"123"), r"7 x 0 x 6, which cannot be"),
-    "negative mha": (lambda p: replaced(metaimage()(p), b"DimSize = 7 5", b"DimSize = 7 -5"),
+    "negative mha": (metaimage(change=(b"DimSize = 7 5", b"DimSize = 7 -5")),
         r"7 x -5 x 6, which cannot be"),
     "negative nii": (nifti(44, "<i2", -5), r"dimension 2 is negative"),
     "zero vti": (vti(b"0 6 0 4 0 5", b"0 6 0 -1 0 5"), r"7 x 0 x 6, which cannot be"),
     "negative vtk": (legacy(b"DIMENSIONS 7 5 6", b"DIMENSIONS 7 -5 6"), r"-5 x 6, which cannot be"),
-    "five axes nrrd": (nrrd("encoding: raw", array=voxels(shape=(2, 2, 2, 2, 2))), r"of 5 axes"),
+    "five axes nrrd": (nrrd(array=voxels(shape=(2, 2, 2, 2, 2))), r"of 5 axes"),
     # More than the memory.
     "huge nrrd": (nrrd_header(ARRAY_3D + "sizes: 100000 100000 100000"), r"1819\.0 TiB.*memory"),
     "huge gzip nrrd": (nrrd_header(ARRAY_3D.replace("raw", "gzip") + "sizes: 100000 100000 100000"),
         r"100000 x 100000 x 100000 voxels, 1819\.0 TiB"),
     "absurd nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 30} 2 2"), r"of memory"),
     "overlong nrrd": (nrrd_header(ARRAY_3D + f"sizes: {'9' * 5000} 2 2"), r"malformed 'sizes'"),
-    "huge mha": (lambda p: replaced(metaimage()(p), b"= 7 5 6", b"= 100000 100000 100000"),
+    "huge mha": (metaimage(change=(b"= 7 5 6", b"= 100000 100000 100000")),
         r"100000 x 100000 x 100000 voxels.*memory"),
     "huge nii": (nifti(42, "<i2", [32000, 32000, 32000]), r"32000 x 32000 x 32000.*memory"),
     "huge vti": (vti(b"0 6 0 4 0 5", b"0 99999 0 99999 0 99999"), r"100000 x .*memory"),
@@ -200,7 +197,7 @@ BAD_FILES = {
         r"210 of the 420 bytes"),
     "short gzip nrrd": (nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes() * 2)),
         r"more voxels than its header says"),
-    "long mha": (lambda p: replaced(metaimage()(p), b"DimSize = 7 5 6", b"DimSize = 7 5 600"),
+    "long mha": (metaimage(change=(b"DimSize = 7 5 6", b"DimSize = 7 5 600")),
         r"420 of the 42000 bytes"),
     "long nii": (nifti(46, "<i2", 600), r"420 of the 42000 bytes"),
     "long nii.gz": (lambda p: packed(nifti(46, "<i2", 600)(p)), r"truncated"),
@@ -235,25 +232,22 @@ BAD_FILES = {
     "nrrd of other dimension": (nrrd_header(ARRAY_3D + "sizes: 7 5"), r"malformed 'sizes'"),
     "nrrd with word sizes": (nrrd_header(ARRAY_3D + "sizes: a b c"), r"malformed 'sizes'"),
     "nrrd without end": (named("a.nrrd", b"NRRD0004\ntype: short\n"), r"its header has no end"),
-    "nrrd endian": (nrrd("endian: middle", "encoding: raw"), r"malformed 'endian'"),
-    "nrrd directions": (nrrd("encoding: raw", "space directions: (1,0,0) (0,1,0)"),
-        r"malformed 'space directions'"),
-    "nrrd spacings": (nrrd("encoding: raw", "spacings: 1 2"), r"malformed 'spacings'"),
-    "nrrd skip": (nrrd("encoding: raw", "byte skip: -7"), r"malformed 'line skip or byte skip'"),
-    "nrrd block type": (nrrd("encoding: raw", kind="block"), r"NRRD type 'block' cannot be read"),
+    "nrrd endian": (nrrd("endian: middle"), r"malformed 'endian'"),
+    "nrrd directions": (nrrd("space directions: (1,0,0) (0,1,0)"), r"malformed 'space directions'"),
+    "nrrd spacings": (nrrd("spacings: 1 2"), r"malformed 'spacings'"),
+    "nrrd skip": (nrrd("byte skip: -7"), r"malformed 'line skip or byte skip'"),
+    "nrrd block type": (nrrd(kind="block"), r"NRRD type 'block' cannot be read"),
     "nrrd ascii": (nrrd("encoding: ascii"), r"'ascii' cannot be read here; save it as raw or gzip"),
-    "nrrd list": (nrrd("encoding: raw", "data file: LIST\na.raw"), r"several data files"),
-    "nrrd pattern": (nrrd("encoding: raw", "data file: s%02d.raw 1 6 1"), r"several data files"),
-    "nrrd without data": (nrrd("encoding: raw", "data file: b.raw"),
-        r"data file b\.raw is missing"),
+    "nrrd list": (nrrd("data file: LIST\na.raw"), r"several data files"),
+    "nrrd pattern": (nrrd("data file: s%02d.raw 1 6 1"), r"several data files"),
+    "nrrd without data": (nrrd("data file: b.raw"), r"data file b\.raw is missing"),
     "nrrd bad gzip": (nrrd("encoding: gzip", data=b"?" * 99), r"compressed stream is invalid"),
     "nrrd bad bzip2": (nrrd("encoding: bzip2", data=b"?" * 99), r"compressed stream is invalid"),
     "nrrd wrong sum": (nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes())[:-8] + b"?" * 8),
         r"compressed stream is invalid"),
-    "mha without size": (
-        metaimage_header("ObjectType = Image\nNDims = 3\nElementDataFile = LOCAL\n"),
+    "mha without size": (named("a.mhd", MHD + b"ElementDataFile = LOCAL\n"),
         r"malformed 'DimSize'"),
-    "mha without end": (metaimage_header("ObjectType = Image\nNDims = 3\n"), r"header has no end"),
+    "mha without end": (named("a.mhd", MHD), r"header has no end"),
     "mha type": (metaimage(kind="MET_STRING"), r"'MET_STRING' cannot be read"),
     "mha ascii": (metaimage("BinaryData = False"), r"ASCII voxels cannot be read"),
     "mha list": (metaimage(file="LIST"), r"several data files"),
@@ -302,9 +296,9 @@ def test_bad_file(tmp_path, capfd, case):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("name", ["a.nrrd", "folder/a.nrrd"])
-def test_missing_file(tmp_path, name):
-    assert "there is no such file or folder" in refusal(tmp_path / name)
+def test_missing_file(tmp_path):
+    for name in ("a.nrrd", "folder/a.nrrd"):
+        assert "there is no such file or folder" in refusal(tmp_path / name)
 
 
 def test_unreadable_file(tmp_path, monkeypatch):
@@ -356,22 +350,34 @@ def test_vtk_speaks_again_after_a_bad_file(tmp_path, capfd):
 # --- folders ------------------------------------------------------------------------------
 
 
-def test_folder_without_slices(tmp_path):
-    assert "no DICOM or TIFF slices" in refusal(tmp_path)
-    (tmp_path / "notes.md").write_text("hello")
-    assert "no DICOM or TIFF slices" in refusal(tmp_path)
-    for number in range(3):
-        (tmp_path / f"{number}.png").write_bytes(b"\x89PNG")
-    assert "holds 3 images (.png), which are not read here" in refusal(tmp_path)
+def filled(folder, **contents):
+    for name, content in contents.items():
+        (folder / name.replace("_", ".")).write_bytes(content)
 
 
-def test_a_folder_of_folders_or_volumes_says_what_to_open(tmp_path):
-    write_dicom_folder = tmp_path / "patient" / "study" / "series"
-    write_dicom_folder.parent.mkdir(parents=True)
-    write_dicom(write_dicom_folder, ARRAY)
-    assert "such as patient/study/series; open one of them" in refusal(tmp_path)
-    write_itk(tmp_path / "a.nrrd", ARRAY)
-    assert "volumes, such as a.nrrd; open one of them" in refusal(tmp_path)
+FOLDERS = {
+    "empty": (filled, "no DICOM or TIFF slices"),
+    "a text": (lambda f: filled(f, notes_md=b"hello"), "no DICOM or TIFF slices"),
+    "pictures": (lambda f: filled(f, **{f"{k}_png": b"\x89PNG" for k in range(3)}),
+        r"holds 3 images \(\.png\), which are not read here"),
+    "folders": (lambda f: write_dicom(f / "patient" / "study" / "series", ARRAY),
+        "such as patient/study/series; open one of them"),
+    "volumes": (lambda f: write_itk(f / "a.nrrd", ARRAY),
+        r"volumes, such as a\.nrrd; open one of them"),
+    "unlike slices": (lambda f: [write_tiff(f / f"{rows}.tif", [FLAT[:rows]]) for rows in (4, 5)],
+        "differ in size, type or storage"),
+    "a slice and a stack": (
+        lambda f: [write_tiff(f / f"{pages}.tif", [FLAT] * pages) for pages in (1, 2)],
+        r"2\.tif: this slice of a stack has 2 pages"),
+    "one slice": (lambda f: write_dicom(f, ARRAY[:1]), "flat image of 7 x 5 x 1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", FOLDERS)
+def test_bad_folder(tmp_path, case):
+    fill, expected = FOLDERS[case]
+    fill(tmp_path)
+    assert re.search(expected, refusal(tmp_path))
 
 
 @pytest.mark.parametrize(
@@ -400,14 +406,6 @@ def test_files_are_known_by_their_content_too(tmp_path, name):
     assert "By its content this is a file of the kind '.nrrd'" in volume.notes[0]
 
 
-def test_folder_of_unlike_tiffs(tmp_path):
-    write_tiff(tmp_path / "a.tif", [FLAT])
-    write_tiff(tmp_path / "b.tif", [FLAT[:4]])
-    assert "differ in size, type or storage" in refusal(tmp_path)
-    write_tiff(tmp_path / "b.tif", [FLAT, FLAT])
-    assert "b.tif: this slice of a stack has 2 pages" in refusal(tmp_path)
-
-
 BITS = b"(\0\x01\x01US\x02\0"
 
 DICOM_CHANGES = {
@@ -432,11 +430,6 @@ def test_bad_dicom(tmp_path, case):
     assert change(whole) != whole
     (folder / "002.dcm").write_bytes(change(whole))
     refused(folder, expected)
-
-
-def test_single_dicom_slice_is_flat(tmp_path):
-    folder = write_dicom(tmp_path / "ct", ARRAY[:1])
-    assert "flat image of 7 x 5 x 1" in refusal(folder)
 
 
 # --- options ------------------------------------------------------------------------------
@@ -466,19 +459,19 @@ def test_layouts_that_cannot_be():
 # --- truncation ---------------------------------------------------------------------------
 
 TRUNCATED = {
-    "raw.nrrd": lambda path: write_itk(path, ARRAY),
+    "raw.nrrd": write_itk,
     "gzip.nrrd": lambda path: write_itk(path, ARRAY, compressed=True),
-    "raw.mha": lambda path: write_itk(path, ARRAY),
+    "raw.mha": write_itk,
     "zlib.mha": lambda path: write_itk(path, ARRAY, compressed=True),
-    "raw.nii": lambda path: write_itk(path, ARRAY),
-    "gzip.nii.gz": lambda path: write_itk(path, ARRAY),
-    "appended.vti": lambda path: write_vti(path, ARRAY),
+    "raw.nii": write_itk,
+    "gzip.nii.gz": write_itk,
+    "appended.vti": write_vti,
     "zlib.vti": lambda path: write_vti(path, ARRAY, compressor="ZLib"),
     "base64.vti": lambda path: write_vti(path, ARRAY, mode="Binary"),
     # ASCII legacy files are left out: "358" cut to "35" is still a number.
-    "binary.vtk": lambda path: write_legacy(path, ARRAY),
-    "pages.tif": lambda path: write_tiff(path, ARRAY),
-    "itk.tif": lambda path: write_itk(path, ARRAY),
+    "binary.vtk": write_legacy,
+    "pages.tif": write_tiff,
+    "itk.tif": write_itk,
     "a_7x5x6_uint16.raw": lambda path: path.write_bytes(ARRAY.tobytes()) and path,
 }
 
@@ -552,7 +545,7 @@ def test_a_tiff_that_made_vtk_crash(tmp_path):
 
 def write_header(folder, kind, name):
     """Write a header of voxels in another file."""
-    path, fields = folder / f"a.{kind}", ["encoding: raw", f"data file: {name}"]
+    path, fields = folder / f"a.{kind}", [f"data file: {name}"]
     if kind == "nhdr":
         return write_nrrd(path, ARRAY, *fields, data=b"")
     return write_metaimage(path, ARRAY, data=b"", file=name)

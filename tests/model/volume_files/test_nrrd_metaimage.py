@@ -17,7 +17,7 @@ LAST = len(ARRAY) - 1
 
 
 def nrrd(path, *fields, array=ARRAY, **kwargs):
-    return read_volume(write_nrrd(path / "a.nrrd", array, "encoding: raw", *fields, **kwargs))
+    return read_volume(write_nrrd(path / "a.nrrd", array, *fields, **kwargs))
 
 
 # --- NRRD ---------------------------------------------------------------------------------
@@ -40,35 +40,40 @@ def test_nrrd_byte_orders_and_encodings(tmp_path, endian, encoding):
     check(read_volume(path), ARRAY, spacing=SPACING, origin=(0, 0, 0))
 
 
-@pytest.mark.parametrize(
-    ("skip", "before"),
-    [
-        ("byte skip: 5", b"12345"),
-        ("byteskip: -1", b"?" * 77),
-        ("line skip: 2", b"a\nbc\n"),
-        ("crlf", b""),
-    ],
-)
-def test_nrrd_skips_and_line_endings(tmp_path, skip, before):
-    data = before + ARRAY.tobytes()
-    fields = ["encoding: raw", skip if before else "# none"]
-    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, *fields, data=data)
-    if not before:
+SKIPS = {
+    "byte skip: 5": b"12345",
+    "byteskip: -1": b"?" * 77,
+    "line skip: 2": b"a\nbc\n",
+    "# none": b"",
+}
+
+
+@pytest.mark.parametrize("skip", SKIPS)
+def test_nrrd_skips_and_line_endings(tmp_path, skip):
+    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, skip, data=SKIPS[skip] + ARRAY.tobytes())
+    if not SKIPS[skip]:
         header, _, payload = path.read_bytes().partition(b"\n\n")
         path.write_bytes(header.replace(b"\n", b"\r\n") + b"\r\n\r\n" + payload)
     check(read_volume(path), ARRAY)
 
 
-RIGHT = "space directions: (1,0,0) (0,1,0) (0,0,1)"
 nz, ny, nx = ARRAY.shape
 ENDS = f"axis maxs: {0.5 * (nx - 1)} {2 * (ny - 1)} {3 * nz}"
+RIGHT = "space directions: (1,0,0) (0,1,0) (0,0,1)"
+LEFT, SHEARED = RIGHT.replace("0,0,1", "0,0,2"), RIGHT.replace("0,1,0", "0.5,1,0")
+BROKEN = RIGHT.replace("1,0,0", "0,0,0")
+# A left-handed grid is read from the other end, so that it is not mirrored.
+REVERSED, FAR = np.s_[::-1], {"spacing": (1, 1, 2), "origin": (0, 0, 2 * LAST)}
+NEGATIVE = {"spacing": SPACING, "origin": (7, -20, 30), "spacing_unit": "mm"}
 
-LEFT = "space directions: (1,0,0) (0,1,0) (0,0,2)"
-FAR = {"spacing": (1, 1, 2), "origin": (0, 0, 2 * LAST)}
+
+def labels(letters, up=""):
+    return {"axis_labels": tuple(letters), "up": up}
+
 
 HEADS = {
-    # Fields, what notes say, and what is found; a left-handed grid has its slices reversed.
-    "silent": ([], "gives no voxel spacing; 1 is assumed.", {"axis_labels": (), "up": ""}),
+    # Fields, what notes say, and what is found, where.
+    "silent": ([], "gives no voxel spacing; 1 is assumed.", labels("")),
     "units": (["spacings: 1 1 1", 'sample units: "K"'], None, {"units": "K"}),
     "ends": (["axis mins: 0 0 0", ENDS, "centers: node node cell"],
              "least and greatest values", {"spacing": SPACING}),
@@ -76,19 +81,36 @@ HEADS = {
                      "", {"spacing": (500, 800, 2000), "spacing_unit": "um"}),
     "units of a space": (["space: LPS", RIGHT, 'space units: "um" "um" "um"'],
                          "", {"spacing_unit": "um", "space": "LPS"}),
-    "sheared": (["space dimension: 3", "space directions: (1,0,0) (0.5,1,0) (0,0,1)"],
-                "not at right angles", {}),
+    "sheared": (["space dimension: 3", SHEARED], "not at right angles", {}),
     "a line": (["spacings: 1e-14 1 1"], "1e-14 x 1 x 1 is unusable", {"spacing": (1, 1, 1)}),
-    "LAS": (["space: LAS", LEFT], "left-handed", FAR),
-    "left": (["space: 3D-left-handed", LEFT], "left-handed", FAR),
-    "broken": (["space: LPS", "space directions: (0,0,0) (0,1,0) (0,0,1)"], "", {"up": ""}),
+    "LAS": (["space: LAS", LEFT], "left-handed", FAR, REVERSED),
+    "left": (["space: 3D-left-handed", LEFT], "left-handed", FAR, REVERSED),
+    "broken": (["space: LPS", BROKEN], "", {"up": ""}),
+    "negative": (["spacings: -0.5 2 3", "axis mins: 10 -20 30", 'units: "mm" "mm" "mm"'],
+                 "", NEGATIVE, np.s_[:, :, ::-1]),
+    "LPS": (["space: left-posterior-superior", RIGHT], "", labels("LRPASI", "+z")),
+    "RAS": (["space: RAS", RIGHT], "", labels("RLAPSI", "+z")),
+    "las": (["space: left-anterior-superior", RIGHT], "", labels("LRAPIS", "-z"), REVERSED),
+    "no patient": (["space: 3D-right-handed", RIGHT], "", labels("")),
+    "scanner": (["space: scanner-xyz", RIGHT], "", labels("")),
+    "mha RAI": (["AnatomicalOrientation = RAI"], "", labels("LRPASI", "+z")),
+    "mha ASL": (["AnatomicalOrientation = ASL"], "", {"axis_labels": tuple("PAISRL")}),
+    "mha ???": (["AnatomicalOrientation = ???", "TransformMatrix = 1 0 0 0 1 0 0 0 1"],
+                "", labels("")),
+    "mha": ([], "", labels("")),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", HEADS)
-def test_heads_of_nrrd(tmp_path, name):
-    fields, said, facts = HEADS[name]
-    check(nrrd(tmp_path, *fields), ARRAY[::-1] if facts is FAR else ARRAY, said, **facts)
+def test_what_heads_say(tmp_path, name):
+    fields, said, facts, *seen = HEADS[name]
+    if name.startswith("mha"):
+        volume = read_volume(write_metaimage(tmp_path / "a.mha", ARRAY, *fields))
+    else:
+        volume = nrrd(tmp_path, *fields)
+    check(volume, ARRAY[seen[0]] if seen else ARRAY, said, **facts)
+    told = ("axes point to", "L, P, S of the patient")
+    assert (told in describe(volume)) == (volume.axis_labels == tuple("LRPASI"))
 
 
 @pytest.mark.parametrize(
@@ -111,39 +133,15 @@ def test_nrrd_directions_keep_the_index_frame(tmp_path, directions, spacing, sai
     assert len(volume.notes) == (0 if said is None else len(said.split("|")))
 
 
-@pytest.mark.parametrize(
-    ("space", "labels"),
-    [
-        ("left-posterior-superior", "LRPASI"),
-        ("RAS", "RLAPSI"),
-        # Left-handed: read from the head down, so that it is not mirrored.
-        ("left-anterior-superior", "LRAPIS"),
-        ("3D-right-handed", ""),
-        ("scanner-xyz", ""),
-    ],
-)
-def test_spaces_of_nrrd(tmp_path, space, labels):
-    volume = nrrd(tmp_path, f"space: {space}", RIGHT)
-    assert volume.axis_labels == tuple(labels)
-    assert volume.up == ({"S": "+z", "I": "-z"}[labels[4]] if labels else "")
-
-
 def test_nrrd_with_few_columns_is_no_vector(tmp_path):
     array = voxels(shape=(6, 5, 3))
     check(nrrd(tmp_path, array=array), array, spacing=(1, 1, 1), origin=(0, 0, 0))
 
 
 def test_nrrd_without_an_order_of_bytes_says_what_is_assumed(tmp_path):
-    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, "encoding: raw", "spacings: 1 1 1")
+    path = write_nrrd(tmp_path / "a.nrrd", ARRAY, "spacings: 1 1 1")
     path.write_bytes(path.read_bytes().replace(b"endian: little\n", b""))
     check(read_volume(path), ARRAY, "little-endian is assumed")
-
-
-def test_negative_spacings_minima_and_units_of_a_nrrd(tmp_path):
-    fields = ["spacings: -0.5 2 3", "axis mins: 10 -20 30", 'units: "mm" "mm" "mm"']
-    volume = nrrd(tmp_path, *fields)
-    facts = {"origin": (7, -20, 30), "spacing_unit": "mm"}
-    check(volume, ARRAY[:, :, ::-1], spacing=SPACING, **facts)
 
 
 TIMES = voxels("uint16", (4, 6, 5, 11))
@@ -168,8 +166,7 @@ def test_time_steps_are_no_components(tmp_path, kind, time, compressed):
 
 def test_time_as_the_first_axis_of_a_nrrd(tmp_path):
     array = np.moveaxis(TIMES, 0, -1)
-    fields = ["kinds: time domain domain domain", "encoding: raw"]
-    path = write_nrrd(tmp_path / "a.nrrd", array, *fields, data=array.tobytes())
+    path = write_nrrd(tmp_path / "a.nrrd", array, "kinds: time domain domain domain")
     check(read_volume(path, choice=Choice(time="2")), TIMES[2])
 
 
@@ -222,18 +219,3 @@ def test_a_mirrored_metaimage_and_a_sheared_one(tmp_path):
     volume = read_volume(write_metaimage(tmp_path / "shear.mha", ARRAY, *fields))
     assert "sheared back" in " ".join(volume.notes) and volume.missing is not None
     assert volume.spacing == pytest.approx((1, 1, 1.6))
-
-
-@pytest.mark.parametrize(
-    ("fields", "labels"),
-    [
-        (["AnatomicalOrientation = RAI"], "LRPASI"),
-        (["AnatomicalOrientation = ASL"], "PAISRL"),
-        (["AnatomicalOrientation = ???", "TransformMatrix = 1 0 0 0 1 0 0 0 1"], ""),
-        ([], ""),
-    ],
-)
-def test_letters_of_metaimage(tmp_path, fields, labels):
-    volume = read_volume(write_metaimage(tmp_path / "a.mha", ARRAY, *fields))
-    assert volume.axis_labels == tuple(labels)
-    assert (("axes point to", "L, P, S of the patient") in describe(volume)) == (labels == "LRPASI")

@@ -69,11 +69,8 @@ WRITTEN = {
     "inches": ({"resolution": (72, 72), "resolutionunit": "INCH"}, "72 pixels per inch", {}),
     "line": ({"description": LINE.format(0), "metadata": None}, "", {"units": "K"}),
     "curve": ({"description": LINE.format(3), "metadata": None}, "calibration curve", {}),
-    "times": (
-        {"imagej": True, "metadata": {"axes": "TYX"}}, "calls its images time steps", {},
-    ),
-    "unlike units": (
-        {"ome": True, "metadata": {"axes": "ZYX", **SIZES}},
+    "times": ({"imagej": True, "metadata": {"axes": "TYX"}}, "calls its images time steps", {}, ),
+    "unlike units": ({"ome": True, "metadata": {"axes": "ZYX", **SIZES}},
         "", {"spacing": (500, 500, 2000), "spacing_unit": "nm"},
     ),
     "another description": (

@@ -167,7 +167,7 @@ VECTORS = voxels("float32", (6, 5, 7, 3))
 def vector_nrrd(path, first):
     array = VECTORS if first else np.ascontiguousarray(np.moveaxis(VECTORS, -1, 0))
     kinds = "vector domain domain domain" if first else "domain domain domain list"
-    return write_nrrd(path, array, f"kinds: {kinds}", "encoding: raw", kind="float")
+    return write_nrrd(path, array, f"kinds: {kinds}", kind="float")
 
 
 VECTOR_FILES = {
@@ -205,9 +205,7 @@ def test_component_zero_of_a_scalar_volume_is_the_volume(tmp_path, component):
 def test_description(tmp_path):
     array = voxels("float32")
     array[0, 0, 0] = np.nan
-    path = write_nrrd(
-        tmp_path / "jet_7x5x6_float32.nrrd", array, "encoding: raw", "sample units: K", kind="float"
-    )
+    path = write_nrrd(tmp_path / "jet_7x5x6_float32.nrrd", array, "sample units: K", kind="float")
     rows = describe(read_volume(path))
     facts = dict(rows)
     expected = {"name": "jet", "dimensions": "7 x 5 x 6 voxels", "type": "float32"}
@@ -300,7 +298,7 @@ def write_shifted(path):
         return path
     directions = " ".join(f"({x},{y},{z})" for x, y, z in STEPS)
     origin = f"space origin: ({ORIGIN[0]},{ORIGIN[1]},{ORIGIN[2]})"
-    fields = ["space: RAS", f"space directions: {directions}", origin, "encoding: raw"]
+    fields = ["space: RAS", f"space directions: {directions}", origin]
     return write_nrrd(path, array, *fields, kind="float")
 
 

@@ -51,8 +51,9 @@ def write_nrrd(path, array, *fields, data=None, kind="ushort"):
     """Write a NRRD by hand; `fields` come after type, dimension and sizes."""
     sizes = " ".join(str(n) for n in array.shape[::-1])
     lines = ["NRRD0005", "# by hand", f"type: {kind}", f"dimension: {array.ndim}"]
-    order = [] if any(field.startswith("endian") for field in fields) else ["endian: little"]
-    lines += [f"sizes: {sizes}", *order, *fields]
+    said = {field.partition(":")[0] for field in fields}
+    usual = ("endian: little", "encoding: raw")
+    lines += [f"sizes: {sizes}", *(f for f in usual if f.partition(":")[0] not in said), *fields]
     payload = array.tobytes() if data is None else data
     path.write_bytes("\n".join(lines).encode() + b"\n\n" + payload)
     return path
