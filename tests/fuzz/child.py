@@ -7,6 +7,7 @@ import os
 import re
 import sys
 import traceback
+from contextlib import suppress
 from pathlib import Path
 
 MEMORY_FACTOR, MEMORY_MARGIN = 3, 200e6
@@ -51,10 +52,8 @@ def _size(path: Path) -> int:
 
 
 def _reset_peak() -> int:
-    try:
+    with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
-    except OSError:
-        return 0
     return _status("VmRSS")
 
 

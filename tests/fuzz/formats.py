@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,22 +14,16 @@ import numpy as np
 
 from tests.fuzz.mutations import mutated, mutated_json
 
-WRITERS = str(Path(__file__).parents[1] / "model" / "volume_files")
+WRITERS = Path(__file__).parents[1] / "model" / "volume_files"
+sys.path.insert(0, str(WRITERS))
 
 
 @dataclass(frozen=True)
 class Format:
-    """A kind of file or folder.
+    """A kind of file or folder: writes valid examples, and reads one as tfscope does.
 
-    Attributes
-    ----------
-    make : callable
-        Writes valid examples into a folder, and returns their paths.
-    read : callable
-        Reads one as tfscope does; returns a digest of what must not change unnoticed, or "".
-    suffixes : tuple of str
-        Of a folder's files that are mutated; all if empty.
-    mutate : callable
+    Reading returns a digest of what must not change unnoticed, or "". Of a folder, files of any
+    suffix are mutated, or of some.
     """
 
     make: Callable[[Path], list[Path]]
@@ -44,32 +40,20 @@ def _volumes(*makers: Callable[..., Path]) -> Format:
     return Format(lambda folder: [make(folder, _voxels()) for make in makers], _read_volume)
 
 
-def _written(writer: str, name: str, *options: object) -> Callable[..., Path]:
+def _written(writer: str, name: str, *options: object, **more: object) -> Callable[..., Path]:
     """Return a maker of a file by one of the writers of the readers' tests."""
 
     def make(folder: Path, array: np.ndarray) -> Path:
-        sys.path.insert(0, WRITERS)
         import volume_writers
 
-        path: Path = getattr(volume_writers, f"write_{writer}")(folder / name, array, *options)
-        return path
+        write = getattr(volume_writers, f"write_{writer}")
+        return write(folder / name, array, *options, **more)
 
     return make
 
 
 def _vti(*options: object) -> Callable[..., Path]:
     return _written("vti", "-".join(map(str, options)) + ".vti", *options)
-
-
-def _tiff(compression: str | None) -> Callable[..., Path]:
-    def make(folder: Path, array: np.ndarray) -> Path:
-        import tifffile
-
-        path = folder / f"{compression}.tif"
-        tifffile.imwrite(path, array, photometric="minisblack", compression=compression)
-        return path
-
-    return make
 
 
 def _imagej(folder: Path, array: np.ndarray) -> Path:
@@ -90,35 +74,25 @@ def _ome(folder: Path, array: np.ndarray) -> Path:
     return path
 
 
-def _one_dicom(syntax: str, encoder: str) -> Callable[..., Path]:
+def _frames(syntax: str, encoder: str) -> Callable[..., Path]:
     """Return a maker of a file of compressed frames, or of an enhanced one."""
 
     def make(folder: Path, array: np.ndarray) -> Path:
-        sys.path.insert(0, WRITERS)
         import imagecodecs
-        from dicom_writer import dataset, save
+        from volume_writers import dataset, item, save_dicom
 
-        tags = {
-            "ImagePositionPatient": [0, 0, 0],
-            "SpacingBetweenSlices": 2.0,
-            "frames": len(array),
-        }
-        if not encoder:
-            return save(folder / "enhanced.dcm", dataset(array, **tags, **_groups(len(array))))
-        frames = [getattr(imagecodecs, encoder)(np.ascontiguousarray(plane)) for plane in array]
-        return save(
-            folder / f"{encoder}.dcm", dataset(array, syntax=syntax, encoded=frames, **tags)
-        )
+        tags = {"ImagePositionPatient": [0, 0, 0], "SpacingBetweenSlices": 2.0}
+        if encoder:
+            encode = getattr(imagecodecs, encoder)
+            tags["encoded"] = [encode(np.ascontiguousarray(plane)) for plane in array]
+        else:
+            places = [item(ImagePositionPatient=[0.0, 0.0, 2.0 * z]) for z in range(len(array))]
+            groups = [item(PlanePositionSequence=place)[0] for place in places]
+            tags["PerFrameFunctionalGroupsSequence"] = groups
+        image = dataset(array, syntax=f"1.2.840.10008.1.2.{syntax}", frames=len(array), **tags)
+        return save_dicom(folder / f"{syntax}.dcm", image)
 
     return make
-
-
-def _groups(count: int) -> dict[str, object]:
-    from dicom_writer import item
-
-    places = [item(ImagePositionPatient=[0.0, 0.0, 2.0 * z]) for z in range(count)]
-    frames = [item(PlanePositionSequence=place)[0] for place in places]
-    return {"PerFrameFunctionalGroupsSequence": frames}
 
 
 def _nibabel(name: str) -> Callable[..., Path]:
@@ -183,7 +157,7 @@ def _read_tf(path: Path) -> str:
     return ""
 
 
-def _scene():  # type: ignore[no-untyped-def]
+def _scene():
     from model.scene.scene import Scene
     from model.scene.volume import Volume
 
@@ -224,10 +198,10 @@ def _make_store(folder: Path) -> list[Path]:
     store = SampleStore.create(folder / "s.zarr", _scene(), 7, {"train": 2 * BLOCK, "holdout": 9})
     shapes = {n: a.shape[1:] for n, a in store.read("train", range(0)).arrays.items()}
     for split in ("train", "holdout"):
-        for block in store.missing_blocks(split):  # type: ignore[arg-type]
+        for block in store.missing_blocks(split):
             arrays = {n: 200 * rng.random((len(block), *s)) for n, s in shapes.items()}
             arrays["rgba"] = arrays["rgba"].astype(np.uint8)
-            store.write_block(split, block, SampleBatch.of(arrays))  # type: ignore[arg-type]
+            store.write_block(split, block, SampleBatch.of(arrays))
     return [store.path]
 
 
@@ -269,33 +243,29 @@ def _make_planted(folder: Path) -> list[Path]:
 
 def _read_planted(path: Path) -> str:
     """Fail as the file's content says: the fuzz job's own test."""
-    import os
-    import time
-
     from model.errors import VolumeError
 
-    said = path.read_bytes()
-    if said == b"refused":
-        raise VolumeError("refused")
-    if said == b"error":
-        raise KeyError("error")
-    if said == b"crash":
-        os.abort()
-    if said == b"hang":
-        time.sleep(60)
-    if said == b"memory":
-        np.ones(1 << 26).sum()
-    return "other" if said == b"altered" else "same"
+    match path.read_bytes():
+        case b"refused":
+            raise VolumeError("refused")
+        case b"error":
+            raise KeyError("error")
+        case b"crash":
+            os.abort()
+        case b"hang":
+            time.sleep(60)
+        case b"memory":
+            np.ones(1 << 26).sum()
+        case b"altered":
+            return "other"
+    return "same"
 
 
 FORMATS = {
     "nrrd": _volumes(_written("itk", "a.nrrd"), _written("itk", "b.nrrd", True)),
     "metaimage": _volumes(_written("itk", "a.mha"), _written("itk", "b.mha", True)),
     "nifti": _volumes(
-        _written("itk", "a.nii"),
-        _written("itk", "b.nii.gz"),
-        _nibabel("c.nii"),
-        _nibabel("d.mgh"),
+        _written("itk", "a.nii"), _written("itk", "b.nii.gz"), _nibabel("c.nii"), _nibabel("d.mgh")
     ),
     "vti": _volumes(
         _vti("Appended", "None"),
@@ -305,13 +275,16 @@ FORMATS = {
         _vti("Ascii", "None"),
     ),
     "vtk": _volumes(_written("legacy", "a.vtk", True), _written("legacy", "b.vtk", False)),
-    "tiff": _volumes(_tiff(None), _tiff("zlib"), _tiff("lzw"), _imagej, _ome),
+    "tiff": _volumes(
+        *(_written("tiff", f"{kind}.tif", compression=kind) for kind in (None, "zlib", "lzw")),
+        *(_imagej, _ome),
+    ),
     "dicom": _volumes(_written("dicom", "series")),
     "dicom-frames": _volumes(
-        _one_dicom("1.2.840.10008.1.2.1", ""),
-        _one_dicom("1.2.840.10008.1.2.4.80", "jpegls_encode"),
-        _one_dicom("1.2.840.10008.1.2.4.70", "ljpeg_encode"),
-        _one_dicom("1.2.840.10008.1.2.4.90", "jpeg2k_encode"),
+        _frames("1", ""),
+        _frames("4.80", "jpegls_encode"),
+        _frames("4.70", "ljpeg_encode"),
+        _frames("4.90", "jpeg2k_encode"),
     ),
     "numpy": _volumes(_written("npy", "a.npy"), _written("npz", "a.npz")),
     "hdf5": _volumes(_hdf5),

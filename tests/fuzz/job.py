@@ -27,14 +27,7 @@ GOOD = ("read", "refused")
 
 @dataclass
 class Outcomes:
-    """Numbers of mutations by how they ended, and words on those that failed.
-
-    Attributes
-    ----------
-    counts : Counter
-        By outcome.
-    failures : list of str
-    """
+    """Numbers of mutations by how they ended, and words on those that failed."""
 
     counts: Counter[str] = field(default_factory=Counter)
     failures: list[str] = field(default_factory=list)
@@ -43,21 +36,10 @@ class Outcomes:
 def fuzz(
     name: str, count: int, seed: int, keep: Path | None = None, jobs: int = 2, limit_s: float = 20.0
 ) -> Outcomes:
-    """Read a number of mutated files of a format.
+    """Read a number of mutated files of a format, the same ones for the same seed.
 
-    Parameters
-    ----------
-    name : str
-        Of :data:`tests.fuzz.formats.FORMATS`.
-    count : int
-    seed : int
-        With the same one the mutations are the same, whatever the number of jobs.
-    keep : Path or None
-        Folder for files that fail, each with what was told of it.
-    jobs : int
-        Number of children.
-    limit_s : float
-        Time after which a file counts as a hang.
+    Files that fail are kept in a folder, with what was told of them; one that takes longer than
+    the limit hangs.
     """
     outcomes, lock = Outcomes(), threading.Lock()
     left = iter(range(count))
@@ -71,12 +53,15 @@ def fuzz(
                         index = next(left, None)
                     if index is None:
                         return
-                    path, outcome, told = reader.read_mutated(index)
+                    outcome, told = reader.read_mutated(index)
                     with lock:
                         outcomes.counts[outcome] += 1
                         if outcome not in GOOD:
                             outcomes.failures.append(f"{name} {index}: {outcome}: {told}")
-                            _keep(keep, name, index, path, f"{outcome}\n{told}")
+                            if keep is not None:
+                                place = keep / f"{name}-{index}"
+                                shutil.copytree(reader.folder, place, dirs_exist_ok=True)
+                                (place / "told.txt").write_text(f"{outcome}\n{told}")
             finally:
                 reader.end()
 
@@ -88,18 +73,6 @@ def fuzz(
     return outcomes
 
 
-def _keep(keep: Path | None, name: str, index: int, path: Path, told: str) -> None:
-    if keep is None:
-        return
-    place = keep / f"{name}-{index}"
-    place.mkdir(parents=True, exist_ok=True)
-    (place / "told.txt").write_text(told)
-    if path.is_dir():
-        shutil.copytree(path, place / path.name, dirs_exist_ok=True)
-    else:
-        shutil.copy(path, place / path.name)
-
-
 class _Reader:
     """Makes mutated files in a folder, and has a child read them."""
 
@@ -109,13 +82,13 @@ class _Reader:
         whole = folder / "whole"
         whole.mkdir()
         self._examples = sorted(self._format.make(whole))
-        self._folder = folder / "mutated"
+        self.folder = folder / "mutated"
         self._child: subprocess.Popen[str] | None = None
         self._answers: queue.Queue[str] = queue.Queue()
         self._digests = {path: self._asked(path).get("digest") for path in self._examples}
 
-    def read_mutated(self, index: int) -> tuple[Path, str, str]:
-        """Return a mutated file or folder, its outcome, and what was told of it."""
+    def read_mutated(self, index: int) -> tuple[str, str]:
+        """Return the outcome of a mutated file or folder, and what was told of it."""
         rng = random.Random(f"{self._name} {self._seed} {index}")
         example = rng.choice(self._examples)
         path = self._mutated(example, rng)
@@ -123,7 +96,7 @@ class _Reader:
         outcome, told = answer["outcome"], answer.get("told", "")
         if outcome == "read" and answer["digest"] != self._digests[example]:
             outcome, told = "altered", "it is read, but what it holds is another"
-        return path, outcome, told
+        return outcome, told
 
     def end(self) -> None:
         if self._child is not None:
@@ -136,9 +109,9 @@ class _Reader:
             self._child = None
 
     def _mutated(self, example: Path, rng: random.Random) -> Path:
-        shutil.rmtree(self._folder, ignore_errors=True)
-        self._folder.mkdir()
-        path = self._folder / example.name
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.folder.mkdir()
+        path = self.folder / example.name
         if example.is_file():
             path.write_bytes(self._format.mutate(example.read_bytes(), rng))
             return path
@@ -156,11 +129,8 @@ class _Reader:
         if self._child is None:
             self._start()
         assert self._child is not None
-        assert self._child.stdin is not None
         try:
-            self._child.stdin.write(f"{path}\n")
-            self._child.stdin.flush()
-            line = self._answers.get(timeout=self._limit_s)
+            line = self._answer(path, self._limit_s)
         except queue.Empty:
             self.end()
             return {"outcome": "hang", "told": f"no answer within {self._limit_s:g} s"}
@@ -172,6 +142,12 @@ class _Reader:
         code = self._child.wait()
         self.end()
         return {"outcome": "crash", "told": f"the child ended with {code}"}
+
+    def _answer(self, path: Path, limit_s: float) -> str:
+        assert self._child is not None and self._child.stdin is not None
+        self._child.stdin.write(f"{path}\n")
+        self._child.stdin.flush()
+        return self._answers.get(timeout=limit_s)
 
     def _start(self) -> None:
         child = subprocess.Popen(
@@ -197,9 +173,6 @@ class _Reader:
         self._listener = threading.Thread(target=listen, daemon=True)
         self._listener.start()
         # A whole file first: it has all libraries loaded, which takes seconds.
-        assert child.stdin is not None
-        child.stdin.write(f"{self._examples[0]}\n")
-        child.stdin.flush()
-        line = answers.get(timeout=START_S)
+        line = self._answer(self._examples[0], START_S)
         if not line or json.loads(line)["outcome"] != "read":
             raise RuntimeError(f"{self._name}: a whole file cannot be read: {line}")

@@ -1,4 +1,3 @@
-import json
 import math
 from dataclasses import replace
 
@@ -6,17 +5,8 @@ import numpy as np
 import pytest
 from ramp import make_tf, make_volume
 
-from model.errors import TfscopeError
 from model.scene.axes import AXES, axis_direction
-from model.scene.inputs import (
-    SceneInputs,
-    condition_numbers,
-    draw_inputs,
-    encode_inputs,
-    outside_range,
-    store_inputs,
-    varying,
-)
+from model.scene.inputs import SceneInputs, draw_inputs, encode_inputs, outside_range, store_inputs
 from model.scene.light import LightDirection
 from model.scene.orientation import home_view
 from model.scene.scene import Scene
@@ -57,12 +47,6 @@ FIXED = Scene.of(make_volume(), 16, "direct")
 MOVABLE = Scene.of(make_volume(), 16, "direct", movable_light=True)
 
 
-def test_a_fixed_light_is_no_input():
-    assert [f.name for f in varying(FIXED)] == ["view", "opacity_tf", "color_tf"]
-    assert condition_numbers(FIXED) == 5
-    assert draw_inputs(np.random.default_rng(0), FIXED).light is None
-
-
 def test_adding_an_input_leaves_the_draws_of_the_others_alone():
     one, other = (draw_inputs(np.random.default_rng(3), scene) for scene in (FIXED, MOVABLE))
     assert replace(other, light=None) == one
@@ -100,24 +84,6 @@ def test_a_light_outside_its_range_is_named():
     assert outside_range(inputs, replace(FIXED, scalar_window=(120.0, 180.0))) == ""
 
 
-def test_only_lit_scenes_have_a_movable_light():
-    with pytest.raises(TfscopeError, match="no light that could be moved"):
-        Scene.of(make_volume(), 16, movable_light=True)
-
-
-def test_scenes_come_back_from_json():
-    for scene in (FIXED, MOVABLE):
-        data = json.loads(json.dumps(scene.to_json()))
-        assert Scene.from_json(data) == scene
-
-
-@pytest.mark.parametrize("text", ["", "1", "1,2,3", "a,b", "nan,1"])
-def test_a_light_that_cannot_be_read_is_refused(text):
-    with pytest.raises(TfscopeError, match="degrees"):
-        LightDirection.parse(text)
-    assert LightDirection.parse("30, -10") == LightDirection(30.0, -10.0)
-
-
 @pytest.mark.parametrize("up", AXES)
 def test_views_of_a_scene_stand_upright(up):
     scene = Scene.of(make_volume(), 16, up=up)
@@ -137,10 +103,3 @@ def test_a_view_that_is_upside_down_is_told_with_the_axis():
     scene = Scene.of(make_volume(), 16, up="-z")
     text = outside_range(SceneInputs.of(View(30, 20), make_tf()), scene)
     assert "roll 180° (±10° with −z up)" in text.replace("roll -180", "roll 180")
-
-
-def test_a_scene_takes_the_up_axis_from_its_volume():
-    lying = replace(make_volume(), up="-y")
-    assert Scene.of(lying, 16).view_range.up == "-y"
-    assert Scene.of(lying, 16, up="+x").view_range.up == "+x"
-    assert Scene.of(make_volume(), 16).view_range.up == "+z"

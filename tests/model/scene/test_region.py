@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import RenderError
+from model.scene.crop import CropBox
 from model.scene.region import Outline, Region, windows_of
 
 
@@ -71,3 +72,18 @@ def test_an_outline_can_be_kept_inside(x, y, side):
     assert outline.kept_inside((1.25, 0.5)).mask((8, 20)).any()
     if x >= 0 and x + side <= 1 and y >= 0 and y + side <= 1 and min(x, y) < 0.9 and side > 0.1:
         assert kept == outline
+
+
+def test_a_plane_moves_alone_and_stops_before_its_opposite():
+    box = CropBox((0.1, 0.2, 0.3), (0.9, 0.8, 0.7))
+    assert box.with_plane(1, 0, 0.5) == CropBox((0.1, 0.5, 0.3), (0.9, 0.8, 0.7))
+    assert box.with_plane(2, 1, 1.7).high == (0.9, 0.8, 1.0)
+    assert box.with_plane(0, 0, -3.0).low == (0.0, 0.2, 0.3)
+    assert box.with_plane(0, 0, 0.95, least=0.25).low[0] == pytest.approx(0.65)
+    assert box.with_plane(0, 1, 0.0, least=0.25).high[0] == pytest.approx(0.35)
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_box_shorter_than_the_length_to_keep_stays_in_the_volume(side):
+    thin = CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0)).with_plane(1, side, 1.0 - side, least=0.5)
+    assert (thin.low[1], thin.high[1]) == pytest.approx((0.0, 0.5 if side else 0.1))

@@ -1,9 +1,20 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from ramp import make_tf
 
 from model.scene import tf_editing as edits
+from model.scene.tf_emphasis import (
+    STRIKING_COLORS,
+    add_striking_mode,
+    isolate_value,
+    lower_value,
+    raise_value,
+    striking_color,
+)
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
 RANGE = (100.0, 200.0)
@@ -147,3 +158,138 @@ def test_a_stop_follows_its_mode_past_other_stops(shift):
     assert set(after.color.stops) == {stops[0], moved, stops[2], stops[3]}
     assert [s[0] for s in after.color.stops] == sorted(s[0] for s in after.color.stops)
     assert (after.color.stops[0], after.color.stops[-1]) == (stops[0], stops[-1])
+
+
+TF = make_tf()  # modes at 130 and 170, .5 high, over 100..200
+POINTS = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.4), (200.0, 0.1)))
+NOTHING = OpacityTF((100.0, 200.0))
+
+
+def at(opacity, value):
+    return float(opacity(np.array([value]))[0])
+
+
+@pytest.mark.parametrize("opacity", [TF.opacity, POINTS, NOTHING])
+@pytest.mark.parametrize("value", [100.0, 130.0, 151.0, 200.0])
+def test_values_are_doubled_and_halved(opacity, value):
+    now = at(opacity, value)
+    raised, lowered = raise_value(opacity, value, 3.0), lower_value(opacity, value, 3.0)
+    is_there = now > 0.1 or bool(opacity.points and now)
+    assert at(raised, value) == pytest.approx(min(2 * now if is_there else now + 0.05, 1), abs=0.02)
+    assert at(lowered, value) <= now
+    if is_there:
+        assert at(lowered, value) == pytest.approx(0.5 * now, rel=0.02)
+        # What there is grows: nothing is put on top of it.
+        assert len(raised.modes) == len(opacity.modes)
+    far = value + 60 if value < 150 else value - 60
+    for edited in (raised, lowered):
+        assert at(edited, far) == pytest.approx(at(opacity, far), abs=1e-3)
+
+
+@given(
+    st.lists(st.tuples(st.floats(100, 200), st.floats(1, 60), st.floats(0.01, 0.5)), min_size=1),
+    st.integers(0, 100),
+)
+def test_lowering_undoes_raising_but_for_rounding(modes, chosen):
+    opacity = OpacityTF((100.0, 200.0), tuple(GaussianMode(*mode) for mode in modes))
+    value = modes[chosen % len(modes)][0]
+    for one, other in ((raise_value, lower_value), (lower_value, raise_value)):
+        back = other(one(opacity, value, 3.0), value, 3.0)
+        assert [m.mean for m in back.modes] == [m.mean for m in opacity.modes]
+        for mode, before in zip(back.modes, opacity.modes, strict=True):
+            assert mode.amplitude == pytest.approx(before.amplitude, rel=1e-12)
+
+
+def test_of_a_curve_the_values_in_reach_are_isolated():
+    points = ((100.0, 0.0), (120.0, 0.2), (160.0, 0.6), (200.0, 0.8))
+    curve = OpacityTF((100.0, 200.0), points=points)
+    alone = isolate_value(curve, 150.0, 3.0, (130.0, 170.0))
+    for value in (131.0, 150.0, 160.0, 169.0):
+        assert at(alone, value) == pytest.approx(at(curve, value), abs=1e-6)
+    for value in (100.0, 120.0, 126.0, 174.0, 200.0):
+        assert at(alone, value) == 0.0
+    assert len(alone.points) == 7
+    # Up to the ends of the range, and there is nothing to keep where nothing was.
+    high = isolate_value(curve, 190.0, 3.0, (170.0, 200.0))
+    assert at(high, 199.0) == pytest.approx(at(curve, 199.0))
+    assert isolate_value(curve, 100.0, 3.0, (100.0, 100.0)).modes
+
+
+def test_where_there_is_nothing_a_mode_is_isolated():
+    (mode,) = isolate_value(NOTHING, 140.0, 3.0, (138.0, 142.0)).modes
+    assert (mode.mean, mode.amplitude) == (140.0, 0.05)
+
+
+def test_a_mode_that_lies_in_reach_stays_as_it_is():
+    narrow = GaussianMode(140.0, 4.0, 0.5)
+    opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
+    assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
+
+
+@given(
+    st.lists(st.tuples(st.floats(90, 210), st.floats(1, 80), st.floats(0.05, 0.3)), max_size=3),
+    st.floats(100, 190),
+    st.floats(0, 60),
+)
+def test_modes_stay_modes_of_which_the_values_in_reach_are_left(modes, low, size):
+    wide = GaussianMode(low + size / 2, 2 * size + 20, 0.3)
+    opacity = OpacityTF((100.0, 200.0), (wide, *(GaussianMode(*mode) for mode in modes)))
+    high = min(low + size, 200.0)
+    alone = isolate_value(opacity, low, 3.0, (low, high))
+    assert not alone.points and 0 < len(alone.modes) <= len(opacity.modes)
+    values = np.linspace(100.0, 200.0, 401)
+    inside = (values >= low) & (values <= high)
+    assert (alone(values) <= opacity(values) + 1e-9).all()
+    assert (
+        alone(values)[inside] >= 0.45 * OpacityTF((100.0, 200.0), (wide,))(values[inside])
+    ).all()
+    # None stands where the user has not clicked.
+    assert all(low - 3.0 <= mode.mean <= high + 3.0 for mode in alone.modes)
+    # Twice as far from the middle as the flanks, what was one mode is hardly seen.
+    beyond = np.abs(values - (low + high) / 2) > (high - low + 3.0) + 3.0
+    inner = [m for m in alone.modes if m in opacity.modes]
+    rest = replace(alone, modes=tuple(m for m in alone.modes if m not in inner))
+    assert (rest(values)[beyond] <= 0.1 * opacity(values)[beyond] + 1e-9).all()
+
+
+def test_an_opaque_value_cannot_be_raised():
+    opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
+    assert raise_value(opaque, 0.5, 0.1) == opaque
+
+
+def test_the_colour_is_far_from_what_is_shown():
+    for color in STRIKING_COLORS:
+        shown = np.tile(color, (900, 1))
+        assert striking_color(shown) != color
+    orange = np.tile((0.9, 0.6, 0.1), (50, 1))
+    r, _, b = striking_color(np.concatenate([orange, np.zeros((5000, 3))]))
+    assert b > r
+    assert striking_color(np.zeros((0, 3))) in STRIKING_COLORS
+
+
+def test_a_striking_mode_has_its_colour_and_leaves_the_others():
+    shown = np.tile((1.0, 1.0, 1.0), (9, 1))
+    clear = replace(TF, opacity=NOTHING)
+    for value in (100.0, 152.0, 200.0):
+        found = add_striking_mode(clear, value, 3.0, 0.3, shown)
+        assert found.opacity.modes[-1].mean == value
+        assert tuple(found.color(value)) == pytest.approx(striking_color(shown))
+        far = np.array([v for v in np.linspace(100, 200, 41) if abs(v - value) > 6.01])
+        np.testing.assert_allclose(found.color(far), TF.color(far), atol=0.02)
+    assert add_striking_mode(TF, 152.0, 3.0, 0.3, shown).opacity.modes[:-1] == TF.opacity.modes
+
+
+@pytest.mark.parametrize("height", [0.02, 0.2])
+def test_what_is_opaque_keeps_its_colour_but_for_what_the_mode_adds(height):
+    shown = np.tile((1.0, 1.0, 1.0), (9, 1))
+    striking = np.array(striking_color(shown))
+    found = add_striking_mode(TF, 130.0, 3.0, height, shown)
+    values = np.linspace(100, 200, 201)
+    added = np.clip(found.opacity(values) - TF.opacity(values), 0, None)
+    share = added / np.maximum(added + TF.opacity(values), 1e-12)
+    expected = TF.color(values) + share[:, None] * (striking - TF.color(values))
+    # Straight lines between the stops, of which there are five.
+    weight = np.maximum(TF.opacity(values), 0.02)[:, None]
+    assert np.abs(weight * (found.color(values) - expected)).max() < 0.25 * height
+    change = np.abs(found.color(130.0) - TF.color(130.0)).max()
+    assert change <= 1.01 * height / (height + 0.5)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import TransferFunctionError
+from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
 GREY = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
@@ -169,3 +170,24 @@ def test_a_missing_file_and_an_unwritable_place_are_said(tmp_path):
         TransferFunction.load(tmp_path / "none.json")
     with pytest.raises(TransferFunctionError, match="cannot be written"):
         tf.save(tmp_path / "no" / "such" / "folder.json")
+
+
+@pytest.mark.parametrize("name", COLOR_MAPS)
+def test_a_color_tf_is_near_its_map_everywhere(name):
+    color = color_tf_of_map(name, (-5.0, 12.0))
+    assert len(color.stops) == 9
+    assert (color.stops[0][0], color.stops[-1][0]) == (-5.0, 12.0)
+    np.testing.assert_allclose(color.sample(count=101), map_colors(name, 101), atol=0.08)
+
+
+def test_viridis_is_viridis():
+    # Ends as published with matplotlib.
+    colors = map_colors("Viridis", 2)
+    np.testing.assert_allclose(colors, [[0.267, 0.005, 0.329], [0.993, 0.906, 0.144]], atol=1e-3)
+
+
+def test_reversing_mirrors_and_twice_changes_nothing():
+    color = color_tf_of_map("Batlow", (1e9, 1e9 + 1))
+    mirrored = reversed_colors(color)
+    np.testing.assert_allclose(mirrored.sample(), color.sample()[::-1], atol=1e-6)
+    assert reversed_colors(mirrored) == color

@@ -81,25 +81,3 @@ def test_only_smooth_edits_inside_the_window_count(volume, scene, monkeypatch):
     assert agreement.image_cosine.min() > 0.99
     assert agreement.block_cosine.min() > 0.98
     assert agreement.single_cosine.max() < 0.9
-
-
-def test_chance_does_not_agree(volume, scene, monkeypatch):
-    scene = replace(scene, image_size=32)
-    rng = np.random.default_rng(0)
-
-    class Noise:
-        def __init__(self, *_, edit_width):
-            self.slopes = rng.normal(size=(8, 256))
-
-        def region(self, region):
-            return (rng.normal(size=8) @ self.slopes).astype(np.float32)
-
-        def field(self, block):
-            blocks = -(-32 // block)
-            return (rng.normal(size=(blocks, blocks, 8)) @ self.slopes).astype(np.float32)
-
-    monkeypatch.setattr("model.sensitivity.agreement.Sensitivity", Noise)
-    samples = [draw_sample(scene, 0, "holdout", i) for i in range(12)]
-    agreement = sensitivity_agreement(generator_of(scene), volume, samples).to_json()
-    assert abs(agreement["block_cosine"]["median"]) < 0.1
-    assert abs(agreement["image_cosine"]["median"]) < 0.3

@@ -2,15 +2,17 @@
 
 import numpy as np
 import pytest
+from ramp import make_tf, make_volume
 from test_exact import VIEW, random_opacity, small_volume, tf_of
 
-from model.rendering.raycast.differentiation import BAND, band_of
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline, Region, windows_of
-from model.scene.tf_perturbation import spaced_edits
+from model.scene.tf_perturbation import edit_around
+from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.exact import change_norms, region_sensitivity
+from model.sensitivity.rendered import block_fields
 
 SIZE = 16
 REGION = Region(4, 3, 13, 12)
@@ -43,19 +45,6 @@ def test_the_parts_of_a_region_add_up():
     renderer.close()
 
 
-def test_edits_by_bin_are_the_edits():
-    for width in (0.0, 1.0, 1.49, 2.9, 6.0, 60.0):
-        _, edits = spaced_edits(width)
-        band, begin = band_of(edits)
-        assert band.shape == (256, BAND)
-        for bin_ in (0, 1, 77, 254, 255):
-            row = np.zeros(len(edits) + BAND, np.float32)
-            row[begin[bin_] : begin[bin_] + BAND] = band[bin_]
-            np.testing.assert_array_equal(row[: len(edits)], edits[:, bin_])
-    with pytest.raises(ValueError, match="edits change one bin"):
-        band_of(np.ones((40, 256)))
-
-
 def test_small_images_take_a_coarser_grid_for_many_edits():
     """On volumes that have more voxels than that grid has nodes."""
     places = np.stack(np.meshgrid(*[np.linspace(-1, 1, 72)] * 3, indexing="ij"))
@@ -70,4 +59,27 @@ def test_small_images_take_a_coarser_grid_for_many_edits():
     small, large = 2 * small.astype(float), large.astype(float)
     assert np.linalg.norm(small - large) < 0.1 * np.linalg.norm(large)
     assert small @ large > (1 - 2e-3) * np.linalg.norm(small) * np.linalg.norm(large)
+    renderer.close()
+
+
+def block_norms(image, blocks):
+    """Norm of the colours of each block."""
+    side = len(image) // blocks
+    parts = image.astype(np.float64).reshape(blocks, side, blocks, side, 3)
+    return np.sqrt((parts**2).sum(axis=(1, 3, 4)))
+
+
+@pytest.mark.parametrize("lighting", ["none", "soft"])
+def test_fields_hold_how_the_norm_of_each_block_changes(lighting):
+    inputs, width = SceneInputs.of(View(40, 20, 3, 1.0), make_tf()), 6.0
+    renderer = RaycastRenderer(make_volume(), lighting, threads=1, sample_distance=1.0)
+    fields = block_fields(renderer, inputs, 16, 4, width)
+    edit = edit_around(150.0, (100.0, 200.0), width).astype(np.float64)
+    change = renderer.change(inputs, 16, edit.astype(np.float32))
+    image = renderer.render(inputs, 16)[..., :3].astype(np.float64)
+    # The norm's derivative is the change along the image.
+    h = 1e-4
+    expected = (block_norms(image + h * change, 4) - block_norms(image - h * change, 4)) / (2 * h)
+    ours = fields[..., round(255 * 0.5)]
+    np.testing.assert_allclose(ours, expected, atol=2e-2 * np.abs(expected).max())
     renderer.close()

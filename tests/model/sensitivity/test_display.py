@@ -14,6 +14,7 @@ from model.sensitivity.display import (
     shown_responses,
     spread_blocks,
 )
+from model.sensitivity.global_scale import global_color_bar, global_scale, overlay_globally
 
 
 def test_a_value_between_two_samples_is_interpolated():
@@ -72,15 +73,36 @@ def test_the_full_scale_has_the_end_of_the_colour_bar(measure):
     np.testing.assert_allclose(found[0, 2], bar[0] if measure == "signed" else bar[-1])
 
 
-def test_the_sequential_map_grows_lighter_and_the_diverging_one_from_its_middle():
-    weights = np.array([0.2126, 0.7152, 0.0722])
-    lightness = color_bar("change") @ weights
-    assert (np.diff(lightness) > -0.01).all() and lightness[-1] - lightness[0] > 0.7
-    both = color_bar("signed", 65) @ weights
-    assert both[32] < both[0] and both[32] < both[-1]
-
-
 def test_blocks_are_spread_over_their_pixels():
     found = spread_blocks(np.array([[1.0, 2.0, 3.0]] * 3, np.float32), 5, 2)
     assert found[4].tolist() == [1, 1, 2, 2, 3]
     assert found.shape == (5, 5)
+
+
+IMAGE = np.full((2, 2, 3), 0.5)
+
+
+def test_the_scale_of_all_values_is_in_the_unit_of_one():
+    # A block in which each of its 16 pixels' colours changes by the same amount, per edit.
+    width, change = 6.0, 0.7
+    edit = edit_around(0.5, (0.0, 1.0), width)
+    shown = shown_field(np.full((4, 4, 3), change), edit, "change")
+    norm = change * np.sqrt(3 * 16)
+    fields = np.full((2, 2, 256), norm, dtype=np.float32)
+    assert global_scale(fields, 16, width) == pytest.approx(shown[0, 0], rel=1e-5)
+    assert shown[0, 0] == pytest.approx(change * per_small_edit(edit))
+
+
+def test_colours_compare_between_selections_and_opacity_does_not():
+    whole = 1.0
+    last = global_color_bar(256)[-1]
+    weak, strong = np.array([[0.1, 0.0], [0.05, -0.1]]), np.array([[1.0, 0.0], [0.5, -1.0]])
+    shown = [overlay_globally(IMAGE, f, scale_of(f), whole) for f in (weak, strong)]
+    # Where a field is strongest, it is opaque, however weak it is beside the others.
+    np.testing.assert_allclose(shown[0][0, 0], global_color_bar(256)[26], atol=0.02)
+    np.testing.assert_allclose(shown[1][0, 0], last)
+    np.testing.assert_allclose(shown[1][1, 1], last)
+    for image in shown:
+        np.testing.assert_allclose(image[0, 1], BACKDROP * 0.5)
+    half = 0.5 * global_color_bar(256)[128] + 0.5 * BACKDROP * 0.5
+    np.testing.assert_allclose(shown[1][1, 0], half, atol=0.01)

@@ -2,6 +2,9 @@
 
 import numpy as np
 import pytest
+import scipy.signal
+from hypothesis import given
+from hypothesis import strategies as st
 from test_exact import RANGE, SIZE, VIEW, small_volume, tf_of
 
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -9,10 +12,11 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import GaussianMode, OpacityTF
-from model.sensitivity.contributions import contributions, follow
+from model.sensitivity.contributions import Contribution, contributions, follow, percentages
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
 from model.sensitivity.intervals import strongest_intervals
+from model.sensitivity.peaks import find_peaks
 from model.sensitivity.what_if import compare
 
 BINS = np.arange(256)
@@ -126,3 +130,57 @@ def test_a_darkening_edit_has_a_negative_brightness():
     found = compare(before, after, top)
     assert found.rmse == pytest.approx(0.2)
     assert compare(before, after, ~top).rmse == 0
+
+
+def listed(*shares):
+    return [Contribution(0.0, share, (0.0, 0.0)) for share in shares]
+
+
+@given(st.lists(st.floats(0.001, 1.0), min_size=1, max_size=3))
+def test_shares_never_add_up_to_more_than_all_and_are_off_by_one_at_most(parts):
+    shares = [part / max(sum(parts), 1.0) for part in parts]
+    whole = percentages(listed(*shares))
+    assert sum(whole) <= 100
+    assert all(
+        abs(percent - 100 * share) <= 1 for percent, share in zip(whole, shares, strict=True)
+    )
+
+
+def test_the_one_that_was_rounded_up_most_gives_way():
+    assert percentages(listed(0.436, 0.287, 0.277)) == (43, 29, 28)
+    assert percentages(listed(0.75, 0.25)) == (75, 25)
+    assert percentages(()) == ()
+
+
+def scipy_peaks(curve, least_prominence):
+    places, found = scipy.signal.find_peaks(curve, prominence=least_prominence, plateau_size=1)
+    data = found["prominences"], found["left_bases"], found["right_bases"]
+    _, _, lefts, rights = scipy.signal.peak_widths(curve, places, 0.5, data)
+    return np.stack([places, found["prominences"], lefts, rights], axis=1)
+
+
+def own_peaks(curve, least_prominence):
+    peaks = find_peaks(curve, least_prominence)
+    return np.array([(p.place, p.prominence, p.left, p.right) for p in peaks]).reshape(-1, 4)
+
+
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("levels", [3, 8, None])
+def test_peaks_are_those_of_scipy(seed, levels):
+    rng = np.random.default_rng(seed)
+    curve = np.convolve(rng.random(258), np.ones(1 + seed % 4), "same")
+    if levels is not None:
+        # Few levels make plateaus, and peaks of the same height.
+        curve = np.round(levels * curve / curve.max())
+    least = 0.1 * curve.max() if seed % 2 else 1e-9
+    np.testing.assert_allclose(own_peaks(curve, least), scipy_peaks(curve, least), atol=1e-12)
+
+
+@pytest.mark.parametrize("curve", [np.zeros(258), np.arange(258.0), np.ones(1), np.zeros(3)])
+def test_a_curve_that_does_not_rise_and_fall_has_no_peaks(curve):
+    assert find_peaks(curve, 0.0) == []
+
+
+def test_a_padded_rise_to_the_end_is_a_peak():
+    (peak,) = find_peaks(np.pad(np.arange(1.0, 257.0), 1), 1.0)
+    assert (peak.place, peak.prominence, peak.left) == (256, 256.0, 128.0)

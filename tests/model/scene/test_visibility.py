@@ -6,9 +6,12 @@ from ramp import make_tf, make_volume
 
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.orientation import corners
+from model.scene.thinned_volume import GRID, ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import FAR_DISTANCE_RADII, View
 from model.scene.visibility_hint import nothing_visible, why_nothing
+from model.scene.volume import Volume
 
 SHOWN = SceneInputs.of(View(), make_tf(150.0))
 
@@ -98,3 +101,69 @@ def test_a_crop_box_is_named_when_the_rest_is_in_order():
     assert explain(replace(with_mode(190.0), crop=crop)).cause == "crop"
     assert explain(replace(with_mode(190.0), crop=CropBox())).cause == "tf"
     assert explain(replace(with_mode(190.0), view=View(distance=0.3))).cause == "view"
+
+
+def test_rays_through_a_uniform_medium_follow_beers_law():
+    # Spacings whose product is 1 make the voxel size 1.
+    volume = Volume(np.linspace(0.0, 1.0, 4 * 6 * 10).reshape(4, 6, 10), (0.5, 1.0, 2.0))
+    rays = ThinnedVolume.of(volume).ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.1),)))
+    lengths = np.repeat([4 * 2.0, 6 * 1.0, 10 * 0.5], [60, 40, 24])
+    assert rays == pytest.approx(1 - 0.9**lengths)
+
+
+def test_a_finer_volume_is_as_opaque_on_the_grid():
+    fine = Volume(np.linspace(0.0, 1.0, 8 * 8 * 256).reshape(8, 8, 256))
+    thinned = ThinnedVolume.of(fine)
+    assert thinned.levels.shape == (8, 8, GRID)
+    along_x = thinned.ray_opacities(OpacityTF((0.0, 1.0), points=((0.0, 0.01),)))[-64:]
+    assert along_x == pytest.approx(np.full(64, 1 - 0.99**256))
+
+
+def test_the_box_lies_around_what_is_shown_and_not_around_specks():
+    scalars = np.zeros((40, 40, 40))
+    scalars[10:20, 4:36, 20:30] = 1.0
+    scalars[38, 38, 38] = 1.0
+    box = ThinnedVolume.of(Volume(scalars)).shown_box(OpacityTF((0, 1), points=((0.5, 0), (1, 1))))
+    first, end = np.array((20, 4, 10)) / 40, np.array((30, 36, 20)) / 40
+    for margin in (first - box.low, np.array(box.high) - end):
+        assert (margin >= -1e-9).all()
+        assert (margin <= 1 / 40 + 1e-9).all()
+
+
+def test_where_nothing_is_shown_the_box_is_the_whole_volume():
+    volume = Volume(np.linspace(0.0, 1.0, 64).reshape(4, 4, 4))
+    assert ThinnedVolume.of(volume).shown_box(OpacityTF((0.0, 1.0))) == CropBox()
+
+
+def test_shown_points_reach_around_what_is_shown_and_no_farther():
+    scalars = np.zeros((20, 30, 40), np.float32)
+    z, y, x = np.mgrid[:20, :30, :40]
+    ball = (x - 20) ** 2 + (y - 15) ** 2 + (z - 10) ** 2 <= 64
+    scalars[ball] = 1
+    opacity = OpacityTF((0, 1), points=((0.5, 0), (1, 1)))
+    thinned = ThinnedVolume.of(Volume(scalars))
+    points = thinned.shown_points(opacity) * (40, 30, 20)
+    # Voxels lie at the middles of their cells.
+    radii = np.linalg.norm(points - (20.5, 15.5, 10.5), axis=1)
+    assert radii.max() < 8 + 1.0
+    assert np.abs(points[:, 0] - 20.5).max() == pytest.approx(8.5, abs=1)
+    assert np.abs(points[:, 2] - 10.5).max() == pytest.approx(8, abs=1)
+    nothing = thinned.shown_points(OpacityTF((0.0, 1.0)))
+    np.testing.assert_array_equal(nothing, corners(CropBox()))
+
+
+def test_missing_voxels_show_nothing_unless_they_are_drawn():
+    voxels = np.full((8, 8, 8), 200, np.uint8)
+    voxels[0, 0, 0] = 0
+    missing = np.zeros(voxels.shape, bool)
+    missing[:, :, 3:] = True
+    volume = Volume(voxels, missing=missing)
+    opacity = OpacityTF((0.0, 200.0), (GaussianMode(200.0, 10.0, 0.5),))
+    thinned = ThinnedVolume.of(volume)
+    assert thinned.shown_box(opacity).high[0] <= 0.5
+    rays = thinned.ray_opacities(opacity)
+    # Those along x meet three voxels, those along y and z eight or none.
+    np.testing.assert_allclose(rays[-1], 1 - 0.5**3, rtol=1e-6)
+    np.testing.assert_allclose(rays[7], 0, atol=1e-12)
+    whole = ThinnedVolume.of(volume.drawing_missing(True))
+    np.testing.assert_allclose(whole.ray_opacities(opacity)[-1], 1 - 0.5**8, rtol=1e-6)
