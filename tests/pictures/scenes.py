@@ -169,34 +169,26 @@ class PictureScene:
 
 
 CORNER = CropBox((0.0, 0.0, 0.25), (0.62, 1.0, 1.0))
-BELOW, BEHIND = LightDirection(50.0, -35.0), LightDirection(150.0, 20.0)
+BEHIND = LightDirection(150.0, 20.0)
 
 SCENES: dict[str, PictureScene] = {
     "bytes": PictureScene("bytes"),
     "bytes-direct": PictureScene("bytes", lighting="direct"),
     "bytes-soft": PictureScene("bytes", lighting="soft"),
-    "light-from-below": PictureScene("bytes", "solid", "direct", light=BELOW),
     "light-from-behind": PictureScene("bytes", "veils", "soft", light=BEHIND),
     "floats": PictureScene("floats", "veils", view=View(-60.0, 40.0, 0.0, 0.8)),
-    "floats-direct": PictureScene("floats", "solid", "direct", View(-60.0, 40.0, 0.0, 0.8)),
     "floats-soft": PictureScene("floats", "haze", "soft", View(-60.0, 40.0, 0.0, 0.8)),
-    "anisotropic": PictureScene("anisotropic", "haze", view=View(110.0, -20.0, -5.0, 0.7)),
     "anisotropic-direct": PictureScene("anisotropic", "veils", "direct"),
-    "anisotropic-soft": PictureScene("anisotropic", "solid", "soft"),
-    "missing": PictureScene("missing"),
     "missing-direct": PictureScene("missing", "solid", "direct"),
     "missing-soft": PictureScene("missing", "solid", "soft"),
-    "crop": PictureScene("bytes", crop=CORNER),
     "crop-direct": PictureScene("bytes", "haze", "direct", crop=CORNER),
     "crop-soft": PictureScene("bytes", "solid", "soft", crop=CORNER),
     "hard-steps": PictureScene("bytes", "hard", view=View(-40.0, 10.0, 0.0, 0.6)),
     "thin-peaks": PictureScene("floats", "thin", view=View(20.0, -35.0, 0.0, 0.9)),
-    "long-steps": PictureScene("floats", "veils", step=2.0),
     "near-and-aside": PictureScene(
         "bytes", "veils", "direct", View(200.0, -10.0, 4.0, 0.35, 0.6, -0.3), width=120, height=72
     ),
     "inside": PictureScene("floats", "haze", view=View(70.0, 10.0, 0.0, 0.1)),
-    "from-above": PictureScene("bytes", "solid", "direct", View(0.0, 90.0, 0.0, 0.7), crop=CORNER),
     "narrow-range": PictureScene("narrow range", "veils", "direct"),
     "logarithmic": PictureScene("logarithmic"),
     "noise-direct": PictureScene("noisy", "solid", "direct"),

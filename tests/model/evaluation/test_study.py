@@ -44,23 +44,37 @@ def samples(volume: Volume, tmp_path_factory: pytest.TempPathFactory) -> SampleS
     return store
 
 
-@pytest.fixture
-def plan(tmp_path: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
+def plan_in(folder: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
     base = TrainingPlan(
         source=StoredSource(samples),
         preset="tiny",
         size=SMALL,
         options=TrainingOptions(joint=StageOptions(8, 1e-3, 1)),
         budget=Budget(samples=24),
-        folder=tmp_path / "study",
+        folder=folder,
         device=torch.device("cpu"),
     )
     return StudyPlan(samples, volume, base, count=6, sensitivities=1)
 
 
-@pytest.mark.slow
-def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(plan: StudyPlan) -> None:
-    result = run_study(STUDY, plan)
+@pytest.fixture
+def plan(tmp_path: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
+    return plan_in(tmp_path / "study", volume, samples)
+
+
+@pytest.fixture(scope="module")
+def studied(
+    volume: Volume, samples: SampleStore, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[StudyPlan, dict[str, Any]]:
+    """A study that is finished, and its result. Only to be looked at."""
+    plan = plan_in(tmp_path_factory.mktemp("study"), volume, samples)
+    return plan, run_study(STUDY, plan)
+
+
+def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(
+    studied: tuple[StudyPlan, dict[str, Any]],
+) -> None:
+    plan, result = studied
     for variant, dimension, weight in zip(STUDY.variants, (2, 8), (150, 50), strict=True):
         generator = Generator.load(plan.base.folder / variant.name)
         assert generator.card.size.latent_dim == dimension
@@ -148,8 +162,8 @@ def interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
-    run_study(STUDY, plan)
+def test_another_recipe_needs_another_folder(studied: tuple[StudyPlan, dict[str, Any]]) -> None:
+    plan, _ = studied
     other = changed(plan, options=plan.base.options.with_settings(["beta2=0.9"]))
     with pytest.raises(TrainingError, match=r"options\.beta2 .*, not 0\.9"):
         run_study(STUDY, other)
@@ -157,8 +171,11 @@ def test_another_recipe_needs_another_folder(plan: StudyPlan) -> None:
         run_study(STUDY, changed(plan, budget=Budget(samples=32)))
 
 
-def test_the_table_has_the_papers_numbers_beside_ours(plan: StudyPlan) -> None:
-    text = markdown(STUDY, run_study(STUDY, plan))
+def test_the_table_has_the_papers_numbers_beside_ours(
+    studied: tuple[StudyPlan, dict[str, Any]],
+) -> None:
+    plan, result = studied
+    text = markdown(STUDY, result)
     lines = [line for line in text.splitlines() if line.startswith("|")]
     nearest, two, eight = (line.strip("| ").split(" | ") for line in lines[-3:])
     assert nearest[0] == "nearest of 32"
@@ -190,8 +207,10 @@ def test_by_the_papers_recipe_something_teaches_the_opacity_images_of_every_vari
             assert changed.adversarial_start == 0 or changed.opacity_l1_weight > 0
 
 
-def test_pictures_of_a_study_are_of_the_same_samples(plan: StudyPlan) -> None:
-    run_study(STUDY, plan)
+def test_pictures_of_a_study_are_of_the_same_samples(
+    studied: tuple[StudyPlan, dict[str, Any]],
+) -> None:
+    plan, _ = studied
     found = study_pictures(STUDY, plan, 2).columns
     assert list(found) == ["ground truth", "nearest neighbour", "two", "eight"]
     samples = plan.store.read("holdout", range(6))

@@ -74,12 +74,6 @@ def test_cell_means(codes: np.ndarray, places: np.ndarray) -> None:
             assert cells.nearest[row, column] == nearest
 
 
-def test_upside_down_rectangles_are_turned(codes: np.ndarray, places: np.ndarray) -> None:
-    one, other = (cell_means(codes, places, b) for b in ((-1, -1, 1, 1), (1, 1, -1, -1)))
-    assert (one.count == other.count).all()
-    assert one.count.sum() == 400
-
-
 def test_empty_cells_have_no_code_but_a_nearest_sample(codes: np.ndarray) -> None:
     places = np.array([[0.9, 0.9]], dtype=np.float32)
     cells = cell_means(codes[:1], places, (0, 0, 1, 1))

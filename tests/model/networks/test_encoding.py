@@ -6,7 +6,6 @@ import torch
 
 from model.networks.encoding import (
     decode_unit,
-    encode_unit,
 )
 from model.samples.sample_store import SampleStore
 from model.scene.color_space import rgb_to_lab
@@ -36,13 +35,6 @@ def test_colours_outside_the_cube_are_clipped_not_nan() -> None:
     wild = np.array([[-3.0, 0.5, 7.0], [1.001, -1e-9, 0.2]], np.float32)
     np.testing.assert_array_equal(rgb_to_lab(wild), rgb_to_lab(np.clip(wild, 0, 1)))
     assert np.isfinite(rgb_to_lab(wild)).all()
-
-
-def test_unit_values_go_there_and_back() -> None:
-    values = np.linspace(0, 1, 11, dtype=np.float32)
-    encoded = encode_unit(values)
-    assert (encoded[0], encoded[-1]) == (-1, 1)
-    np.testing.assert_allclose(decode_unit(encoded).numpy(), values, atol=1e-7)
 
 
 def test_a_batch_keeps_shapes_ranges_and_meaning(store: SampleStore) -> None:

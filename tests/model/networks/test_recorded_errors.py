@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,7 +8,6 @@ from model.networks.recorded_errors import (
     KIND_NAMES,
     error_text,
     errors_by_kind,
-    worth_of,
 )
 from model.scene.random_tfs import SHARES
 
@@ -51,12 +49,3 @@ def test_the_worst_kind_is_named_first() -> None:
 def test_a_card_without_figures_says_nothing(metrics: dict[str, Any]) -> None:
     assert errors_by_kind(metrics) == {}
     assert error_text(metrics) == ""
-
-
-def test_kinds_alone_are_told() -> None:
-    metrics = {"kinds": {"ramp": {"count": 5, "rmse": 0.05}}}
-    assert error_text(metrics) == "RMSE by kind of TF: ramps 0.050."
-
-
-def test_a_folder_without_a_model_is_worth_nothing(tmp_path: Path) -> None:
-    assert worth_of(tmp_path) == ""

@@ -6,17 +6,10 @@ import pytest
 from model import metrics
 from model.paper.comparison import compared_samples
 from model.paper.subject import Subject
-from model.paper.table import Table
 from model.paper.tables import PAPER_TABLE_1, holdout_errors, nearest_errors, table_1, table_2
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
-
-
-def test_a_table_in_markdown() -> None:
-    table = Table("T", ("a", "b"), (("1", "2"), ("3", "")), ("Said.",))
-    assert table.markdown() == "**T**\n\n| a | b |\n| --- | --- |\n| 1 | 2 |\n| 3 |  |\n\nSaid.\n"
-    assert table.to_json()["rows"] == [{"a": "1", "b": "2"}, {"a": "3", "b": ""}]
 
 
 def test_hold_out_errors_are_means_over_samples(subject: Subject) -> None:

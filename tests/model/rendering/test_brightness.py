@@ -5,7 +5,7 @@ import colorsys
 import numpy as np
 import pytest
 
-from model.rendering.brightness import brighten, usual_brightness
+from model.rendering.brightness import brighten
 
 
 @pytest.mark.parametrize("brightness", [0.25, 0.5, 1.0, 2.0, 4.0])
@@ -29,8 +29,3 @@ def test_hues_and_saturations_stay() -> None:
     after = [colorsys.rgb_to_hsv(*map(float, color)) for color in colors]
     np.testing.assert_allclose(np.array(after)[:, :2], np.array(before)[:, :2], atol=1e-5)
     assert colors.max() <= 1
-
-
-def test_what_is_lit_is_shown_brighter() -> None:
-    assert usual_brightness("none") == 1
-    assert usual_brightness("direct") == usual_brightness("soft") > 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.errors import CannotDrawError
-from model.rendering import fallback, opengl, vtk_renderer
+from model.rendering import opengl, vtk_renderer
 from model.rendering.fallback import FallbackRenderer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
@@ -91,22 +91,6 @@ def test_without_opengl_the_ray_caster_draws(monkeypatch: pytest.MonkeyPatch) ->
     assert both.reason.startswith("VTK finds no OpenGL")
     np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
     both.close()
-
-
-def test_an_error_of_the_ray_caster_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Failing:
-        def __init__(self, *_: object) -> None:
-            self.closed = False
-
-        def render(self, *_: object) -> None:
-            raise CannotDrawError("It is broken.")
-
-        def close(self) -> None:
-            self.closed = True
-
-    monkeypatch.setattr(fallback, "open_renderer", lambda *_: Failing())
-    with pytest.raises(CannotDrawError, match="broken"):
-        FallbackRenderer(make_volume()).render(INPUTS, 24)
 
 
 class TestWithoutAGraphicsCard:

@@ -46,7 +46,6 @@ class Window:
     [
         "llvmpipe (LLVM 15.0.6, 256 bits)",
         "softpipe",
-        "SWR (LLVM 9.0, 256 bits)",
         "Mesa OffScreen",
         "Software Rasterizer",
         "Microsoft Basic Render Driver",

@@ -100,13 +100,6 @@ def test_modes_are_light_and_the_ends_dark() -> None:
         assert (color.stops[0][0], color.stops[-1][0]) == RANGE
 
 
-def test_the_window_reaches_the_samples(volume) -> None:
-    scene = Scene.of(volume, 64, scalar_window=(100.0, 110.0), tf_family="paper")
-    for i in range(50):
-        for mode in draw_sample(scene, 0, "train", i).transfer_function.opacity.modes:
-            assert 100 <= mode.mean <= 110
-
-
 def test_edits_are_bumps_of_one_height_around_values_of_the_window() -> None:
     scene = Scene("v", "f", RANGE, WINDOW, 64)
     edits = draw_edits(scene, 4, 0, 400).astype(np.float64)

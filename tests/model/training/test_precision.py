@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -45,20 +42,3 @@ def test_the_faster_one_is_chosen_and_measured_once(
     assert [choose_precision(CPU), choose_precision(CPU)] == [faster, faster]
     assert timed == ["bfloat16", "float32"]
     assert choose_precision(CPU, "bfloat16") == "bfloat16"
-
-
-WITHOUT_BFLOAT16 = """
-from model.training.precision import bfloat16_is_faster
-print(bfloat16_is_faster())
-"""
-
-
-@pytest.mark.slow
-def test_a_processor_without_bfloat16_is_noticed() -> None:
-    process = subprocess.run(
-        [sys.executable, "-c", WITHOUT_BFLOAT16],
-        capture_output=True,
-        env={**os.environ, "ONEDNN_MAX_CPU_ISA": "AVX2", "PYTHONPATH": str(Path.cwd())},
-        text=True,
-    )
-    assert (process.returncode, process.stdout) == (0, "False\n"), process.stderr

@@ -37,11 +37,7 @@ def test_full_width_has_the_published_number_of_parameters(
 
 SIZES = [
     NetworkSize(0.125, 64, 64),
-    NetworkSize(0.125, 64, 128),
-    NetworkSize(0.125, 64, 256),
     NetworkSize(0.125, 32, 32, latent_dim=3),
-    NetworkSize(0.125, 16, 64),
-    NetworkSize(0.125, 64, 64, modulation=True),
     NetworkSize(0.125, 32, 128, modulation=True, opacity_modulation=True),
     NetworkSize(0.125, 32, 64, color_attention=True),
 ]

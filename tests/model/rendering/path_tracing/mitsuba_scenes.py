@@ -8,8 +8,7 @@ from the volume and its TF by numpy and scipy, not by the path tracer's own tabl
     PYTHONPATH=. python tests/model/rendering/path_tracing/mitsuba_scenes.py
 
 draws them anew (Mitsuba 3.9.1, ``volpath``, variant ``llvm_ad_rgb``) into ``mitsuba_pictures``:
-mean and standard error of each pixel. With the argument ``times`` both draw each scene with the
-same number of samples, and it prints the times and the noise.
+mean and standard error of each pixel.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from model.rendering.path_tracing.renderer import Lamp, PathTracer
+from model.rendering.path_tracing.renderer import Lamp
 from model.rendering.path_tracing.scattering import single_scattering_albedo
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -42,9 +41,6 @@ FINE = 10
 
 BATCHES, PER_BATCH = 32, 512
 """Independent pictures of each scene, and samples of each pixel in one."""
-
-TIMED_SIZE, TIMED_SAMPLES = 128, 16
-"""Pictures of which times and noise are compared."""
 
 POINT = 0.05
 """Angular radius of the light in degrees, where Mitsuba's is a direction."""
@@ -122,12 +118,12 @@ def grids(scene: MitsubaScene) -> tuple[NDArray[np.float32], NDArray[np.float32]
     return extinction.astype(np.float32), albedo.astype(np.float32)
 
 
-def rays(scene: MitsubaScene, size: int = SIZE) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def rays(scene: MitsubaScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Eye, and directions through the middles of the pixels, row by row from the top."""
     volume, view = scene.volume, scene.view
     right, up, back = view.basis()
     eye = np.array(volume.extent) / 2 + view.camera_distance(volume.radius) * back
-    at = math.tan(math.radians(VIEW_ANGLE / 2)) * ((np.arange(size) + 0.5) * 2 / size - 1)
+    at = math.tan(math.radians(VIEW_ANGLE / 2)) * ((np.arange(SIZE) + 0.5) * 2 / SIZE - 1)
     directions = -back + at[None, :, None] * right - at[:, None, None] * up
     return eye, directions.reshape(-1, 3) / np.linalg.norm(directions, axis=-1).reshape(-1, 1)
 
@@ -203,12 +199,12 @@ def load(mi, scene: MitsubaScene):  # type: ignore[no-untyped-def]
 
 
 def traced(  # type: ignore[no-untyped-def]
-    mi, loaded, scene: MitsubaScene, samples: int, seed: int, size: int = SIZE
+    mi, loaded, scene: MitsubaScene, samples: int, seed: int
 ):
     """Return one picture of Mitsuba's, (rows, columns): radiance in the red channel."""
     import drjit as dr
 
-    eye, directions = rays(scene, size)
+    eye, directions = rays(scene)
     repeated = np.repeat(directions, samples, axis=0).T.astype(np.float32)
     sampler = mi.load_dict({"type": "independent"})
     sampler.seed(seed, repeated.shape[1])
@@ -216,50 +212,10 @@ def traced(  # type: ignore[no-untyped-def]
     found, _valid, _aovs = loaded.integrator().sample(loaded, sampler, ray)
     red = np.array(found.x)
     dr.eval(red)
-    return red.reshape(size, size, samples).mean(axis=2)
-
-
-def compare_times() -> None:
-    """Have both draw each scene; print seconds, noise, and how much sooner ours is as clean."""
-    import mitsuba as mi
-
-    mi.set_variant("llvm_ad_rgb")
-    sys.stdout.write(f"{TIMED_SIZE} x {TIMED_SIZE} pixels, {TIMED_SAMPLES} samples each\n")
-    for scene in SCENES:
-        loaded, volume = load(mi, scene), scene.volume
-
-        def theirs(seed: int, scene: MitsubaScene = scene, loaded=loaded):  # type: ignore[no-untyped-def]
-            return traced(mi, loaded, scene, TIMED_SAMPLES, seed, TIMED_SIZE)
-
-        def ours(seed: int, scene: MitsubaScene = scene, volume: Volume = volume):  # type: ignore[no-untyped-def]
-            tracer = PathTracer(volume, scene.light, seed=seed, lamp=scene.lamp)
-            *_, last = tracer.refine(scene.inputs, TIMED_SIZE, TIMED_SAMPLES)
-            tracer.close()
-            return last.radiance[..., 0]
-
-        found = []
-        for draws in (theirs, ours):
-            pictures, times = [], []
-            for seed in range(1, 5):
-                begun = time.perf_counter()
-                pictures.append(draws(seed))
-                times.append(time.perf_counter() - begun)
-            # The first one compiles.
-            found.append((min(times[1:]), np.std(pictures, axis=0, ddof=1)))
-        (their_s, their_noise), (our_s, our_noise) = (
-            (seconds, math.sqrt(np.mean(noise**2))) for seconds, noise in found
-        )
-        sooner = their_s * their_noise**2 / (our_s * our_noise**2)
-        sys.stdout.write(
-            f"{scene.name}: Mitsuba {their_s:.3f} s, noise {their_noise:.4f}; ours {our_s:.3f} s, "
-            f"noise {our_noise:.4f}; as clean {sooner:.1f} times sooner\n"
-        )
+    return red.reshape(SIZE, SIZE, samples).mean(axis=2)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:] == ["times"]:
-        compare_times()
-        sys.exit()
     for each in SCENES:
         begun = time.perf_counter()
         draw(each)

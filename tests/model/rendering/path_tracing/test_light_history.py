@@ -61,16 +61,6 @@ def test_places_are_found_where_they_were_seen_before(block: Volume) -> None:
     assert np.abs(before - now)[known].mean() > 10 * gap
 
 
-def test_what_was_hidden_before_has_its_own_light(block: Volume) -> None:
-    first, turned = inputs_from(30.0, block), inputs_from(210.0, block)
-    (before, depth), (now, depth_now) = looks(block, first), looks(block, turned)
-    history = LightHistory(block)
-    history.averaged(first, Raster(SIZE, SIZE), before, depth)
-    mean = history.averaged(turned, Raster(SIZE, SIZE), now, depth_now)
-    inner = np.isfinite(depth_now)
-    assert np.mean(np.any(mean != now, axis=2)[inner]) < 0.1
-
-
 def test_noise_becomes_less_and_an_edit_begins_anew(block: Volume) -> None:
     inputs, raster, history = inputs_from(30.0, block), Raster(SIZE, SIZE), LightHistory(block)
     depth = np.full((SIZE, SIZE), block.radius, dtype=np.float32)
@@ -86,11 +76,3 @@ def test_noise_becomes_less_and_an_edit_begins_anew(block: Volume) -> None:
     low, high = block.scalar_range
     edited = replace(inputs, opacity_tf=OpacityTF((low, high), points=((low, 0.0), (high, 0.5))))
     assert history.averaged(edited, raster, noise(), depth).std() == pytest.approx(1, rel=0.05)
-
-
-def test_nothing_seen_has_no_history(block: Volume) -> None:
-    inputs, raster, history = inputs_from(30.0, block), Raster(20, 16), LightHistory(block)
-    nothing = np.full((16, 20), np.inf, dtype=np.float32)
-    for value in (0.0, 1.0):
-        light = np.full((16, 20, 3), value, dtype=np.float32)
-        np.testing.assert_array_equal(history.averaged(inputs, raster, light, nothing), light)

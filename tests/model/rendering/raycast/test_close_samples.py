@@ -50,18 +50,6 @@ def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_samp
         assert abs(found - truth).mean() < 0.008
 
 
-def test_where_the_volume_is_even_reading_less_changes_nothing() -> None:
-    # Along the axes of a plane wave the field is linear between any samples.
-    ramp = np.broadcast_to(np.linspace(0, 1, 24, dtype=np.float32), (9, 11, 24))
-    volume = Volume(np.ascontiguousarray(ramp))
-    view = View(90.0, 0.0, 0.0, 1.0)
-    inputs = SceneInputs(view, SHEETS, RAINBOW)
-    found = RaycastRenderer(volume, threads=1).render(inputs, 24, 0.1)
-    opacity, color = SHEETS.sample(RANGE), RAINBOW.sample(RANGE)
-    np.testing.assert_allclose(found, render(volume, view, opacity, color, 24, 0.1), atol=4e-3)
-    assert found[..., 3].max() > 0.5
-
-
 def test_depth_and_skipping_agree_with_the_image() -> None:
     volume = Volume(waves())
     renderer = RaycastRenderer(volume, threads=1, sample_distance=0.1)
