@@ -118,8 +118,6 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     }
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)
-    if start.proposed is not None:
-        workspace.reference.propose(start.proposed)
     # The volume's range and its first view are known only then.
     workspace.volumeStarted.connect(
         partial(_show_as_asked, window, start), Qt.ConnectionType.SingleShotConnection

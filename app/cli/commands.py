@@ -116,7 +116,7 @@ def window(
     FILE is opened in the window: a volume, a model's folder, a TF file, or a session.
     """
     if context.invoked_subcommand is None:
-        from app.cli.window import first_look, open_window, window_volume
+        from app.cli.window import open_window, window_volume
 
         choice = Choice(series, array, time, channel, component)
         start = WindowStart(
@@ -134,9 +134,6 @@ def window(
             choice=choice if choice.text else None,
             session=session,
         )
-        named = volume, model, session, tf, view, crop, scalar_range, renderer, screenshot
-        if not any(named):
-            start = first_look(start)
         code = open_window(start, device, screenshot)
         raise typer.Exit(code)
     given = [

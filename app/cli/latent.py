@@ -24,12 +24,12 @@ from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
 from model.networks.card import load_card
-from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
 from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import OpacityTF, TransferFunction
 from model.scene.volume import Volume
+from model.volume_files.first_tf import first_transfer_function
 from model.volume_files.source import volume_of
 
 PICTURES: dict[PictureOf, str] = {
@@ -95,7 +95,7 @@ def save_latent(order: LatentOrder) -> None:
             volume.scalar_range, default_scalar_window(volume), volume.scale
         )
     map_ = _final(space, space.open_map())
-    colors = default_transfer_function(volume)
+    colors = first_transfer_function(volume)
     if order.tf is not None:
         colors = load_fitted(order.tf, volume.scalar_range, volume.scale)
     inputs = SceneInputs.of(order.view, colors)

@@ -19,7 +19,6 @@ from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
 from model.rendering.movie_file import SUFFIXES
 from model.rendering.raster import Raster
-from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
@@ -29,6 +28,7 @@ from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.volume_files.first_tf import first_transfer_function
 from model.volume_files.source import volume_of
 
 DEFAULT_SIZE = 256
@@ -100,7 +100,7 @@ def choose_tf(
         fitted = fit_to_volume(known, volume)
         return fitted, volume.over(fitted.scalar_range, fitted.scale)
     if path is None:
-        return default_transfer_function(volume), volume
+        return first_transfer_function(volume), volume
     if keeps_range:
         fitted = load_fitted(path, volume.scalar_range, volume.scale)
     else:
@@ -288,7 +288,7 @@ def _generator_drawer(order: RenderOrder) -> Drawer:
     elif order.tf or volume is None:
         tf = load_fitted(cast(Path, order.tf), scene.scalar_range, scene.scale)
     else:
-        tf = default_transfer_function(volume)
+        tf = first_transfer_function(volume)
     inputs = order.inputs(tf)
     warn_outside(inputs, scene)
     from model.generator.generator import Generator

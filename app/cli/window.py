@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 from app.cli import values
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.generator.catalog import volume_for
-from model.volume_files.shipped import DEFAULT_VOLUME, SCAN
+from model.volume_files.shipped import SCAN
 
 
 def window_volume(volume: Path | None, model: Path | None, session: Path | None = None) -> Path:
@@ -36,12 +35,7 @@ def window_volume(volume: Path | None, model: Path | None, session: Path | None 
                 "give its new place by --volume."
             )
         return found
-    return (None if model is None else volume_for(model)) or DEFAULT_VOLUME
-
-
-def first_look(start: WindowStart) -> WindowStart:
-    """Return what is shown to who names nothing: the scan in path-traced light."""
-    return start if start.lighting is not None else replace(start, volume=SCAN, proposed="path")
+    return (None if model is None else volume_for(model)) or SCAN
 
 
 def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int:

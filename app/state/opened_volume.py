@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.default_tf import default_transfer_function
 from model.scene.robust_range import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
+from model.volume_files.first_tf import first_transfer_function
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class OpenedVolume:
     def of(cls, path: Path, volume: Volume) -> OpenedVolume:
         """Compute the derived data over the volume's scalar range; may take a second."""
         counts, edges = volume.histogram(256, beyond=True)
-        default = default_transfer_function(volume)
+        default = first_transfer_function(volume)
         window = default_scalar_window(volume)
         shown = ThinnedVolume.of(volume).shown_points(default.opacity)
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)

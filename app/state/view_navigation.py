@@ -11,6 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.orientation import (
     FARTHEST_HOME,
+    HOME_ANGLES,
     WHOLE,
     angles_in,
     centred,
@@ -51,6 +52,7 @@ class ViewNavigation(QObject):
         self._proportions = CUBE
         self._shown = WHOLE
         self._reach = SQUARE
+        self._home_angles = HOME_ANGLES
         self._up_axis = DEFAULT_UP
         self._axis_labels: tuple[str, ...] = ()
         self.trackball = False
@@ -210,6 +212,7 @@ class ViewNavigation(QObject):
         view: View | None = None,
         shown: NDArray[np.float64] = WHOLE,
         reach: Reach = SQUARE,
+        home_angles: tuple[float, float] = HOME_ANGLES,
     ) -> None:
         """Look at another volume, from its home view.
 
@@ -228,6 +231,8 @@ class ViewNavigation(QObject):
             :func:`~model.scene.orientation.home_view`.
         reach : tuple of float
             See :meth:`set_reach`.
+        home_angles : tuple of float
+            Azimuth and elevation of the home view.
 
         Raises
         ------
@@ -236,8 +241,11 @@ class ViewNavigation(QObject):
         """
         up = up or DEFAULT_UP
         front = axis_labelled("A", axis_labels)
-        home = home_view(proportions, up, front=front, points=shown, reach=reach)
+        home = home_view(
+            proportions, up, front=front, points=shown, reach=reach, angles=home_angles
+        )
         self._view_moving = False
+        self._home_angles = home_angles
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
         self._up_axis, self._home, self._reach = up, home, reach
         self.navigationChanged.emit()
@@ -250,6 +258,7 @@ class ViewNavigation(QObject):
             front=self.front_axis,
             points=self._shown,
             reach=self._reach,
+            angles=self._home_angles,
         )
 
     def _look(self, view: View) -> None:

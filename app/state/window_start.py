@@ -40,8 +40,6 @@ class WindowStart:
         What to read of a volume's file that holds several.
     session : Path or None
         A session's file; its volume is `volume`.
-    proposed : {"none", "direct", "soft", "path"} or None
-        Light of a volume that was seen in none before.
     size : tuple of int, or None
         Width and height of the window in pixels.
 
@@ -64,7 +62,6 @@ class WindowStart:
     size: tuple[int, int] | None = None
     choice: Choice | None = None
     session: Path | None = None
-    proposed: Lighting | None = None
 
     def __post_init__(self) -> None:
         if self.light is not None and self.lighting == "none":

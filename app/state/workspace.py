@@ -27,11 +27,13 @@ from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import LookKeeper, RegionKeeper
 from app.state.volume_ranging import VolumeRanging
 from app.state.volume_reading import VolumeReading
+from model.scene.orientation import HOME_ANGLES
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import EXACT_LIGHTINGS, Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, share_without_logarithm
 from model.scene.volume import Volume
+from model.volume_files.shipped import sample_of
 
 RESTORED = "TF, view, crop box and regions are as you left them; Presets > Default begins anew."
 
@@ -239,6 +241,9 @@ class Workspace(QObject):
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)
+        sample = sample_of(opened.volume)
+        if sample is not None and self.reading.wanted.model is None:
+            self.reference.propose(sample.lighting)
         self.reference.start(opened.volume, self.model.scene_for(opened))
         self._follow_scene()
         notes = [
@@ -258,6 +263,7 @@ class Workspace(QObject):
             view,
             opened.shown,
             self.reference.reach,
+            HOME_ANGLES if sample is None else sample.angles,
         )
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)

@@ -29,7 +29,9 @@ STANDARD_VIEWS = {
 }
 """Azimuth and elevation of each view; left and right are the viewer's."""
 
-HOME_AZIMUTH, HOME_ELEVATION = 30.0, 15.0
+HOME_ANGLES = (30.0, 15.0)
+"""Azimuth and elevation of the home view of volumes that have no other."""
+
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
 """Limits of the home view's distance: what generators are trained for, and the whole volume."""
 
@@ -129,6 +131,7 @@ def home_view(
     front: str = "",
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
+    angles: tuple[float, float] = HOME_ANGLES,
 ) -> View:
     """Initial view of a volume: upright, from above and the side, with some places in the image.
 
@@ -145,8 +148,10 @@ def home_view(
         What must be in the image; by default, all of the volume.
     reach : tuple of float
         The image's, see :func:`fit_distance`.
+    angles : tuple of float
+        Azimuth and elevation.
     """
-    view = view_in(up, HOME_AZIMUTH, HOME_ELEVATION, front=front)
+    view = view_in(up, *angles, front=front)
     distance = fit_distance(proportions, view, points=points, reach=reach)
     fitting = replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
     return fitting if reach == SQUARE else centred(fitting, proportions, points, reach)

@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+
+from model.scene.scene import Lighting
+from model.scene.transfer_function import TransferFunction
+from model.scene.volume import Volume
 
 RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
 
 SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
-"""Shown first in path-traced light: scans gain most by it."""
+"""Shown to who names nothing."""
 
-TITLES = {
-    "lidc_chest_256x256x133_uint8.nrrd": "Chest CT (LIDC)",
-    "reacting_jet_temperature_112x112x192_float32.nrrd": "Reacting jet, temperature",
+
+@dataclass(frozen=True)
+class Sample:
+    """What a shipped volume is of, and how who has not seen it yet is shown it first.
+
+    Its TF lies beside it, in a file that ends in ``.tf.json`` in place of ``.nrrd``.
+
+    Attributes
+    ----------
+    angles : tuple of float
+        Azimuth and elevation of the home view.
+    lighting : {"none", "direct", "soft", "path"}
+    """
+
+    title: str
+    angles: tuple[float, float]
+    lighting: Lighting
+
+
+SAMPLES = {
+    SCAN.name: Sample("Chest CT (LIDC)", (0.0, 8.0), "path"),
+    DEFAULT_VOLUME.name: Sample("Reacting jet, temperature", (30.0, 8.0), "path"),
 }
-"""Titles of the shipped volumes, by file name."""
+"""The shipped volumes, by file name."""
 
 
 def shipped_volumes() -> list[Path]:
@@ -23,11 +47,43 @@ def shipped_volumes() -> list[Path]:
     return sorted((RESOURCES / "volumes").glob("*.nrrd"))
 
 
+def sample_of(volume: Volume) -> Sample | None:
+    """Return what is known of a shipped volume, or None for another one."""
+    name = _file_name(volume)
+    return None if name is None else SAMPLES[name]
+
+
+def designed_tf(volume: Volume) -> TransferFunction | None:
+    """Return the TF that lies beside a shipped volume, or None for another one."""
+    name = _file_name(volume)
+    return None if name is None else TransferFunction.load(_beside(RESOURCES / "volumes" / name))
+
+
+def scan_tf() -> TransferFunction:
+    """Return the TF of the shipped scan, whose bytes are :data:`SCAN_HU`."""
+    return TransferFunction.load(_beside(SCAN))
+
+
+SCAN_HU = (-1000.0, 1500.0)
+"""Hounsfield units of the shipped scan's least and greatest byte."""
+
+
 def title_of(path: Path) -> str:
     """Return what a shipped volume is of, in words."""
-    return TITLES[path.name]
+    return SAMPLES[path.name].title
 
 
 def picture_of(path: Path) -> Path:
     """Return the file of a shipped volume's picture, 192 pixels wide and high."""
     return path.with_suffix(".png")
+
+
+def _file_name(volume: Volume) -> str | None:
+    """Return the name of a shipped volume's file, by the volume's name and dimensions."""
+    x, y, z = volume.dimensions
+    start = f"{volume.name.replace(' ', '_')}_{x}x{y}x{z}_"
+    return next((name for name in SAMPLES if name.startswith(start)), None)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_suffix(".tf.json")

@@ -7,6 +7,7 @@ import sys
 import threading
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
@@ -22,6 +23,8 @@ from app.window.main_window import MainWindow
 from model.errors import CheckpointError
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
+from model.scene.volume import Volume
+from model.volume_files.shipped import SAMPLES, SCAN
 
 START = WindowStart(Path("ramp"), Path("model"))
 
@@ -58,12 +61,25 @@ def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path)
         assert engine.requests[-1].inputs.transfer_function == tf
 
 
-def test_a_light_is_proposed(builders: FakeBuilders, tmp_path: Path) -> None:
-    for proposed, lighting in ((None, "soft"), ("path", "path")):
-        start = WindowStart(Path("ramp"), proposed=proposed)
-        assert run_window(start, "auto", tmp_path / "window.png", builders.make()) == 0
+def test_a_shipped_volume_is_seen_first_as_it_was_designed_to_be(
+    builders: FakeBuilders, tmp_path: Path
+) -> None:
+    sample, path = SAMPLES[SCAN.name], tmp_path / "window.png"
+    scalars = np.linspace(0, 255, 133 * 256 * 256).astype(np.uint8).reshape(133, 256, 256)
+    labels = ("L", "R", "P", "A", "S", "I")
+    builders.volumes["scan"] = Volume(scalars, name="lidc chest", axis_labels=labels)
+    for start, lighting in (
+        (WindowStart(Path("ramp")), "soft"),
+        (WindowStart(Path("scan")), sample.lighting),
+        (WindowStart(Path("scan"), lighting="direct"), "direct"),
+    ):
+        assert run_window(start, "auto", path, builders.make()) == 0
         assert builders.settings[-1].lighting == lighting
-        assert (tmp_path / "window.png").exists()
+    inputs = builders.references[-1].requests[-1].inputs
+    assert inputs.transfer_function == TransferFunction.load(SCAN.with_suffix(".tf.json"))
+    # The camera is in front of the patient.
+    assert (inputs.view.azimuth, inputs.view.elevation) == sample.angles
+    assert inputs.view.basis()[2] @ [0, -1, 0] > 0.9
 
 
 @pytest.mark.parametrize("broken", ["volume", "model"])

@@ -13,7 +13,7 @@ from model.scene.crop import CropBox
 from model.scene.light import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import View
-from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
+from model.volume_files.shipped import SCAN, shipped_volumes
 
 MODEL, VOLUME = shipped_models()[0], shipped_volumes()[0]
 
@@ -41,14 +41,14 @@ def opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[WindowStart]
         (f"{VOLUME} --view=-30,20 --device cpu", WindowStart(VOLUME, view=View(-30, 20))),
         (f"--view -30,20 {VOLUME}", WindowStart(VOLUME, view=View(-30, 20))),
         (f"{VOLUME} tf.json", WindowStart(VOLUME, tf=Path("tf.json"))),
-        ("tf.json", WindowStart(DEFAULT_VOLUME, tf=Path("tf.json"))),
+        ("tf.json", WindowStart(SCAN, tf=Path("tf.json"))),
         (f"{MODEL} --volume scan", WindowStart(Path("scan"), MODEL)),
         ("scan", WindowStart(Path("scan"))),
         ("IM0001", WindowStart(Path("IM0001"))),
         (
             "--lighting direct --light 10,-20 --renderer auto --crop 0,1,0,.5,0,1 --size 1400x900",
             WindowStart(
-                DEFAULT_VOLUME,
+                SCAN,
                 lighting="direct",
                 light=LightDirection(10, -20),
                 renderer="auto",

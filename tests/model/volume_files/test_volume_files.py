@@ -32,7 +32,7 @@ SHIPPED = {
     ),
     "lidc_chest_256x256x133_uint8.nrrd": (
         ("lidc chest", (256, 256, 133), (1.40625, 1.40625, 2.5)),
-        "42bcbf7ad0af70375afd096a824ebdeb39b33ba5848fc7717819a8c160d8e444",
+        "6dd116232122bd2b60c4135038638f375ed87046d550835b5c391bc0fcba43b3",
     ),
 }
 
