@@ -8,12 +8,15 @@ only reads data and executes no code.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
 
 import safetensors
 import safetensors.torch
 import torch
-from torch import Tensor
+from torch import Tensor, nn
+from torch.overrides import TorchFunctionMode
 
 from model.errors import CheckpointError, reason
 from model.files import write_atomically
@@ -22,6 +25,8 @@ from model.networks.card import ModelCard, card_of, read_header, write_header
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.weights_file import read_weights
 from model.scene.scene import FORMAT_VERSION
+
+_N = TypeVar("_N", bound=nn.Module)
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
@@ -80,12 +85,38 @@ def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
         weights = safetensors.torch.load(content)
     except safetensors.SafetensorError as error:
         raise CheckpointError(f"{path}: the file is not safetensors ({error}).") from error
-    # First without memory: a card may claim a network of many gigabytes.
-    with torch.device("meta"):
-        check_weights(path, weights, build_generator(card.size, card.scene).state_dict())
-    network = build_generator(card.size, card.scene)
-    network.load_state_dict({name: value.float() for name, value in weights.items()})
-    return card, network.eval().requires_grad_(False)
+    return card, network_with(path, weights, lambda: build_generator(card.size, card.scene))
+
+
+class _NoNumbers(TorchFunctionMode):
+    """Leaves out what gives weights their first numbers.
+
+    On a device without memory, torch imports its compiler for it, which takes a second, and crashes
+    beside Mesa's in torch's builds with CUDA.
+    """
+
+    def __torch_function__(self, func: Any, _types: Any, args: Any = (), kwargs: Any = None) -> Any:
+        kwargs = kwargs or {}
+        if getattr(func, "__name__", "") in ("normal_", "uniform_", "kaiming_uniform_"):
+            return args[0] if args else kwargs["tensor"]
+        return func(*args, **kwargs)
+
+
+def network_with(path: Path, weights: dict[str, Tensor], build: Callable[[], _N]) -> _N:
+    """Build a network and give it the weights of a file, in float32, to draw with.
+
+    Raises
+    ------
+    CheckpointError
+        When they are not its weights.
+    """
+    # Without memory: a card may claim a network of many gigabytes.
+    with torch.device("meta"), _NoNumbers():
+        network = build()
+    check_weights(path, weights, network.state_dict())
+    full = {name: v.float() if v.is_floating_point() else v for name, v in weights.items()}
+    network.load_state_dict(full, assign=True)
+    return network.eval().requires_grad_(False)
 
 
 def half_precision(value: Tensor) -> Tensor:

@@ -12,11 +12,10 @@ from typing import Any
 
 import safetensors
 import safetensors.torch
-import torch
 
 from model.errors import CheckpointError, reason
 from model.files import write_atomically
-from model.networks.checkpoint import check_weights, half_precision
+from model.networks.checkpoint import half_precision, network_with
 from model.networks.path_light_network import PathLightNetwork, PathLightSize
 
 FORMAT = "tfscope_path_light"
@@ -86,12 +85,7 @@ def load_path_light(path: Path) -> tuple[PathLightCard, PathLightNetwork]:
             f"{path}: the file is damaged ({error}); copy or install it again."
         ) from error
     card = _card(path, about)
-    # First without memory: a card may claim a network of many gigabytes.
-    with torch.device("meta"):
-        check_weights(path, weights, PathLightNetwork(card.size).state_dict())
-    network = PathLightNetwork(card.size)
-    network.load_state_dict({name: value.float() for name, value in weights.items()})
-    return card, network.eval().requires_grad_(False)
+    return card, network_with(path, weights, lambda: PathLightNetwork(card.size))
 
 
 def _card(path: Path, about: Any) -> PathLightCard:
