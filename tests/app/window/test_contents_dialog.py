@@ -35,10 +35,6 @@ def test_what_is_shown_is_chosen_at_first(qtbot: QtBot) -> None:
     words = [table.item(1, column).text() for column in range(4)]  # type: ignore[union-attr]
     assert words == ["ids", "5 x 6 x 7", "int64", "1.6 KiB"]
 
-
-def test_another_is_asked_for(qtbot: QtBot) -> None:
-    dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS)
-    qtbot.addWidget(dialog)
     dialog.tables["array"].setCurrentCell(1, 0)
     dialog.boxes["channel"].setCurrentIndex(2)
     with qtbot.waitSignal(dialog.chosen) as chosen:
@@ -83,7 +79,7 @@ def test_what_a_file_holds_is_asked_for_once(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    path = tmp_path / "cells.tif"
+    path, read = tmp_path / "cells.tif", window.workspace.reading._opening._read_volume
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
@@ -111,12 +107,10 @@ def test_what_a_file_holds_is_asked_for_once(
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
     assert several == [Choice(channel="2"), None]
-
-
-def test_what_is_kept_is_not_asked_for_again(
-    qtbot: QtBot, window: MainWindow, several: list[Choice | None], tmp_path: Path
-) -> None:
-    path = tmp_path / "cells.tif"
+    # What is kept is not asked for again, either.
+    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", read)
+    several.clear()
+    path = tmp_path / "others.tif"
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)

@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
@@ -11,7 +9,6 @@ from superqt import QDoubleRangeSlider
 
 from app.state.viewer_state import ViewerState
 from app.window.crop_card import CropCard
-from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 
 LEFT, PLAIN = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
@@ -141,30 +138,3 @@ def test_another_volume_has_other_voxels_and_names(state: ViewerState, bar: Crop
     assert [name.text() for name in bar.names] == ["x (R–L)", "y (A–P)", "z (I–S)"]
     assert shown(bar) == [(0, 5), (0, 4), (0, 3999)]
     assert state.crop is None
-
-
-def test_it_has_room_in_a_narrow_window(state: ViewerState, bar: CropCard) -> None:
-    state.start_view((0.5, 0.5, 0.5**0.5), axis_labels=tuple("LRPASI"))
-    bar.set_volume((1024, 1024, 2048))
-    assert bar.minimumSizeHint().width() <= 860
-
-
-def test_the_window_shows_it_with_its_handles(
-    qtbot: QtBot, make_window: Callable[..., MainWindow]
-) -> None:
-    window = make_window()
-    assert window.crop_card.isHidden()
-    window.crop_card.set_shown(True)
-    assert window.crop_card.isVisible()
-    handles = window.crop_handles[1]
-    assert handles.handles
-    window.crop_card.planes[0][0].setValue(1)
-    assert window.state.crop is not None and window.state.crop.low[0] == pytest.approx(1 / 3)
-    assert "crop" in window.generator.hint
-    window.activateWindow()
-    box = window.crop_card.planes[0][0]
-    box.setFocus()
-    qtbot.waitUntil(box.hasFocus)
-    # Its focus does not go to another number.
-    window.crop_card.set_shown(False)
-    assert window.hasFocus()

@@ -44,13 +44,30 @@ def answer(monkeypatch: pytest.MonkeyPatch) -> Answer:
     return set_answer
 
 
-def test_tfs_are_saved_and_opened(
+def test_files_are_opened_and_saved_unless_that_is_cancelled(
+    qtbot: QtBot,
     window: MainWindow,
     dialogs: FileDialogs,
     answer: Answer,
+    builders: FakeBuilders,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    answer("")
+    before = window.state.transfer_function
+    for ask in (
+        dialogs.open_volume,
+        dialogs.open_dicom,
+        dialogs.open_model,
+        dialogs.open_transfer_function,
+        dialogs.save_transfer_function,
+        lambda: dialogs.ask_for_place("Save", "", (".png",)),
+    ):
+        ask()
+    assert window.state.transfer_function == before
+    assert window.notice.text == ""
+    assert window.workspace.is_settled
+    assert list(tmp_path.iterdir()) == []
     answer(tmp_path / "mine.json")
     window.state.tf_input.set(make_tf(123.0), "edit")
     dialogs.save_transfer_function()
@@ -83,31 +100,7 @@ def test_tfs_are_saved_and_opened(
         monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.Yes)
         dialogs.save_transfer_function()
         assert TransferFunction.load(path) == window.state.transfer_function
-
-
-def test_opening_goes_to_the_workspace_unless_it_is_cancelled(
-    qtbot: QtBot,
-    window: MainWindow,
-    dialogs: FileDialogs,
-    answer: Answer,
-    builders: FakeBuilders,
-    tmp_path: Path,
-) -> None:
-    answer("")
-    before = window.state.transfer_function
-    for ask in (
-        dialogs.open_volume,
-        dialogs.open_dicom,
-        dialogs.open_model,
-        dialogs.open_transfer_function,
-        dialogs.save_transfer_function,
-        lambda: dialogs.ask_for_place("Save", "", (".png",)),
-    ):
-        ask()
-    assert window.state.transfer_function == before
-    assert window.notice.text == ""
-    assert window.workspace.is_settled
-    assert list(tmp_path.iterdir()) == []
+    window.notice.clear()
     builders.volumes["other"] = make_volume("other", top=300.0)
     answer("other.nrrd")
     with qtbot.waitSignal(window.workspace.volumeStarted):

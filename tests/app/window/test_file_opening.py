@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,12 +13,14 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders
+from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.window import file_opening
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
+from model.scene.volume import Volume
+from model.volume_files.progress import counted
 from model.volume_files.raw import RawLayout
 
 WindowMaker = Callable[..., MainWindow]
@@ -97,20 +100,6 @@ def test_a_tf_is_shown_over_its_range_or_fitted(
         assert window.state.scalar_range == expected
 
 
-def test_beside_a_model_a_tf_keeps_to_its_range_and_a_wrong_folder_is_told(
-    make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    window = make_window()
-    over(make_tf(150.0), 120.0, 180.0).save(tmp_path / "tf.json")
-    window.opening.open_transfer_function(tmp_path / "tf.json")
-    assert window.state.scalar_range == (100.0, 200.0)
-    assert window.state.transfer_function.opacity.modes[0].mean == 150.0
-    window.opening.open_model(tmp_path)
-    assert str(tmp_path) in window.notice.text
-    assert window.workspace.model.folder == Path("model")
-    assert len(builders.generators) == 1
-
-
 def test_a_model_offers_its_volume_and_comes_back_with_it(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
 ) -> None:
@@ -128,6 +117,14 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])
     known = window.preferences.volume(other.fingerprint)
     assert (known.path, known.models) == (str(place), (str(folder),))
+    # Beside a model, a TF keeps to its range.
+    over(make_tf(150.0), 120.0, 180.0).save(tmp_path / "tf.json")
+    window.opening.open_transfer_function(tmp_path / "tf.json")
+    assert window.state.scalar_range == (100.0, 300.0)
+    assert window.state.transfer_function.opacity.modes[0].mean == 150.0
+    window.opening.open_model(tmp_path)
+    assert str(tmp_path) in window.notice.text
+    assert window.workspace.model.folder == folder
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open_volume(Path("ramp"))
     assert window.workspace.model.folder is None
@@ -136,12 +133,8 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(
     assert window.workspace.model.folder == folder
 
 
-def test_files_are_dropped_asked_for_and_named_where_they_are_gone(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
+    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     make_tf(123.0).save(tmp_path / "tf.json")
     data = QMimeData()
@@ -188,3 +181,33 @@ def test_files_are_dropped_asked_for_and_named_where_they_are_gone(
             window.opening.open(scan)
     assert asked == [scan]
     assert used == [layout, layout]
+    go_on, ended = threading.Event(), threading.Event()
+
+    def read_slowly(path: Path) -> Volume:
+        try:
+            for number in counted("slices read", range(500)):
+                if number == 120:
+                    assert go_on.wait(PATIENCE_S)
+            return make_volume("slow")
+        finally:
+            ended.set()
+
+    window.workspace.reading._opening._read_volume = read_slowly
+    window.opening._slow.setInterval(1)
+    window.opening.open_volume(Path("series"))
+    qtbot.waitUntil(lambda: "of 500 slices read" in window.status.news)
+    qtbot.waitUntil(lambda: "series is being read" in window.notice.text)
+    (cancel,) = (
+        b
+        for b in window.notice.findChildren(QPushButton)
+        if b.text() == "Cancel" and not b.isHidden()
+    )
+    cancel.click()
+    go_on.set()
+    assert ended.wait(PATIENCE_S)
+    assert "cancelled" in window.notice.text
+    assert "being read" not in window.notice.text
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert window.workspace.opened is not None
+    assert window.workspace.opened.volume is not None
+    assert window.windowTitle().startswith("scan")

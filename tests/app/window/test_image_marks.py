@@ -47,16 +47,6 @@ def test_the_strip_has_the_tfs_colors_from_bottom_to_top() -> None:
 
 
 @pytest.mark.usefixtures("qapp")
-def test_it_is_scaled_with_the_picture() -> None:
-    for axis in (0, 1):
-        places = [
-            np.nonzero(painted(size).max(axis=(axis, 2)) > 60)[0][[0, -1]] / size
-            for size in (800, 2400)
-        ]
-        np.testing.assert_allclose(*places, atol=0.01)
-
-
-@pytest.mark.usefixtures("qapp")
 def test_units_are_written_and_tiny_images_stay_free() -> None:
     assert (painted(400, units="K") != painted(400, units="")).any()
     assert not painted(100).any()
