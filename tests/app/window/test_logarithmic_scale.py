@@ -105,7 +105,7 @@ def test_one_click_shows_the_logarithm(
     assert "25 % of the voxels are zero or below" in window.status.news
 
 
-def test_files_numbers_and_the_next_run_are_on_the_scale(
+def test_files_numbers_and_what_is_kept_are_on_the_scale(
     qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
 ) -> None:
     window = make_window("halo", model=None, store=TransferFunctionStore(tmp_path / "kept"))
@@ -132,11 +132,12 @@ def test_files_numbers_and_the_next_run_are_on_the_scale(
     box.lineEdit().setText("-3")
     assert not box.hasAcceptableInput()
     kept = window.state.transfer_function
-    window.close()
-    again = make_window("halo", model=None, store=TransferFunctionStore(tmp_path / "kept"))
-    assert shown(again).scale == "log"
-    assert again.state.transfer_function == kept
-    assert not offer(again)
+    for name in ("ramp", "halo"):
+        with qtbot.waitSignal(window.workspace.volumeStarted):
+            window.workspace.reading.open(Path(name))
+    assert shown(window).scale == "log"
+    assert window.state.transfer_function == kept
+    assert not offer(window)
 
 
 def shows_as_the_model(window: MainWindow, scene: Scene) -> bool:
@@ -157,13 +158,8 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.state.edits.undo()
     assert shown(window).scale == "linear"
-
-
-def test_a_model_that_is_read_late_changes_nothing_that_was_made(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
-) -> None:
-    builders.scene = Scene.of(halo.on_scale("log"), image_size=16)
-    window = make_window("halo", model=None)
+    # One that is read late changes nothing that was made.
+    window.workspace.open_model(None)
     opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(9.0, 2.0, 0.5),))
     edited = replace(window.state.transfer_function, opacity=opacity)
     window.state.tf_input.set(edited, "edit")

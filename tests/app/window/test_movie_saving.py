@@ -98,7 +98,11 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
 
 
 def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
+    qtbot: QtBot,
+    window: MainWindow,
+    builders: FakeBuilders,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     gate = builders.references[-1].gate = threading.Semaphore(1)
     window.movies.draw(TURN, tmp_path / "turn.mp4")
@@ -136,15 +140,8 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     gate.release(10)
     assert not window.pictures.unfinished
     assert not [*tmp_path.iterdir()] and window.movies.progress is None
-
-
-def test_a_window_is_closed_with_a_movie_only_where_that_is_meant(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    # A window is closed with a movie only where that is meant.
     asked: list[str] = []
     for answer, left in (("No", ["turn.mp4"]), ("Yes", [])):
         gate = builders.references[-1].gate = threading.Semaphore(1)

@@ -28,7 +28,10 @@ def settle(qtbot: QtBot, window: MainWindow) -> None:
 
 
 def test_it_draws_while_the_light_is_path_traced(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
+    qtbot: QtBot,
+    make_window: Callable[..., MainWindow],
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     window = make_window()
     reference = window.workspace.reference
@@ -57,6 +60,21 @@ def test_it_draws_while_the_light_is_path_traced(
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.pictures.drawer.learned_size == 16
+    # Without the network or the denoiser the model stays.
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
+    reference.choose(lighting="path")
+    settle(qtbot, window)
+    assert window.generator.title != PATH_TITLE
+    assert "Trained with no light" in window.generator.hint
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+    reference.choose(denoises=False)
+    settle(qtbot, window)
+    assert window.generator.title != PATH_TITLE
+    # And without a model there is one pane still.
+    window.workspace.open_model(None)
+    reference.choose(denoises=True)
+    settle(qtbot, window)
+    assert not window.generator.isVisible()
 
 
 def test_live_questions_follow_live_images_and_leave_time_for_them(
@@ -96,31 +114,3 @@ def test_live_questions_follow_live_images_and_leave_time_for_them(
     window.state.finish_view()
     settle(qtbot, window)
     assert live() == before
-
-
-def test_without_the_network_or_the_denoiser_the_model_stays(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
-    window = make_window()
-    window.workspace.reference.choose(lighting="path")
-    settle(qtbot, window)
-    assert window.generator.title != PATH_TITLE
-    assert "Trained with no light" in window.generator.hint
-    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
-    window.workspace.reference.choose(denoises=False)
-    settle(qtbot, window)
-    assert window.generator.title != PATH_TITLE
-
-
-def test_a_volume_without_a_model_has_one_pane_still(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
-) -> None:
-    window = make_window(model=None)
-    window.workspace.reference.choose(lighting="path")
-    settle(qtbot, window)
-    assert {each.samples for each in builders.settings if each.lighting == "path"} == {64}
-    assert not window.generator.isVisible()

@@ -71,12 +71,8 @@ def test_figures_are_saved_and_copied(
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
     window.pictures.save()
     qtbot.waitUntil((tmp_path / "wide.png").exists)
-
-
-def test_a_figure_is_offered_in_its_final_size_where_there_is_an_image(
-    window: MainWindow, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert "generator" not in window.pictures._shown.sizes()
+    # One is offered in its final size where there is an image.
+    monkeypatch.undo()
     window.reference.canvas.show_image(None)
     window.pictures.save()
     assert "no image" in window.notice.text
@@ -87,13 +83,11 @@ def test_a_figure_is_offered_in_its_final_size_where_there_is_an_image(
         return QDialog.DialogCode.Rejected
 
     monkeypatch.setattr(PictureDialog, "exec", no)
-    monkeypatch.setattr(type(window.reference.client), "is_ready", True)
-    for pane in (window.reference, window.generator):
-        pane.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
+    window.reference.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
     window.pictures.save()
     whole = window.reference.canvas.picture_rect
     assert offered == [(whole.width(), whole.height())]
-    assert window.pictures._shown.sizes()["generator"] == (30, 30)
+    assert "generator" not in window.pictures._shown.sizes()
 
 
 def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
@@ -118,14 +112,10 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     assert QImage(str(place)).text("Light") == "Path-traced, 256 samples of each pixel"
     # The dialog remembers it.
     assert window.pictures.first_choice().samples == 256
-
-
-def test_a_figure_that_takes_long_says_how_far_it_is_and_can_be_cancelled(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    # One that takes long says how far it is, and can be cancelled.
     begun, given_up = threading.Event(), threading.Event()
 
-    def picture(self: FakeEngine, request: PictureRequest, watch: Watch) -> NDArray[np.uint8]:
+    def draw_slowly(self: FakeEngine, request: PictureRequest, watch: Watch) -> NDArray[np.uint8]:
         while watch():
             watch.note(0.5)
             begun.set()
@@ -133,15 +123,15 @@ def test_a_figure_that_takes_long_says_how_far_it_is_and_can_be_cancelled(
         given_up.set()
         raise SupersededError
 
-    monkeypatch.setattr(FakeEngine, "picture", picture)
-    place = tmp_path / "picture.png"
+    monkeypatch.setattr(FakeEngine, "picture", draw_slowly)
+    place = tmp_path / "slow.png"
     window.pictures.draw(PictureChoice(90, 40), place)
     assert begun.wait(PATIENCE_S) and window.pictures.progress is None
     qtbot.waitUntil(lambda: window.pictures.progress is not None)
     progress = window.pictures.progress
     assert progress is not None
     qtbot.waitUntil(lambda: progress.value() == 500)
-    assert "picture.png" in progress.labelText() and "90 × 40" in progress.labelText()
+    assert "slow.png" in progress.labelText() and "90 × 40" in progress.labelText()
     progress.canceled.emit()
     assert given_up.wait(PATIENCE_S)
     assert window.pictures.progress is None and not window.pictures.unfinished

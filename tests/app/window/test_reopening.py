@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
-from ramp import make_volume
+from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
 from app.state.preferences import Preferences, PreferencesStore
+from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
-from model.scene.transfer_function import OpacityTF
 
 Opener = Callable[[], MainWindow]
-
-CURVE = OpacityTF(
-    (100.0, 200.0),
-    points=tuple((float(v), 0.05 * (k % 5)) for k, v in enumerate(np.linspace(100, 200, 19))),
-)
 
 
 @pytest.fixture
@@ -36,9 +29,10 @@ def builders() -> FakeBuilders:
 def open_window(qtbot: QtBot, builders: FakeBuilders, tmp_path: Path) -> Iterator[Opener]:
     """Open a window as the next run would, on the ramp."""
     store = PreferencesStore(tmp_path / "preferences.json")
+    tfs = TransferFunctionStore(tmp_path)
 
     def opened() -> MainWindow:
-        window = MainWindow(builders.make(), preferences=Preferences(store))
+        window = MainWindow(builders.make(), tfs, preferences=Preferences(store))
         qtbot.addWidget(window)
         show(qtbot, window, "ramp")
         return window
@@ -51,8 +45,16 @@ def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
         window.workspace.reading.open(Path(name))
 
 
-def test_regions_and_the_plots_scales(qtbot: QtBot, open_window: Opener) -> None:
+def test_tf_regions_and_the_plots_scales(
+    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
+) -> None:
+    tfs = TransferFunctionStore(tmp_path)
+    tfs.path(builders.volumes["ramp"].fingerprint).write_text("{}")
     window = open_window()
+    # What is damaged is told, and begins anew.
+    assert "tfscope_tf" in window.notice.text
+    default = window.state.transfer_function
+    window.state.tf_input.set(make_tf(142.0), "edit")
     asked = window.sensitivity_state
     for left in (0.1, 0.3, 0.5):
         asked.add_region(Outline.rectangle(left, 0.2, left + 0.1, 0.4))
@@ -66,11 +68,14 @@ def test_regions_and_the_plots_scales(qtbot: QtBot, open_window: Opener) -> None
     wanted = asked.regions
     assert [one.name for one in wanted] == ["Region 1", "ribs"]
     show(qtbot, window, "other")
+    assert tfs.load(builders.volumes["other"].fingerprint) is None
+    assert window.state.scalar_range == (100.0, 300.0)
     assert asked.regions == () and asked.active is None
     # Numbers are of the volume.
     asked.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
     assert asked.region_name == "Region 1"
     show(qtbot, window, "ramp")
+    assert window.state.transfer_function == make_tf(142.0)
     assert asked.regions == wanted and asked.region_name == "ribs"
     editor = window.editor
     editor.menu.set_logarithmic(True)
@@ -88,6 +93,9 @@ def test_regions_and_the_plots_scales(qtbot: QtBot, open_window: Opener) -> None
     assert fine.isChecked() and editor.menu._logarithmic.isChecked()
     window.close()
     again = open_window()
+    assert again.state.transfer_function == make_tf(142.0)
+    again.state.reset_transfer_function()
+    assert again.state.transfer_function == default
     assert again.sensitivity_state.regions == wanted
     assert again.sensitivity_state.region_name == "ribs"
     assert again.editor.area.axis == axis and again.editor.area.scale == scale
@@ -95,39 +103,3 @@ def test_regions_and_the_plots_scales(qtbot: QtBot, open_window: Opener) -> None
     assert again.sensitivity_state.region_name == "Region 4"
     show(qtbot, again, "other")
     assert [one.name for one in again.sensitivity_state.regions] == ["Region 1"]
-
-
-def test_two_windows_of_one_volume_keep_the_regions_of_both(
-    qtbot: QtBot, open_window: Opener
-) -> None:
-    one, other = open_window(), open_window()
-    one.sensitivity_state.add_region(Outline.rectangle(0.1, 0.1, 0.2, 0.2))
-    one.sensitivity_state.rename_region("ribs")
-    other.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.4, 0.4))
-    other.sensitivity_state.rename_region("spine")
-    one.close()
-    other.close()
-    names = {each.name for each in open_window().sensitivity_state.regions}
-    assert names == {"ribs", "spine"}
-
-
-def test_missing_voxels_that_were_drawn_are_drawn_again(
-    qtbot: QtBot, open_window: Opener, builders: FakeBuilders
-) -> None:
-    ramp = builders.volumes["ramp"]
-    missing = ramp.voxels > ramp.voxels.mean()
-    builders.volumes["ramp"] = replace(ramp, missing=missing)
-    window = open_window()
-    assert not window.workspace.ranging.draws_missing
-    for drawn in (True, False):
-        with qtbot.waitSignal(window.workspace.rangeChanged):
-            window.workspace.ranging.draw_missing(drawn)
-        show(qtbot, window, "other")
-        show(qtbot, window, "ramp")
-        assert window.workspace.ranging.draws_missing == drawn
-        qtbot.waitUntil(lambda drawn=drawn: builders.drawn[-1].draws_missing == drawn)
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.workspace.ranging.draw_missing(True)
-    window.close()
-    # And in the next run.
-    assert open_window().workspace.ranging.draws_missing

@@ -98,23 +98,6 @@ def opened_shells(builders: FakeBuilders) -> None:
     builders.volumes["shells"] = shells()
 
 
-def test_the_same_picture_comes_back(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], tmp_path: Path
-) -> None:
-    window = make_window("shells", model=None)
-    saved = tmp_path / "tf.json"
-    for kind, opacity in KINDS.items():
-        tf = TransferFunction(opacity, colors(opacity.scalar_range))
-        open_over(qtbot, window, lambda tf=tf: window.state.tf_input.set(tf, "edit"))
-        before = picture(window)
-        window.state.save_transfer_function(saved)
-        open_over(qtbot, window, window.state.reset_transfer_function)
-        assert window.state.transfer_function != tf, kind
-        open_over(qtbot, window, lambda: window.opening.open_transfer_function(saved))
-        assert window.state.transfer_function == tf, kind
-        np.testing.assert_array_equal(picture(window), before, err_msg=kind)
-
-
 def notice_buttons(window: MainWindow) -> dict[str, QPushButton]:
     found = window.notice.findChildren(QPushButton)
     return {button.text(): button for button in found if not button.isHidden()}
@@ -152,3 +135,15 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
     assert window.notice.text == ""
     window.state.tf_input.set(TransferFunction(KINDS["a band of a wide range"], tf.color), "edit")
     assert "narrower" in window.notice.text
+    # Whatever its kind, the same picture comes back.
+    saved = tmp_path / "tf.json"
+    for kind, opacity in KINDS.items():
+        tf = TransferFunction(opacity, colors(opacity.scalar_range))
+        open_over(qtbot, window, lambda tf=tf: window.state.tf_input.set(tf, "edit"))
+        before = picture(window)
+        window.state.save_transfer_function(saved)
+        open_over(qtbot, window, window.state.reset_transfer_function)
+        assert window.state.transfer_function != tf, kind
+        open_over(qtbot, window, lambda: window.opening.open_transfer_function(saved))
+        assert window.state.transfer_function == tf, kind
+        np.testing.assert_array_equal(picture(window), before, err_msg=kind)

@@ -73,7 +73,9 @@ def texts_of(window: MainWindow) -> list[str]:
     return [text for text in window.notice.text.splitlines() if text]
 
 
-def test_all_comes_back(qtbot: QtBot, open_window: Opener, tmp_path: Path) -> None:
+def test_all_comes_back(
+    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
+) -> None:
     window, path = open_window(), tmp_path / "a.tfscope"
     other = make_tf(115.0)
     change_all(window, other)
@@ -105,15 +107,7 @@ def test_all_comes_back(qtbot: QtBot, open_window: Opener, tmp_path: Path) -> No
     assert found.transfer_function == between.transfer_function
     assert found.look["regions"] == between.look["regions"] == ()
     assert found.look["view"] == between.look["view"]
-
-
-def test_the_next_run_opens_it_over_another_volume(
-    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    window, path = open_window(), tmp_path / "a.tfscope"
-    change_all(window, make_tf(115.0))
-    saved = window.sessions.session()
-    window.sessions.save(path)
+    # And in the next run, over another volume.
     window.close()
     builders.volumes["other"] = make_volume("other", 300.0)
     window = open_window()
@@ -125,14 +119,39 @@ def test_the_next_run_opens_it_over_another_volume(
     assert window.preferences.recent("sessions") == [path]
 
 
-def test_a_volume_that_is_nowhere_is_asked_for(
+def test_what_is_not_as_it_was_is_told(
     qtbot: QtBot,
     open_window: Opener,
+    builders: FakeBuilders,
     volume: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # A light that is not there.
     window, path = open_window(), tmp_path / "a.tfscope"
+    window.workspace.reference.choose(lighting="direct")
+    window.sessions.save(path)
+    path.write_text(path.read_text().replace('"lighting": "direct"', '"lighting": "shadows"'))
+    open_session(qtbot, window, path)
+    assert window.workspace.reference.settings.lighting == "soft"
+    assert texts_of(window).count(FORMER_TOLD) == 1
+    found = window.sessions.session()
+    assert found is not None and found.look["lighting"] == "soft"
+    window.notice.clear()
+    # Other voxels, and a file that is damaged.
+    window.sessions.save(path)
+    builders.volumes["ramp"] = make_volume(top=201.0)
+    open_session(qtbot, window, path)
+    assert any("voxels differ" in text for text in texts_of(window))
+    window.notice.clear()
+    before = window.sessions.session()
+    path.write_text('{"tfscope_session": 1, "volume": []}')
+    window.opening.open(path)
+    assert window.sessions.session() == before
+    (notice,) = texts_of(window)
+    assert "a.tfscope" in notice and "nothing was changed" in notice
+    window.notice.clear()
+    # A volume that is nowhere is asked for.
     change_all(window, make_tf(115.0))
     window.sessions.save(path)
     saved, opened = window.sessions.session(), window.workspace.opened
@@ -151,34 +170,3 @@ def test_a_volume_that_is_nowhere_is_asked_for(
     assert found is not None and saved is not None
     assert found.volume == elsewhere / "ramp"
     assert found.look == saved.look and found.transfer_function == saved.transfer_function
-
-
-def test_soft_light_takes_the_place_of_one_that_is_not_there(
-    qtbot: QtBot, open_window: Opener, tmp_path: Path
-) -> None:
-    window, path = open_window(), tmp_path / "a.tfscope"
-    window.workspace.reference.choose(lighting="direct")
-    window.sessions.save(path)
-    path.write_text(path.read_text().replace('"lighting": "direct"', '"lighting": "shadows"'))
-    open_session(qtbot, window, path)
-    assert window.workspace.reference.settings.lighting == "soft"
-    assert texts_of(window).count(FORMER_TOLD) == 1
-    found = window.sessions.session()
-    assert found is not None and found.look["lighting"] == "soft"
-
-
-def test_other_voxels_are_named_and_a_damaged_session_changes_nothing(
-    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
-) -> None:
-    window, path = open_window(), tmp_path / "a.tfscope"
-    window.sessions.save(path)
-    builders.volumes["ramp"] = make_volume(top=201.0)
-    open_session(qtbot, window, path)
-    assert any("voxels differ" in text for text in texts_of(window))
-    window.notice.clear()
-    before = window.sessions.session()
-    path.write_text('{"tfscope_session": 1, "volume": []}')
-    window.opening.open(path)
-    assert window.sessions.session() == before
-    (notice,) = texts_of(window)
-    assert "a.tfscope" in notice and "nothing was changed" in notice
