@@ -143,9 +143,7 @@ def figure(
         background = (0, 0, 0)
         paint_difference_bar(painter, rects[-1], largest, compared.width(), background)
     elif look.legend:
-        paint_legend(
-            painter, rects[-1], inputs.transfer_function, subject.units, background=background
-        )
+        paint_legend(painter, rects[-1], inputs.transfer_function, subject.units, background)
     if look.scale_bar and subject.scale is not None:
         bar = subject.scale.bar(inputs.view, inputs.crop)
         paint_scale_bar(painter, rects[0], bar, background)

@@ -208,8 +208,7 @@ def paint_legend(
     painter: QPainter,
     rect: QRect,
     tf: TransferFunction,
-    units: str = "",
-    name: str = "",
+    units: str,
     background: Background | None = (0, 0, 0),
 ) -> None:
     """Paint a vertical colour bar at the lower right of an image.
@@ -222,9 +221,8 @@ def paint_legend(
     ----------
     rect : QRect
         The image's rectangle; in one of fewer than about 120 pixels nothing is painted.
-    units, name : str
-        Units and name of the scalar values, written above the bar as the axis' title; empty if
-        unknown.
+    units : str
+        Of the scalar values, written above the bar; empty if unknown.
     background : tuple of int or None
         What is behind the image: on a bright background the text is dark. None if unknown,
         as in a transparent picture.
@@ -255,7 +253,7 @@ def paint_legend(
         pens.stroke(tick)
         baseline = y + (metrics.ascent() - metrics.descent()) / 2
         pens.write(QPointF(bar.right() + 2 * gap, baseline), label)
-    title = _title(units, name)
+    title = f"Value ({units})" if units else "Value"
     title = metrics.elidedText(title, Qt.TextElideMode.ElideRight, 0.45 * rect.width())
     x = rect.right() - margin - metrics.horizontalAdvance(title)
     pens.write(QPointF(x, bar.top() - 1.2 * text), title)
@@ -264,10 +262,6 @@ def paint_legend(
     below = QPointF(bar.right() - metrics.horizontalAdvance(reach), bar.bottom() + 1.3 * text)
     pens.write(below, reach)
     painter.restore()
-
-
-def _title(units: str, name: str) -> str:
-    return f"{name or 'Value'} ({units})" if units else name or "Value"
 
 
 def _paint_colors(

@@ -52,16 +52,14 @@ class Contribution:
 
 
 def contributions(
-    visibility: NDArray[np.floating], scalar_range: Range, count: int = 3
+    visibility: NDArray[np.floating], scalar_range: Range
 ) -> tuple[Contribution, ...]:
-    """Find the values that contribute most to a place.
+    """Find the values that contribute most to a place, three at most.
 
     Parameters
     ----------
     visibility : ndarray, shape (256,)
         Of each scalar value at the place; see :func:`model.sensitivity.exact.visibility`.
-    count : int
-        Largest number of values.
 
     Returns
     -------
@@ -96,7 +94,7 @@ def contributions(
             reach = _reach(visibility, values, slice(a, b))
             found.append(Contribution(float(values[middle]), float(sums[-1]) / total, reach))
     named = [one for one in found if one.share >= LEAST_SHARE]
-    return tuple(sorted(named, key=lambda one: -one.share)[:count])
+    return tuple(sorted(named, key=lambda one: -one.share)[:3])
 
 
 def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:

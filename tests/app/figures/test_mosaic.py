@@ -8,9 +8,9 @@ from app.figures.mosaic import EMPTY, mosaic
 def test_pictures_stand_in_rows_and_columns_with_gaps() -> None:
     images = np.random.default_rng(0).uniform(0, 1, (2, 3, 4, 5, 3)).astype(np.float32)
     images[1, 1] = np.nan
-    picture = mosaic(images, gap=2)
-    assert picture.shape == (2 * 4 + 2, 3 * 5 + 4, 3)
-    np.testing.assert_array_equal(picture[:4, 7:12], images[0, 1])
-    np.testing.assert_array_equal(picture[6:, 14:], images[1, 2])
-    assert (picture[4:6] == np.float32(EMPTY)).all()
-    assert (picture[6:, 7:12] == np.float32(EMPTY)).all()
+    picture = mosaic(images)
+    assert picture.shape == (2 * 4 + 4, 3 * 5 + 8, 3)
+    np.testing.assert_array_equal(picture[:4, 9:14], images[0, 1])
+    np.testing.assert_array_equal(picture[8:, 18:], images[1, 2])
+    assert (picture[4:8] == np.float32(EMPTY)).all()
+    assert (picture[8:, 9:14] == np.float32(EMPTY)).all()

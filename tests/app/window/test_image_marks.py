@@ -17,7 +17,7 @@ def painted(size: int, background: str = "#000000", units: str = "K") -> NDArray
     painter = QPainter(image)
     color = QColor(background)
     behind = (color.red(), color.green(), color.blue())
-    paint_legend(painter, QRect(0, 0, size, size), make_tf(), units, "Ramp", behind)
+    paint_legend(painter, QRect(0, 0, size, size), make_tf(), units, behind)
     painter.end()
     stored = np.frombuffer(image.constBits(), np.uint8).reshape(size, image.bytesPerLine())
     return stored[:, : 3 * size].reshape(size, size, 3).copy()
