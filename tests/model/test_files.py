@@ -22,14 +22,6 @@ def test_a_failed_write_leaves_what_was_there(tmp_path):
     assert path.read_text() == "old"
 
 
-def test_a_written_file_takes_the_place(tmp_path):
-    path = tmp_path / "result.txt"
-    path.write_text("old")
-    write_atomically(path, b"new")
-    assert path.read_text() == "new"
-    assert [p.name for p in tmp_path.iterdir()] == ["result.txt"]
-
-
 def test_a_link_stays_one_and_a_device_a_device(tmp_path):
     link = tmp_path / "link"
     link.symlink_to(tmp_path / "target")

@@ -121,16 +121,6 @@ def test_a_box_at_the_fit_distance_just_fits(lengths, view):
     assert fit_distance(proportions, view, margin=0.0) <= 1.0 + 1e-12
 
 
-@pytest.mark.parametrize("lengths", BOXES)
-@pytest.mark.parametrize("up", AXES)
-def test_the_home_view_shows_the_whole_box(lengths, up):
-    proportions = proportions_of(lengths)
-    home = home_view(proportions, up)
-    assert np.abs(projected(home, proportions)).max() <= 1.0
-    assert 0.4 <= home.distance <= 1.0
-    assert angles_in(up, home) == pytest.approx((30.0, 15.0, 0.0), abs=1e-8)
-
-
 @pytest.mark.parametrize("up", AXES)
 def test_the_home_view_may_be_of_a_part_of_the_volume(up):
     proportions = proportions_of((1.0, 0.8, 1.3))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from model.errors import VolumeError
-from model.scene.range_choice import RangeChoice
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.robust_range import percentile_range, robust_range
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
@@ -109,14 +108,6 @@ def test_missing_voxels_do_not_count():
     volume = Volume(voxels, missing=missing)
     assert robust_range(volume) == (0.0, 199.0)
     assert percentile_range(volume, 0, 100) == (0.0, 199.0)
-
-
-def test_percentiles_are_those_of_the_voxels():
-    voxels = np.arange(1000, dtype=np.int16).reshape(10, 10, 10)
-    volume = Volume(voxels)
-    assert RangeChoice.parse("10,20").of(volume) == (10, 20)
-    expected = np.percentile(voxels, [5, 90], method="inverted_cdf")
-    assert RangeChoice.parse("5%,90%").of(volume) == pytest.approx(expected, abs=1)
 
 
 STOPS = ((0.0, 0.1, 0.2, 0.3), (50.0, 0.9, 0.5, 0.1), (100.0, 0.3, 0.8, 0.7))

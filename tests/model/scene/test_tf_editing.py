@@ -65,12 +65,6 @@ def test_an_added_handle_takes_its_place_and_can_be_removed(opacity, place):
     assert edits.remove_opacity_handle(added, index) == opacity
 
 
-@pytest.mark.parametrize("index", [0, 3])
-def test_the_ends_of_a_curve_cannot_be_removed(index):
-    assert not edits.can_remove_opacity_handle(CURVE, index)
-    assert edits.remove_opacity_handle(CURVE, index) == CURVE
-
-
 INSIDE = OpacityTF(RANGE, points=((120.0, 0.0), (140.0, 0.8), (180.0, 0.3)))
 
 
@@ -90,16 +84,15 @@ def test_a_whole_curve_within_the_range_is_shifted_to_its_ends(shift):
     assert [p[0] for p in moved.points] == pytest.approx([120.0 + by, 140.0 + by, 180.0 + by])
 
 
-def test_an_end_within_the_range_can_be_removed_while_two_points_stay():
+def test_ends_of_the_range_and_the_last_two_points_cannot_be_removed():
+    for index in (0, 3):
+        assert not edits.can_remove_opacity_handle(CURVE, index)
+        assert edits.remove_opacity_handle(CURVE, index) == CURVE
     assert edits.remove_opacity_handle(INSIDE, 0).points == INSIDE.points[1:]
     two = edits.remove_opacity_handle(INSIDE, 2)
     assert two.points == INSIDE.points[:2]
     assert edits.remove_opacity_handle(two, 0) == two
-
-
-def test_the_last_mode_can_be_removed():
-    empty = OpacityTF(RANGE)
-    assert edits.remove_opacity_handle(OpacityTF(RANGE, MODES.modes[:1]), 0) == empty
+    assert edits.remove_opacity_handle(OpacityTF(RANGE, MODES.modes[:1]), 0) == OpacityTF(RANGE)
 
 
 @given(anywhere)
@@ -215,17 +208,6 @@ def test_of_a_curve_the_values_in_reach_are_isolated():
     assert isolate_value(curve, 100.0, 3.0, (100.0, 100.0)).modes
 
 
-def test_where_there_is_nothing_a_mode_is_isolated():
-    (mode,) = isolate_value(NOTHING, 140.0, 3.0, (138.0, 142.0)).modes
-    assert (mode.mean, mode.amplitude) == (140.0, 0.05)
-
-
-def test_a_mode_that_lies_in_reach_stays_as_it_is():
-    narrow = GaussianMode(140.0, 4.0, 0.5)
-    opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
-    assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
-
-
 @given(
     st.lists(st.tuples(st.floats(90, 210), st.floats(1, 80), st.floats(0.05, 0.3)), max_size=3),
     st.floats(100, 190),
@@ -252,7 +234,13 @@ def test_modes_stay_modes_of_which_the_values_in_reach_are_left(modes, low, size
     assert (rest(values)[beyond] <= 0.1 * opacity(values)[beyond] + 1e-9).all()
 
 
-def test_an_opaque_value_cannot_be_raised():
+def test_what_is_isolated_or_raised_where_little_can_be_done():
+    (mode,) = isolate_value(NOTHING, 140.0, 3.0, (138.0, 142.0)).modes
+    assert (mode.mean, mode.amplitude) == (140.0, 0.05)
+    # A mode that lies in reach stays as it is.
+    narrow = GaussianMode(140.0, 4.0, 0.5)
+    opacity = OpacityTF((100.0, 200.0), (narrow, GaussianMode(180.0, 8.0, 0.4)))
+    assert isolate_value(opacity, 141.0, 3.0, (134.0, 146.0)).modes == (narrow,)
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     assert raise_value(opaque, 0.5, 0.1) == opaque
 

@@ -4,35 +4,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from volume_writers import refused, voxels, write_itk, write_legacy, write_vti
+from volume_writers import voxels, write_itk, write_legacy, write_vti
 
 from model.volume_files import read_volume
-from model.volume_files.choice import LARGEST
-from model.volume_files.finish import finished, suspected_fills
-from model.volume_files.vti import read_vti
+from model.volume_files.finish import suspected_fills
 
 CASES = Path(__file__).parent / "cases" / "missing"
-
-
-def mask_of(path):
-    """The mask, and the notes, of a VTI file."""
-    grid = finished(path, read_vti(path, LARGEST), None)
-    return grid, " ".join(grid.notes)
 
 
 def test_a_fill_value_that_the_file_does_not_declare_is_told_and_kept():
     volume = read_volume(CASES / "air_and_minus9999.vti")
     assert volume.missing is None and volume.data_range == (-9999, 240)
     assert "-9999 lies far from all other values, and many voxels have it" in volume.notes[0]
-
-
-def test_nan_is_missing():
-    path = CASES / "signed_nan.vti"
-    stored = read_vti(path, LARGEST).values.copy()
-    grid, notes = mask_of(path)
-    np.testing.assert_array_equal(grid.missing, np.isnan(stored))
-    assert grid.values.min() == np.nanmin(stored)
-    assert "2240 NaN or infinite voxels are missing (33 %)" in notes
 
 
 @pytest.mark.parametrize("bad", [[np.nan], [np.nan, np.inf, -np.inf, np.nan]])
@@ -100,8 +83,3 @@ def test_values_far_away(dtype, fills):
 )
 def test_values_that_are_not_far_away(make):
     assert suspected_fills(make(), None) == []
-
-
-def test_nothing_but_what_is_missing(tmp_path):
-    path = write_itk(tmp_path / "a.nrrd", np.full((3, 4, 5), np.nan, np.float32))
-    refused(path, "every voxel is NaN or infinite")

@@ -4,13 +4,8 @@ import numpy as np
 import pytest
 
 from model.volume_files.raw import RawLayout
-from model.volume_files.raw_name import NameFacts, facts_of, guess_layout
+from model.volume_files.raw_name import guess_layout
 from model.volume_files.raw_preview import fit_sentence, preview
-
-
-def write(path, voxels):
-    path.write_bytes(voxels.tobytes())
-    return path
 
 
 @pytest.mark.parametrize(
@@ -38,17 +33,10 @@ def test_name_and_size_give_the_layout(name, size, layout):
     assert guess_layout(Path(f"{name}.raw"), size) == layout
 
 
-def test_words_of_names():
-    assert facts_of(Path("CT_128_256_256_ushort_be.raw")) == NameFacts(
-        (128, 256, 256), (), "uint16", 0, "big"
-    )
-    assert facts_of(Path("big_foot256.raw")) == NameFacts((), (256,))
-    assert facts_of(Path("head-512×512-16bit.raw")) == NameFacts((512, 512), (), "", 16)
-
-
 def test_previews_are_the_middle_slices_with_z_upwards(tmp_path):
     voxels = np.arange(6 * 7 * 8, dtype=">i4").reshape(6, 7, 8)
-    path = write(tmp_path / "data.raw", voxels)
+    path = tmp_path / "data.raw"
+    path.write_bytes(voxels.tobytes())
     layout = RawLayout((8, 7, 6), "int32", "big")
     for axis, expected in enumerate((voxels[::-1, :, 4], voxels[::-1, 3], voxels[3])):
         low, high = np.percentile(expected, (1, 99))
@@ -59,7 +47,8 @@ def test_previews_are_the_middle_slices_with_z_upwards(tmp_path):
 def test_a_preview_leaves_out_voxels_and_shows_what_the_file_lacks_black(tmp_path):
     rows = np.linspace(1, 2, 200, dtype=np.float32)
     voxels = np.broadcast_to(rows[:, None, None], (200, 4, 600))
-    path = write(tmp_path / "data.raw", voxels)
+    path = tmp_path / "data.raw"
+    path.write_bytes(voxels.tobytes())
     assert preview(path, RawLayout((600, 4, 200), "float32"), 1).shape == (200, 200)
     longer = preview(path, RawLayout((600, 4, 250), "float32"), 1)
     assert longer.shape == (250, 200)

@@ -9,12 +9,14 @@ import nibabel as nib
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
+import tifffile
 from volume_writers import (
     ALL_TYPES,
     ORIGIN,
     SPACING,
     check,
     voxels,
+    write_dicom,
     write_itk,
     write_legacy,
     write_nrrd,
@@ -22,7 +24,8 @@ from volume_writers import (
 )
 
 from model.errors import VolumeError
-from model.volume_files import SUFFIXES, RawLayout, describe, read_volume
+from model.volume_files import RawLayout, describe, read_volume
+from model.volume_files.progress import ReadingCancelledError, watched
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = {
@@ -51,10 +54,6 @@ def test_importing_the_readers_imports_no_library_of_a_format():
     code = f"import sys, model.volume_files; print(any(n in sys.modules for n in {names}))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.stdout.strip() == "False"
-
-
-def test_suffixes_are_those_that_can_be_read():
-    assert {".nrrd", ".nii.gz", ".dcm", ".raw", ".vti", ".tif"} < set(SUFFIXES)
 
 
 # --- types --------------------------------------------------------------------------------
@@ -138,17 +137,6 @@ def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
     assert read_volume(write_itk(tmp_path / f"{name}.nrrd", voxels())).name == readable
 
 
-@pytest.mark.parametrize(
-    "layout",
-    [
-        RawLayout((7, 5, 6), "int16", "big", (1, 2, 3), 352),
-        RawLayout((7, 5, 6), "float32", spacing=(0.1, 1e-7, 2.5)),
-    ],
-)
-def test_a_layout_comes_back_from_its_text(layout):
-    assert RawLayout.parse(layout.text) == layout
-
-
 def test_a_header_is_offered_to_be_skipped():
     path = Path(__file__).parent / "cases" / "raw" / "header_28x20x12_uint16.raw"
     with pytest.raises(VolumeError, match="512 bytes more than 28 x 20 x 12 voxels of uint16") as e:
@@ -194,12 +182,6 @@ def test_one_component_of_several(tmp_path, file, component):
     assert [content.name for content in listed if content.is_read] == [str(read)]
     said = "Every voxel has 3 components; their magnitude is read"
     assert (said in " ".join(volume.notes)) == (component is None)
-
-
-@pytest.mark.parametrize("component", [None, 0])
-def test_component_zero_of_a_scalar_volume_is_the_volume(tmp_path, component):
-    path = write_itk(tmp_path / "a.mha", voxels())
-    check(read_volume(path, component=component), voxels())
 
 
 def test_description(tmp_path):
@@ -325,3 +307,38 @@ def test_tiff_by_itk(tmp_path, dtype, compressed):
     # ITK writes the size of pixels, but no distance of slices.
     said = "The file gives no voxel spacing along z; 0.5 is assumed"
     check(volume, voxels(dtype), said, spacing=(0.5, 2, 0.5), origin=(0, 0, 0))
+
+
+@pytest.fixture
+def folders(tmp_path):
+    write_dicom(tmp_path / "dicom", voxels())
+    (tmp_path / "tiff").mkdir()
+    for z, plane in enumerate(voxels()):
+        tifffile.imwrite(tmp_path / "tiff" / f"{z}.tif", plane)
+    return tmp_path
+
+
+@pytest.mark.parametrize("kind", ["dicom", "tiff"])
+def test_every_slice_is_told(folders, kind):
+    told = []
+    with watched(lambda *progress: told.append(progress)):
+        volume = read_volume(folders / kind)
+    np.testing.assert_array_equal(volume.voxels, voxels())
+    count = len(voxels())
+    assert [p for p in told if p[0] == "slices read" and p[2] == count] == [
+        ("slices read", done, count) for done in range(count)
+    ]
+    assert ("files listed", 0, count) in told or kind == "tiff"
+    before = len(told)
+    read_volume(folders / kind)
+    assert len(told) == before
+
+
+@pytest.mark.parametrize("kind", ["dicom", "tiff"])
+def test_a_listener_ends_it(folders, kind):
+    def stop(what, done, count):
+        if done == 2:
+            raise ReadingCancelledError("enough")
+
+    with watched(stop), pytest.raises(ReadingCancelledError):
+        read_volume(folders / kind)
