@@ -143,23 +143,8 @@ def test_a_collapse_is_a_result_and_the_study_goes_on(
     assert not again
 
 
-def test_a_budget_is_kept_also_before_anything_is_measured(
-    plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with monkeypatch.context() as patch:
-        patch.setattr("model.evaluation.study.generator_errors", interrupt)
-        with pytest.raises(KeyboardInterrupt):
-            run_study(STUDY, plan)
-    with pytest.raises(TrainingError, match="another budget"):
-        run_study(STUDY, changed(plan, budget=Budget(samples=32)))
-
-
 def changed(plan: StudyPlan, **what: Any) -> StudyPlan:
     return replace(plan, base=replace(plan.base, **what))
-
-
-def interrupt(*_: object) -> None:
-    raise KeyboardInterrupt
 
 
 def test_another_recipe_needs_another_folder(studied: tuple[StudyPlan, dict[str, Any]]) -> None:

@@ -10,7 +10,7 @@ import torch
 from ramp import make_tf, make_volume
 
 from model.generator.catalog import PATH_LIGHT
-from model.generator.path_light_generator import MOST_SAMPLES, PathLightGenerator, cleaning_of
+from model.generator.path_light_generator import MOST_SAMPLES, cleaning_of
 from model.networks.path_light_file import PathLightCard, save_path_light
 from model.networks.path_light_network import PathLightNetwork, PathLightSize
 from model.rendering.path_tracing import denoising
@@ -58,16 +58,6 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file: P
         assert np.array_equal(alone, found) == (estimate.samples > MOST_SAMPLES)
     close()
     tracer.close()
-
-
-def test_an_untrained_network_changes_nothing() -> None:
-    generator = PathLightGenerator(PathLightNetwork(SMALL).eval(), make_volume(), threads=1)
-    images = np.random.default_rng(1).random((4, 20, 33, 3), dtype=np.float32)
-    unlit = np.random.default_rng(2).random((20, 33, 4), dtype=np.float32)
-    denoised, traced, soft, _ = images
-    found = generator.finish(denoised, traced, soft, unlit, 1)
-    np.testing.assert_allclose(found, denoised, atol=1e-6)
-    generator.close()
 
 
 def test_where_a_part_is_missing_the_rest_cleans(

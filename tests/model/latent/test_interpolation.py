@@ -82,14 +82,6 @@ def test_empty_cells_have_no_code_but_a_nearest_sample(codes: np.ndarray) -> Non
     assert (cells.nearest == 0).all()
 
 
-def test_a_rectangle_without_area_has_the_samples_on_it(codes: np.ndarray) -> None:
-    places = np.array([[0.5, 0.1], [0.5, 0.9], [0.4, 0.5]], dtype=np.float32)
-    cells = cell_means(codes[:3], places, (0.5, 0.0, 0.5, 1.0))
-    assert cells.count.sum() == 2
-    assert (cells.count[:, :3] == 0).all()
-    assert cell_means(codes[:3], places, (0.5, 0.5, 0.5, 0.5)).count.sum() == 0
-
-
 def test_a_rectangle_that_is_not_finite_is_refused(codes: np.ndarray, places: np.ndarray) -> None:
     with pytest.raises(LatentError, match="not finite"):
         cell_means(codes, places, (0, 0, float("nan"), 1))

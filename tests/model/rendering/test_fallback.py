@@ -11,7 +11,6 @@ from model.rendering.fallback import FallbackRenderer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -109,9 +108,8 @@ class TestWithoutAGraphicsCard:
         assert "llvmpipe" in both.remark and "Choose VTK" in both.remark
         both.close()
 
-    @pytest.mark.parametrize("lighting", ["none", "direct"])
-    def test_vtk_draws_where_it_is_chosen(self, lighting: Lighting) -> None:
-        both = FallbackRenderer(make_volume(), lighting)
+    def test_vtk_draws_where_it_is_chosen(self) -> None:
+        both = FallbackRenderer(make_volume())
         assert both.render(INPUTS, 24)[..., 3].max() > 0.1
         assert isinstance(both._renderer, VtkRenderer)
         assert not both.by_raycast and not both.remark

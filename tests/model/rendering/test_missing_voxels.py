@@ -87,18 +87,6 @@ def test_opacity_of_what_was_measured_is_that_of_its_length(name):
     assert found[SIZE // 2, SIZE // 2, 3] == pytest.approx(1 - 0.9**13, abs=0.006)
 
 
-def test_cells_without_a_measured_voxel_are_skipped():
-    volume = half_ball(fill=200.0)
-    renderer = RaycastRenderer(volume)
-    distances = renderer.cells.distances(np.ones(256, bool)).reshape(renderer.cells.shape[::-1])
-    # The cells at 16 to 24 are of missing voxels only; those before have measured ones.
-    assert (distances[:, :, :2] == 0).all() and (distances[:, :, 2:] > 0).all()
-    skipped = renderer.render(inputs(), SIZE)
-    renderer.skip_empty = False
-    assert np.abs(renderer.render(inputs(), SIZE) - skipped).max() < 1 / 255
-    renderer.close()
-
-
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
 def test_drawn_they_are_what_is_stored_there(name):
     volume = half_ball("uint8", 150)

@@ -117,20 +117,6 @@ def test_a_thin_shell_in_a_cliff_is_found() -> None:
     assert 0.01 < expected[..., 3].mean() < 0.2
 
 
-def test_skipping_leaves_nothing_out_over_a_narrow_range(volume: Volume) -> None:
-    chosen = (100.0, 130.0)
-    tf = OpacityTF(chosen, points=((110.0, 0.0), (115.0, 0.5), (120.0, 0.0)))
-    inputs = SceneInputs(VIEW, tf, ColorTF(chosen, ((115.0, 1.0, 1.0, 1.0),)))
-    renderer = RaycastRenderer(volume.over(chosen))
-    skipped = renderer.render(inputs, SIZE)
-    renderer.close()
-    renderer = RaycastRenderer(volume.over(chosen))
-    renderer.skip_empty = renderer.terminate_early = False
-    np.testing.assert_allclose(skipped, renderer.render(inputs, SIZE), atol=1 / 510)
-    renderer.close()
-    assert skipped[..., 3].max() > 0.1
-
-
 def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range() -> None:
     chosen = (49.75, 51.0)
     volume, values = noise("uint8").over(chosen), np.linspace(*chosen, TF_SAMPLES)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -75,28 +73,23 @@ def test_nearer_things_are_larger_than_the_bar_says() -> None:
 
 
 @pytest.mark.parametrize(
-    ("spacing", "unit", "text"),
+    ("spacing", "unit", "shown"),
     [
-        (0.004, "mm", "20 µm"),
-        (4.0, "um", "20 µm"),
-        (4000.0, "nm", "20 µm"),
-        (0.0004, "cm", "0.5 µm"),
-        (300.0, "mm", "2 m"),
-        (30.0, "mm", "500 mm"),
-        (2.0, "parsec", "10 parsec"),
-        (2.0, "", "10 units"),
-        (1.0, "", "5 voxels"),
+        (0.004, "mm", "µm"),
+        (4000.0, "nm", "µm"),
+        (300.0, "mm", "m"),
+        (30.0, "mm", "mm"),
+        (2.0, "parsec", "parsec"),
+        (2.0, "", "units"),
+        (1.0, "", "voxels"),
     ],
 )
-def test_lengths_have_the_unit_that_reads_best(spacing: float, unit: str, text: str) -> None:
+def test_lengths_have_the_unit_that_reads_best(spacing: float, unit: str, shown: str) -> None:
     volume = Volume(dots(20).voxels, (spacing,) * 3, file=FileFacts(spacing_unit=unit))
     bar = Scale.of(volume).bar(View())
     assert bar is not None
     number, name = bar.text.split()
-    assert name == text.split()[1]
-    # Of the same picture, whatever the unit.
-    same = Scale.of(replace(volume, spacing=(1.0,) * 3)).span(View())
-    assert same is not None
+    assert name == shown
     assert float(number) > 0 and 0.4 * WIDEST < bar.share <= WIDEST
 
 

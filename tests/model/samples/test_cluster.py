@@ -127,11 +127,7 @@ def all_but_the_first_wait_for(gate: Path) -> Callable[..., SampleBatch]:
 
 
 @posix
-@pytest.mark.parametrize(
-    "lost", [pytest.param(1, id="one"), pytest.param(2, id="all", marks=pytest.mark.slow)]
-)
-def test_killed_workers_cost_nothing_but_their_blocks(
-    lost: int,
+def test_a_killed_worker_costs_nothing_but_its_block(
     store: SampleStore,
     new: SampleStore,
     volume: Volume,
@@ -144,21 +140,18 @@ def test_killed_workers_cost_nothing_but_their_blocks(
     with Client(cluster, set_as_default=False) as client:
         client.wait_for_workers(2)
         processes = client.run(os.getpid)
-    at_work: list[int] = []
     seen: list[int] = []
 
     def kill_at_first(count: int) -> None:
         seen.append(count)
         if len(seen) == 1:
             workers = cluster.scheduler.workers
-            busiest = sorted(processes, key=lambda address: -len(workers[address].processing))
-            at_work.extend(len(workers[address].processing) for address in busiest[:lost])
-            for address in busiest[:lost]:
-                os.kill(processes[address], signal.SIGKILL)
+            busiest = max(processes, key=lambda address: len(workers[address].processing))
+            assert workers[busiest].processing
+            os.kill(processes[busiest], signal.SIGKILL)
             gate.touch()
 
     render_store_on_cluster(new, volume, cluster.scheduler_address, on_progress=kill_at_first)
-    assert len(at_work) == lost and all(at_work)
     assert sum(seen) == TOTAL
     assert_equal(new, store)
 

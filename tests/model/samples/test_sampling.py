@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.samples.sampling import draw_edits, draw_opacity_tfs, draw_sample, sample_rng
-from model.scene.random_tfs import MAX_MODES, draw_color_tf, draw_opacity_tf
+from model.scene.random_tfs import draw_color_tf, draw_opacity_tf
 from model.scene.scene import Scene
 from model.scene.view import ViewRange
 
@@ -52,12 +52,6 @@ def test_views_fill_the_range_evenly(scene: Scene) -> None:
         assert counts.sum() == DRAWS
         # Four quarters of 500, standard deviation 19.4.
         assert np.abs(counts - DRAWS / 4).max() < 5 * 19.4
-
-
-def test_one_to_five_modes_equally_often() -> None:
-    counts = np.bincount([len(tf.modes) for tf in opacity_tfs()], minlength=MAX_MODES + 1)
-    assert counts[0] == 0
-    assert np.abs(counts[1:] - DRAWS / 5).max() < 5 * 17.9
 
 
 def test_modes_keep_their_limits() -> None:

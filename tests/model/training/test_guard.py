@@ -88,12 +88,6 @@ def test_what_has_not_left_its_start_is_given_time(bad: dict[str, float]) -> Non
     assert guard.check_measurement(other, bad, WARM_UP) is None and guard.healthy
 
 
-@pytest.mark.parametrize("bad", [ALIKE, ONE_CODE])
-def test_at_the_end_of_a_stage_there_is_nothing_to_wait_for(bad: dict[str, float]) -> None:
-    assert CollapseGuard().check_measurement(JOINT, bad, WARM_UP, last=True) is not None
-    assert CollapseGuard().check_measurement(JOINT, HEALTHY, WARM_UP, last=True) is None
-
-
 @pytest.mark.parametrize("start", [0.0, 0.5, 0.9, 1.0])
 def test_what_is_advised_can_be_done_and_makes_a_difference(start: float) -> None:
     options = replace(SETTINGS, adversarial_start=start)

@@ -121,18 +121,6 @@ def test_faint_modes_count_by_what_a_thick_layer_shows() -> None:
     assert layers > 10 * curves
 
 
-def test_the_discriminator_joins_at_its_time(batch: EncodedBatch) -> None:
-    for stage in stages(TrainingOptions(adversarial_start=0.5)):
-        before = copy.deepcopy(stage.discriminator).state_dict()
-        losses = stage.step(batch, 0.49).losses
-        assert not {"adversarial", "discriminator"} & set(losses)
-        after = stage.discriminator.state_dict()
-        assert all(torch.equal(v, after[k]) for k, v in before.items())
-        losses = stage.step(batch, 0.5).losses
-        assert {"adversarial", "discriminator"} <= set(losses)
-        assert not all(torch.equal(v, after[k]) for k, v in before.items())
-
-
 def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
     opacity, translation = stages(TrainingOptions())
     before = {k: v.clone() for k, v in opacity.average.network.state_dict().items()}
@@ -141,22 +129,9 @@ def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
     assert all(torch.equal(v, after[k]) for k, v in before.items())
 
 
-def test_weights_of_losses_reach_the_generator(batch: EncodedBatch) -> None:
-    options = replace(TrainingOptions.faithful(), decoded_tf_weight=0.0)
-    opacity, _ = stages(options)
-    decoder = copy.deepcopy(opacity.generator.tf_decoder)
-    opacity.step(batch, 0.0)
-    # Without its loss nothing trains the decoder.
-    for before, after in zip(
-        decoder.parameters(), opacity.generator.tf_decoder.parameters(), strict=True
-    ):
-        assert torch.equal(before, after)
-
-
 def test_the_average_is_exponential() -> None:
     network = nn.Linear(1, 1, bias=False)
     average = EMA(network, decay=0.9)
-    values = []
     expected = network.weight.item()
     for step in range(300):
         with torch.no_grad():
@@ -164,10 +139,7 @@ def test_the_average_is_exponential() -> None:
         average.update(network, step)
         decay = min(0.9, (1 + step) / (10 + step))
         expected = decay * expected + (1 - decay) * step
-        values.append(average.network.weight.item())
-        assert values[-1] == pytest.approx(expected, rel=1e-4)
-    # It lags behind a steady climb by decay / (1 - decay) steps.
-    assert 299 - values[-1] == pytest.approx(9.0, rel=1e-3)
+        assert average.network.weight.item() == pytest.approx(expected, rel=1e-4)
 
 
 class Tight(OpacityStage):

@@ -98,16 +98,6 @@ def test_a_doubling_block_is_the_block_of_the_doubled_image(
         torch.testing.assert_close(value, plain.get_buffer(name), rtol=0.02, atol=1e-9)
 
 
-def test_in_evaluation_a_sample_does_not_depend_on_its_batch() -> None:
-    torch.manual_seed(0)
-    network = TwoStageGenerator(SIZES[0]).double().eval()
-    inputs = EncodedInputs(torch.randn(3, 5), torch.rand(3, 256), torch.rand(3, 3, 256))
-    inputs = inputs.map(lambda x: x.double())
-    together, _ = network(inputs)
-    alone, _ = network(inputs.map(lambda x: x[1:2]))
-    torch.testing.assert_close(together[1:2], alone)
-
-
 def lively(network: nn.Module) -> nn.Module:
     """Weights large enough that every path carries a signal."""
     generator = torch.Generator().manual_seed(1)

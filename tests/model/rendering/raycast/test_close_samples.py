@@ -63,18 +63,6 @@ def test_depth_and_skipping_agree_with_the_image() -> None:
     np.testing.assert_allclose(renderer.render(inputs, 24), image, atol=1 / 510)
 
 
-def test_missing_voxels_are_as_transparent() -> None:
-    missing = np.zeros(waves().shape, dtype=np.bool_)
-    missing[8:12, 10:16, 5:12] = True
-    volume = Volume(waves(), missing=missing)
-    inputs = SceneInputs(VIEWS[0], OpacityTF(RANGE, points=((0.0, 0.03),)), RAINBOW)
-    renderer = RaycastRenderer(volume, threads=1)
-    shown = volume.drawing_missing(True)
-    gap = renderer.render(inputs, 24, 0.1)
-    np.testing.assert_allclose(gap, renderer.render(inputs, 24, 0.13), atol=0.02)
-    assert abs(gap - RaycastRenderer(shown, threads=1).render(inputs, 24, 0.1)).max() > 0.05
-
-
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
 def test_rings_go_under_all_lights(lighting: Lighting) -> None:
     volume = Volume(waves((42, 52, 36)))

@@ -14,7 +14,7 @@ from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Scene
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files import read_volume
@@ -23,7 +23,6 @@ from model.volume_files.shipped import shipped_volumes
 SIZE = 128
 RANGE = (0.0, 255.0)
 RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
-MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
 
 
 @pytest.fixture(scope="module", params=shipped_volumes(), ids=lambda path: path.name[:12])
@@ -78,16 +77,3 @@ def test_an_opaque_volume_covers_what_vtk_covers(shape: tuple[int, int, int]) ->
         assert np.isin(alphas[0], (0.0, 1.0)).all()
         assert alphas[0].mean() == pytest.approx(alphas[1].mean(), rel=0.01)
         assert ((alphas[0] > 0.5) != (alphas[1] > 0.5)).sum() <= 8
-
-
-@pytest.mark.parametrize("step", [0.25, 1.0])
-def test_other_steps_agree(volume: Volume, step: float) -> None:
-    view = View(35.0, 25.0, 7.0, 0.9)
-    vtk = VtkRenderer(volume, sample_distance=step)
-    expected = vtk.render(SceneInputs(view, MODES, RAINBOW), 64)
-    vtk.close()
-    image = RaycastRenderer(volume, sample_distance=step).render(
-        SceneInputs(view, MODES, RAINBOW), 64
-    )
-    # VTK has its samples elsewhere along the ray; that shows the more, the longer the step.
-    assert np.sqrt(np.mean((image - expected) ** 2)) < 0.005 + 0.02 * step

@@ -106,9 +106,3 @@ def test_far_distances_stay_in_a_byte(executor: ThreadPoolExecutor) -> None:
     scalars[0, 0, 0] = 255
     distances = MinMaxCells(scalars, BYTES, executor).distances(only(255))
     np.testing.assert_array_equal(distances, np.minimum(np.arange(200), FARTHEST))
-
-
-def test_an_empty_tf_leaves_no_cell_and_a_full_one_all(executor: ThreadPoolExecutor) -> None:
-    cells = MinMaxCells(random_bytes((20, 20, 20)), BYTES, executor)
-    assert (cells.distances(np.zeros(256, bool)) == FARTHEST).all()
-    assert (cells.distances(np.ones(256, bool)) == 0).all()
