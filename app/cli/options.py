@@ -20,7 +20,7 @@ VolumeFile = Annotated[
     Path | None,
     typer.Option(
         "--volume",
-        help="Volume file or DICOM folder. (default: the shipped jet)",
+        help="Volume file or DICOM folder. (default: one that ships)",
         callback=values.volume,
     ),
 ]
@@ -100,7 +100,7 @@ ModelFolder = Annotated[
 PictureSize = Annotated[
     int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
 ]
-DeviceName = Annotated[DeviceChoice, typer.Option("--device", help="Where the generator runs.")]
+DeviceName = Annotated[DeviceChoice, typer.Option("--device", help="Where networks run.")]
 TrainingPrecisionName = Annotated[
     PrecisionChoice,
     typer.Option(

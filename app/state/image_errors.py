@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from app.engines.messages import Result
 from app.engines.quality import GOOD_ENOUGH
-from app.engines.requests import ImageRequest
+from app.engines.requests import ImageRequest, Request
 from app.state.fidelity import (
     AS_CHOSEN,
     AT_BEST,
@@ -75,7 +75,7 @@ class ImageErrors:
             if moves or not is_first:
                 self._moved = result
                 self._error = 0.0 if _is_full(result, whole) else None
-        elif moved is None or self._error == 0 or moved.request.inputs != result.request.inputs:
+        elif moved is None or self._error == 0 or not _are_alike(moved.request, result.request):
             return
         elif _is_own(result) and _has_all_pixels(result, whole):
             assert moved.value is not None and result.value is not None
@@ -142,6 +142,13 @@ def _grid(count: int) -> NDArray[np.intp]:
     """Places of at most :data:`COMPARED` pixels, evenly over all of them."""
     chosen = min(count, COMPARED)
     return ((np.arange(chosen) + 0.5) * count / chosen).astype(np.intp)
+
+
+def _are_alike(moved: Request, rests: Request) -> bool:
+    """Whether two images show the same, in panes of the same proportions."""
+    coarse, fine = moved.quality.pixels, rests.quality.pixels
+    off = abs(coarse.width * fine.height - fine.width * coarse.height)
+    return moved.inputs == rests.inputs and off <= max(fine.width, fine.height)
 
 
 def _is_own(result: Result) -> bool:

@@ -101,6 +101,8 @@ def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     stands_in = ImageRequest(INPUTS, Quality(48, raster=WHOLE), stands_in=True)
     errors.note(replace(result(0.0), request=stands_in), WHOLE)
     errors.note(result(0.0, Quality(24, raster=Raster(32, 24))), WHOLE)
+    # Nor one of a wider pane, which shows more beside it.
+    errors.note(result(0.0, Quality(48, raster=Raster(96, 48))), WHOLE)
     assert errors.moving == (0.1, None)
     errors.note(result(0.5), WHOLE)
     assert errors.moving == (0.1, pytest.approx(0.1))
