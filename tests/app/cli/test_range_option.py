@@ -20,12 +20,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path: Path = tmp_path_factory.mktemp("ranges")
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
     distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)
-    ball = np.clip(325 - 25 * distance, 0, 250).astype(np.uint16)
-    ball.tofile(path / "ball_20x18x16_uint16.raw")
+    ball = np.clip(325 - 25 * distance, 0, 250).astype(np.float32)
+    ball.tofile(path / "ball_20x18x16_float32.raw")
     # In the middle of the largest values, and no larger than these once it is clamped.
     assert ball[9, 8, 9] == 250
     ball[9, 8, 9] = 60_000
-    ball.tofile(path / "outlier_20x18x16_uint16.raw")
+    ball.tofile(path / "outlier_20x18x16_float32.raw")
     color = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (250.0, 1.0, 0.3, 0.2)))
     TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2),)), color).save(
         path / "tf.json"
@@ -35,7 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def rendered(folder: Path, volume: str, options: str) -> np.ndarray:
     out = folder / "image.npy"
-    base = f"render --renderer raycast --size 24 --volume {folder}/{volume}_20x18x16_uint16.raw"
+    base = f"render --renderer raycast --size 24 --volume {folder}/{volume}_20x18x16_float32.raw"
     assert run(f"{base} {options} --out {out}".split()) == 0
     return np.load(out)
 

@@ -32,10 +32,10 @@ def shells() -> Volume:
     """Shells of values over all 16 bits, most of the voxels about 30,000, as in a specimen."""
     z, y, x = np.mgrid[0:14, 0:15, 0:16]
     distance = np.sqrt((x - 8) ** 2 + (y - 7) ** 2 + (z - 7) ** 2)
-    values = 30_000 + 40 * np.sin(distance)
+    values = np.rint(30_000 + 40 * np.sin(distance))
     values[distance < 2] = 65_535
     values[distance > 6] = 0
-    return Volume(values.astype(np.uint16), name="shells")
+    return Volume(values.astype(np.float32), name="shells")
 
 
 def colors(scalar_range: Range) -> ColorTF:

@@ -184,14 +184,6 @@ def test_an_adversary_alone_has_no_loss_on_any_image() -> None:
             assert changed.adversarial_start == 0
 
 
-def test_by_the_papers_recipe_something_teaches_the_opacity_images_of_every_variant() -> None:
-    options = TrainingOptions.faithful()
-    for study in STUDIES.values():
-        for variant in study.variants:
-            changed = options.with_settings(variant.changes(options))
-            assert changed.adversarial_start == 0 or changed.opacity_l1_weight > 0
-
-
 def test_pictures_of_a_study_are_of_the_same_samples(
     studied: tuple[StudyPlan, dict[str, Any]],
 ) -> None:

@@ -12,8 +12,7 @@ from lively import SIZE, lively_network
 
 from model.errors import LatentError
 from model.generator.generator import Generator
-from model.latent.code_pictures import draw_cells, draw_codes
-from model.latent.interpolation import cell_means
+from model.latent.code_pictures import draw_codes
 from model.latent.latent_space import LatentSpace
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
@@ -72,20 +71,6 @@ def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
         taken = generator.render(replace(inputs, opacity_tf=space.tf_of(code)))
         np.testing.assert_allclose(image, taken, atol=1e-5)
     assert np.abs(drawn - draw_codes(generator, space, codes, inputs)).max() > 0.01
-
-
-def test_cells_without_samples_are_left_out(
-    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
-) -> None:
-    places = np.array([[0.1, 0.1], [0.15, 0.1], [0.9, 0.9], [0.6, 0.1], [5, 5]], dtype=np.float32)
-    cells = cell_means(codes, places, (0, 0, 1, 1))
-    inputs = draw_sample(scene, 3, "train", 0)
-    images = draw_cells(generator, space, cells, inputs)
-    assert images.shape == (4, 4, 64, 64, 4)
-    there = {(3, 0), (0, 3), (3, 2)}
-    assert {tuple(p) for p in np.argwhere(~np.isnan(images[..., 0, 0, 0]))} == there
-    mean = (codes[0] + codes[1]) / 2
-    np.testing.assert_allclose(images[3, 0], generator.render_latent(mean, inputs), atol=1e-5)
 
 
 def test_codes_that_cannot_be_drawn_are_refused(

@@ -37,8 +37,3 @@ def test_some_of_the_samples_keep_places_and_disc(latent_map: LatentMap) -> None
     assert (some.samples.tfs == latent_map.samples.tfs[wanted]).all()
     assert some.radius == latent_map.radius
     assert latent_map.only(np.ones(500, dtype=bool)) is latent_map
-
-
-def test_a_closer_look_blends_fewer_samples(latent_map: LatentMap) -> None:
-    far, close = (latent_map.at((0.1, 0.1), closeness).samples for closeness in (1, 3))
-    assert far > close

@@ -6,8 +6,6 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from model.rendering.opacity_correction import NEARLY_OPAQUE, per_sample, per_sample_derivative
 
@@ -49,12 +47,3 @@ def test_the_derivative_at_opaque_is_cut_off_below_one_voxel(distance: float) ->
     nearly, opaque = per_sample_derivative(np.array([NEARLY_OPAQUE, 1.0]), distance)
     assert opaque == pytest.approx(nearly)
     assert 0 < opaque < 511
-
-
-@given(st.floats(0.001, 0.99), st.floats(0.01, 10))
-def test_the_derivative_is_that_of_the_value(opacity: float, distance: float) -> None:
-    # Central differences, a step of a thousandth of the room; 1 minus little has few digits.
-    h = 1e-3 * min(opacity, 1 - opacity)
-    above, below = per_sample(np.array([opacity + h, opacity - h]), distance)
-    derivative = per_sample_derivative(np.array([opacity]), distance)[0]
-    assert (above - below) / (2 * h) == pytest.approx(derivative, rel=1e-3, abs=1e-9)

@@ -55,10 +55,6 @@ def slab(nx: int = 33, ny: int = 9, nz: int = 33, spacing=(1.0, 1.0, 1.0)) -> Vo
     return Volume(scalars, spacing)
 
 
-def test_an_empty_tf_gives_the_background(renderer: VtkRenderer) -> None:
-    assert not renderer.render(SceneInputs(VIEW, OpacityTF(RANGE), RAINBOW), SIZE).any()
-
-
 @pytest.mark.parametrize("opacity", [2e-5, 9e-5, 1.1e-4])
 @pytest.mark.parametrize("sample_distance", [0.25, 1.0])
 def test_thin_haze_adds_up(opacity: float, sample_distance: float) -> None:

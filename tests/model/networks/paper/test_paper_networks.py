@@ -169,14 +169,3 @@ def test_modulation_scales_and_shifts_by_the_codes() -> None:
         scale, shift = (code @ last.linear.weight.T).chunk(2, dim=1)
         expected = torch.einsum("nchw,nc->nchw", x, 1 + scale) + shift[..., None, None]
         torch.testing.assert_close(last(x, code), expected)
-
-
-@pytest.mark.parametrize("level", [-1.0, 1.0])
-def test_empty_and_full_tfs_have_finite_codes_and_images(level: float) -> None:
-    network = lively(TwoStageGenerator(SIZES[0]))
-    assert isinstance(network, TwoStageGenerator)
-    tf = torch.full((1, 256), level).double()
-    assert torch.isfinite(network.opacity.encode(tf)).all()
-    view, color = torch.zeros(1, 5).double(), torch.zeros(1, 3, 256).double()
-    image, opacity = network(EncodedInputs(view, tf, color))
-    assert torch.isfinite(image).all() and torch.isfinite(opacity).all()

@@ -79,11 +79,3 @@ def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels() -> None:
         moving.rgba[..., 3], caster.render(inputs, raster)[..., 3], atol=1e-6
     )
     caster.close()
-
-
-def test_it_stops_when_it_is_not_wanted() -> None:
-    volume = Volume(RNG.random((12, 12, 12), dtype=np.float32))
-    inputs = whole(volume, View(30.0, 20.0))
-    renderer = RefiningRenderer(PathTracer(volume), denoiser)
-    assert renderer.moving(inputs, 32, lambda: False) is None
-    renderer.close()

@@ -63,11 +63,8 @@ def test_a_cell_is_occupied_where_a_bin_in_its_range_shows(
         np.testing.assert_array_equal(occupied, (low - 1 <= value) & (value <= high + 1))
 
 
-@pytest.mark.parametrize("dtype", [np.int16, np.float32])
-def test_values_beyond_the_range_count_for_its_ends(
-    dtype: type, executor: ThreadPoolExecutor
-) -> None:
-    scalars = (1000.0 * random_bytes((25, 12, 9)).astype(float) / 255 - 400).astype(dtype)
+def test_values_beyond_the_range_count_for_its_ends(executor: ThreadPoolExecutor) -> None:
+    scalars = (1000.0 * random_bytes((25, 12, 9)).astype(float) / 255 - 400).astype(np.float32)
     scalars[:9] = scalars[:9].clip(-400, -150)
     scalars[16:] = scalars[16:].clip(300, 600)
     # TFs lie from -100 to 155, one bin for each whole number.

@@ -177,7 +177,7 @@ def test_the_step_may_be_changed_between_images(volume: Volume) -> None:
 
 
 def test_where_a_value_is_visible_adds_up_to_the_opacity() -> None:
-    renderer = RaycastRenderer(Volume(255 * field()))
+    renderer = RaycastRenderer(Volume(np.rint(255 * field()).astype(np.uint8)))
     inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))
     opacity = renderer.render(inputs, 24)[..., 3]
     bins = np.arange(TF_SAMPLES)
