@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtWidgets import QLabel, QTextBrowser, QToolTip
 from pytestqt.qtbot import QtBot
 
-from app.glosses import GLOSSARY, SENTENCES, explain, gloss, open_glossary, without_links
+from app.glosses import GLOSSARY, SENTENCES, explain, gloss, without_links
 
 
 def test_every_term_is_in_the_glossary_and_has_one_sentence() -> None:
@@ -29,16 +29,6 @@ def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot: QtBot, term:
     (page,) = label.findChildren(QTextBrowser)
     assert page.textCursor().selectedText() == f"{term}."
     page.window().close()
-
-
-def test_the_whole_glossary_opens_at_its_top(qtbot: QtBot) -> None:
-    label = QLabel()
-    qtbot.addWidget(label)
-    dialog = open_glossary(label)
-    (page,) = dialog.findChildren(QTextBrowser)
-    assert page.toPlainText().startswith("Glossary")
-    assert page.verticalScrollBar().value() == 0
-    dialog.close()
 
 
 def test_every_term_leads_to_the_glossary_where_it_stands() -> None:

@@ -1,12 +1,11 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtGui import QColor, QIcon
+from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
-from app.icons import BUTTON, IconButton, icon, icon_names
-from app.theme import DARK, LIGHT, apply_theme
+from app.icons import icon, icon_names
+from app.theme import DARK, LIGHT
 
 
 @pytest.mark.parametrize("name", icon_names())
@@ -27,26 +26,3 @@ def test_an_icon_is_drawn_in_the_texts_colour(qapp: QApplication, name: str) -> 
             for y in range(image.height())
         )
         assert inked > 10
-
-
-def test_a_button_says_its_name_and_key_and_follows_the_theme(
-    qtbot: QtBot, qapp: QApplication
-) -> None:
-    button = IconButton("camera", "Save figure", "Ctrl+Shift+S", "With its legend")
-    qtbot.addWidget(button)
-    assert button.accessibleName() == "Save figure"
-    assert button.toolTip() == "Save figure (Ctrl+Shift+S)\nWith its legend"
-    assert (button.width(), button.height()) == (BUTTON, BUTTON)
-
-    def ink() -> set[str]:
-        image = button.icon().pixmap(18, 18, QIcon.Mode.Normal).toImage()
-        pixels = (image.pixelColor(x, y) for x in range(18) for y in range(18))
-        return {color.name() for color in pixels if color.alpha() == 255}
-
-    before = ink()
-    try:
-        apply_theme(qapp, "light")
-        qapp.processEvents()
-        assert ink() != before
-    finally:
-        apply_theme(qapp, "dark")

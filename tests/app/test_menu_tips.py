@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
-
 import pytest
 from PySide6.QtCore import QEvent, QPoint, QRect
 from PySide6.QtGui import QHelpEvent
@@ -11,7 +8,6 @@ from pytestqt.qtbot import QtBot
 
 from app.menu_tips import show_tips
 from app.theme import apply_theme
-from app.window.main_window import MainWindow
 
 LONG = "A sentence that says rather much about an entry, and that is wrapped where it is too long"
 
@@ -54,13 +50,3 @@ def test_a_tip_is_beside_its_menu_and_hides_no_entry(
     ask(menu, 1)
     qtbot.waitUntil(lambda: not QToolTip.isVisible())
     menu.close()
-
-
-def test_every_tip_of_a_menu_is_one_sentence(make_window: Callable[..., MainWindow]) -> None:
-    found = []
-    for menu in make_window().findChildren(QMenu):
-        menu.aboutToShow.emit()
-        found += [action.toolTip() for action in menu.actions()]
-    assert len(set(found)) > 60
-    for tip in found:
-        assert not re.search(r"[.!?] +[A-Z]|\n", tip), tip

@@ -108,24 +108,6 @@ def test_digits_that_are_rounded_beyond_the_limits_are_no_entry(boxes: Boxes) ->
     assert box.value() == 2 / 3 and not box.hasFocus()
 
 
-def test_a_value_from_outside_is_silent(qtbot: QtBot, boxes: Boxes) -> None:
-    for box in boxes:
-        with qtbot.assertNotEmitted(box.valueChanged):
-            box.set_limits(5, 6)
-            box.show_value(6)
-        assert box.text().startswith("6")
-
-
-def test_escape_takes_no_half_typed_number(boxes: Boxes) -> None:
-    for box, typed in zip(boxes, ("1400", ".25"), strict=True):
-        before, taken = box.value(), []
-        box.valueChanged.connect(taken.append)
-        type_over(box, typed)
-        QTest.keyClick(box, Qt.Key.Key_Escape)
-        QTest.keyClick(box, Qt.Key.Key_Tab)
-        assert box.value() == before and not taken
-
-
 def test_after_enter_keys_are_the_windows(window: QWidget, boxes: Boxes) -> None:
     heard: list[str] = []
     for key in ("Ctrl+Z", "R"):

@@ -19,16 +19,21 @@ CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
 
 @pytest.mark.slow
 def test_what_is_prepared_is_not_compiled_again(tmp_path: Path) -> None:
-    for purpose in ("images", "questions"):
-        _run(tmp_path, "-m", "app.prepare_kernels", "uint8", "direct", purpose)
+    prepare = "from app.prepare_kernels import main\n"
+    groups = [("uint8", "direct", purpose) for purpose in ("images", "questions")]
+    _run(tmp_path, prepare + f"for group in {groups}: main(*group)")
     compiled = _kernels(tmp_path)
     assert compiled
-    use = "from app.engines.preparation import prepare; from model.kernel_cache import KernelGroup"
-    for purpose in ("images", "questions"):
-        _run(tmp_path, "-c", f"{use}; prepare(KernelGroup('uint8', 'direct', '{purpose}'))")
     picture = tmp_path / "picture.png"
     picture_of = f"render --size 32 --lighting direct --renderer raycast --volume {CHEST} --out"
-    _run(tmp_path, "main.py", *picture_of.split(), str(picture))
+    _run(
+        tmp_path,
+        "from app.cli import run\n"
+        "from app.engines.preparation import prepare\n"
+        "from model.kernel_cache import KernelGroup\n"
+        f"for group in {groups}: prepare(KernelGroup(*group))\n"
+        f"assert run({[*picture_of.split(), str(picture)]}) == 0",
+    )
     assert picture.exists()
     assert _kernels(tmp_path) == compiled
 
@@ -43,10 +48,10 @@ def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels: str, kind: str) 
     assert found == (KernelGroup(kind, "soft", "images"), KernelGroup(kind, "soft", "questions"))
 
 
-def _run(cache: Path, *arguments: str) -> None:
+def _run(cache: Path, script: str) -> None:
     environment = os.environ | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)}
     subprocess.run(
-        [sys.executable, *arguments], cwd=ROOT, env=environment, capture_output=True, check=True
+        [sys.executable, "-c", script], cwd=ROOT, env=environment, capture_output=True, check=True
     )
 
 

@@ -20,16 +20,17 @@ def volume(tmp_path_factory: pytest.TempPathFactory) -> str:
     return f"--volume {path} --raw 16x14x12,uint8"
 
 
-def test_the_map_and_its_grid(volume: str, tmp_path: Path) -> None:
+def test_the_map_its_grid_and_a_place(volume: str, tmp_path: Path) -> None:
     base = f"latent {volume} --size 16 --out {tmp_path}"
     assert run(f"{base}/map.npz".split()) == 0
-    assert run(f"{base}/grid.npz --grid=-0.5,-1,0.5,0.2".split()) == 0
+    assert run(f"{base}/grid.npz --grid=-0.5,-1,0.5,0.2 --at 0.3,-0.7".split()) == 0
     with np.load(tmp_path / "map.npz") as plain, np.load(tmp_path / "grid.npz") as grid:
         assert set(plain) == {"codes", "map", "tfs", "singular_values"}
         assert plain["codes"].shape == (10_000, 8)
         assert plain["map"].shape == (10_000, 2)
         assert plain["tfs"].shape == (10_000, 256)
         assert plain["singular_values"].shape == (8,)
+        assert {"code", "image", "tf"} <= set(grid)
         assert grid["cells"].shape == (4, 4, 8)
         assert grid["images"].shape == (4, 4, 16, 16, 4)
         x, y = plain["map"].T
@@ -82,15 +83,3 @@ def test_questions_that_make_no_sense(
     assert run(f"latent {volume} {options.format(tf=tf)}".split()) == 2
     assert problem in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == [tf]
-
-
-def test_a_grid_and_a_place_stand_in_one_figure(volume: str, tmp_path: Path) -> None:
-    base = f"latent {volume} --size 16 --out {tmp_path}"
-    question = "--grid=-0.5,-1,0.5,0.2 --at 0.3,-0.7"
-    assert run(f"{base}/both.png {question}".split()) == 0
-    assert run(f"{base}/grid.png --grid=-0.5,-1,0.5,0.2".split()) == 0
-    both, grid = (imread(tmp_path / f"{name}.png") for name in ("both", "grid"))
-    assert both.shape[1] > grid.shape[1] + 300
-    assert run(f"{base}/both.npz {question}".split()) == 0
-    with np.load(tmp_path / "both.npz") as arrays:
-        assert {"cells", "images", "code", "image", "tf"} <= set(arrays)

@@ -63,7 +63,6 @@ def test_sensitivities_are_told_over_values(folder: Path) -> None:
     assert run(f"{base} --range 0.01,1000".split()) == 0
     with np.load(out) as found:
         np.testing.assert_allclose(found["scalar_values"], np.geomspace(0.01, 1000, 256))
-    assert run(f"{base} --range 0.01,1000 --value 2".split()) == 0
 
 
 def test_samples_lie_on_the_scale(folder: Path) -> None:

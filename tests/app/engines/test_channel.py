@@ -13,8 +13,7 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 from app.engines import worker
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
-from app.engines.requests import BatchRequest, ImageRequest, Watch
-from model.errors import RenderError
+from app.engines.requests import ImageRequest, Watch
 
 
 class Asking:
@@ -70,17 +69,6 @@ def test_an_answer_goes_to_its_asker_alone(qtbot: QtBot, asking: Asking) -> None
     assert asking.client.state.name == "LOADING"
 
 
-def test_newer_requests_replace_those_of_their_channel_only(qtbot: QtBot, asking: Asking) -> None:
-    begun = asking.begin(asking.one)
-    asking.ask(asking.one)
-    kept, newest = asking.ask(asking.other), asking.ask(asking.one)
-    asking.let_draw()
-    qtbot.waitUntil(lambda: not asking.one.is_pending and not asking.other.is_pending)
-    drawn = [request.sequence for request in asking.engine.requests]
-    assert drawn == [begun.sequence, newest.sequence, kept.sequence]
-    assert asking.heard[asking.one][-1].request.sequence == newest.sequence
-
-
 def test_what_is_called_off_is_not_answered(qtbot: QtBot, asking: Asking) -> None:
     asking.begin(asking.one)
     asking.one.cancel()
@@ -113,16 +101,6 @@ def test_how_far_the_newest_answer_has_got_is_heard_by_its_asker(
     assert heard == [0.0, 0.5]
 
 
-def test_errors_come_to_the_asker_as_data(qtbot: QtBot, asking: Asking) -> None:
-    asking.engine.error = RenderError("The memory is full.")
-    asking.ask(asking.one)
-    asking.let_draw()
-    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
-    assert asking.heard[asking.one][0].error == "The memory is full."
-    assert not asking.one.is_pending
-    assert asking.client.error is None
-
-
 def test_nothing_is_pending_any_more_once_the_engine_ends(asking: Asking) -> None:
     asking.begin(asking.one)
     asking.let_draw()
@@ -131,16 +109,3 @@ def test_nothing_is_pending_any_more_once_the_engine_ends(asking: Asking) -> Non
     # Without an engine nothing is accepted.
     asking.ask(asking.one)
     assert not asking.one.is_pending
-
-
-def test_a_name_is_one_channels(asking: Asking) -> None:
-    with pytest.raises(AssertionError):
-        Channel(asking.client, "one", asking.client)
-
-
-def test_the_number_is_no_part_of_the_question(asking: Asking) -> None:
-    image = make_request(0)
-    question = BatchRequest(image.inputs, image.quality, (image.inputs,))
-    first, second = asking.one.ask(question), asking.one.ask(question)
-    assert first == second == question
-    assert first.sequence != second.sequence

@@ -10,7 +10,7 @@ from window_fakes import PATIENCE_S, FakeEngine, make_request
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.requests import IMAGES, VisibilityRequest
-from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
+from app.engines.states import EngineState
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
 
@@ -34,13 +34,6 @@ def told(qtbot: QtBot) -> Iterator[Told]:
     yield told
     told.client.stop()
     told.client.join()
-
-
-def test_a_client_starts_empty_and_is_not_settled(told: Told) -> None:
-    assert told.client.state is EngineState.EMPTY
-    assert not told.client.is_settled
-    told.client.submit(make_request(1))
-    assert told.states == []
 
 
 def test_an_image_is_waited_for_and_settles(qtbot: QtBot, told: Told) -> None:
@@ -82,13 +75,6 @@ def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
     told.client.join()
 
 
-def test_a_live_image_does_not_settle(qtbot: QtBot, told: Told) -> None:
-    told.client.start(FakeEngine, "Loading …")
-    with qtbot.waitSignal(told.client.images.answered):
-        told.client.submit(make_request(3, live=True))
-    assert told.client.state is EngineState.WORKING
-
-
 def test_errors_are_a_state_with_its_sentence_until_the_next_image(
     qtbot: QtBot, told: Told
 ) -> None:
@@ -114,23 +100,6 @@ def test_an_engine_that_cannot_be_built_fails(qtbot: QtBot, told: Told) -> None:
     assert told.states == [EngineState.LOADING, EngineState.FAILED]
     told.client.submit(make_request(1))
     assert told.client.error == "model: the folder is missing."
-
-
-def test_other_channels_neither_evict_nor_settle_an_image(qtbot: QtBot, told: Told) -> None:
-    gate = threading.Semaphore(0)
-    engine = FakeEngine(gate=gate)
-    with qtbot.waitSignal(told.client.engineReady):
-        told.client.start(lambda: engine, "Loading …")
-    told.client.submit(make_request(1))
-    assert engine.started.acquire(timeout=PATIENCE_S)
-    image = make_request(2)
-    told.client.submit(image)
-    told.seen.ask(VisibilityRequest(image.inputs, image.quality, (Region(0, 0, 1, 1),)))
-    gate.release(2)
-    qtbot.waitUntil(lambda: len(told.results) == 3)
-    channels = [result.request.channel for result in told.results]
-    assert channels == [IMAGES, IMAGES, "visibility"]
-    assert told.client.state is EngineState.SETTLED
 
 
 def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot: QtBot, told: Told) -> None:
@@ -173,37 +142,3 @@ def test_an_older_images_error_says_nothing_about_the_newest(qtbot: QtBot, told:
     with qtbot.waitSignal(told.client.settled):
         gate.release()
     assert EngineState.FAILED not in told.states
-
-
-def test_an_engine_that_cannot_describe_itself_fails(qtbot: QtBot, told: Told) -> None:
-    class Dumb(FakeEngine):
-        @property
-        def description(self) -> str:  # type: ignore[override]
-            raise RuntimeError("made up")
-
-        @description.setter
-        def description(self, text: str) -> None:
-            pass
-
-    with qtbot.waitSignal(told.client.settled):
-        told.client.start(Dumb, "Loading …")
-    assert told.client.error == "Unexpected RuntimeError: made up"
-
-
-def test_a_client_that_is_resumed_while_its_engine_loads_says_so(told: Told) -> None:
-    told.client.start(FakeEngine, "Loading …")
-    told.client.pause("No volume.")
-    told.client.resume()
-    assert told.client.state is EngineState.LOADING
-    assert told.client.text == "Loading …"
-
-
-def test_every_state_can_be_left_and_entered() -> None:
-    assert TRANSITIONS.keys() == set(EngineState)
-    entered = frozenset().union(*TRANSITIONS.values())
-    assert entered == set(EngineState)
-    for state, following in TRANSITIONS.items():
-        assert state not in following
-        # Closing and opening something else is possible at any time.
-        assert EngineState.LOADING in following or state is EngineState.LOADING
-    assert EngineState.WORKING not in SETTLED_STATES

@@ -3,7 +3,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import count
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -14,8 +13,6 @@ from window_fakes import FakeEngine, make_request
 
 from app.engines import path_tracing, stand_in
 from app.engines.engines import (
-    GeneratorEngine,
-    ReferenceSettings,
     RendererEngine,
 )
 from app.engines.messages import SupersededError
@@ -30,14 +27,12 @@ from app.engines.requests import (
     Watch,
 )
 from app.engines.stand_in import StandInEngine
-from model.generator.backends import Backend
 from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
 from model.scene.region import Outline
-from model.scene.scene import Scene
 from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
 from model.sensitivity.rendered import region_responses
@@ -146,18 +141,6 @@ def test_small_path_traced_pictures_have_few_samples() -> None:
     engine.close()
 
 
-def test_a_path_traced_picture_that_is_good_enough_gets_no_more_samples() -> None:
-    engine = PathTracingEngine(RefiningRenderer(PathTracer(make_volume(), threads=1), None), 0.5)
-    request = replace(make_request(1), quality=Quality(16, samples=256, error=0.02))
-    engine.image(request)
-    few, error = engine.description, engine.image_error
-    assert error <= 0.02 and few != "path tracer, 256 samples"
-    # It goes on where less is good enough.
-    engine.image(replace(request, quality=Quality(16, samples=256, error=0.0)))
-    assert engine.description == "path tracer, 256 samples" and engine.image_error < error
-    engine.close()
-
-
 def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -197,28 +180,6 @@ def test_a_picture_to_save_is_put_together_from_tiles() -> None:
     assert len(renderer.calls) == 2
     columns = np.clip(np.arange(1500) / 1000 * 255, 0, 400)
     np.testing.assert_array_equal(picture[0, :900, 1], np.rint(columns[:900]))
-
-
-def test_the_reference_is_lit_as_the_training_images_were() -> None:
-    scene = Scene.of(make_volume(), image_size=16, lighting="direct")
-    settings = ReferenceSettings.of(scene)
-    assert (settings.lighting, settings.light) == ("direct", scene.light)
-    assert settings.sample_distance == scene.sample_distance
-
-
-@pytest.mark.parametrize(
-    ("kind", "backend", "words"),
-    [
-        ("cpu", Backend("eager"), "CPU"),
-        ("cuda", Backend("eager"), "GPU"),
-        ("cpu", Backend("openvino", "bfloat16"), "CPU, OpenVINO, bfloat16"),
-    ],
-)
-def test_a_generator_says_where_and_by_what_it_runs(
-    kind: str, backend: Backend, words: str
-) -> None:
-    generator = SimpleNamespace(device=SimpleNamespace(type=kind), scene=None, backend=backend)
-    assert GeneratorEngine(cast(Any, generator)).description == words
 
 
 def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(

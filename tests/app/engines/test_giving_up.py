@@ -22,7 +22,6 @@ from app.engines.requests import (
     Request,
 )
 from app.engines.worker import EngineWorker
-from model.errors import RenderError
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
 
@@ -93,16 +92,6 @@ def ask(request: pytest.FixtureRequest) -> Callable[[int], Request]:
     return lambda number: replace(question, sequence=number, channel=CHANNEL)
 
 
-def test_it_takes_more_than_one_rendering(
-    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
-) -> None:
-    slow.renderer.may_end.release(10_000)
-    slow.worker.submit(ask(1))
-    qtbot.waitUntil(lambda: len(slow.results) == 1)
-    assert slow.results[0].error is None
-    assert slow.renderer.renderings > 1
-
-
 def test_what_is_called_off_ends_with_the_present_rendering_and_the_next_begins(
     qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
 ) -> None:
@@ -138,14 +127,3 @@ def test_as_the_window_closes_it_ends_with_the_present_rendering(
     slow.worker.join()
     assert slow.renderer.renderings == 1
     assert slow.results == []
-
-
-def test_an_error_on_the_way_is_delivered_as_a_sentence(
-    qtbot: QtBot, slow: Harness, ask: Callable[[int], Request]
-) -> None:
-    slow.renderer.error = RenderError("The graphics card is gone; start again.")
-    slow.begin(ask(1))
-    slow.renderer.may_end.release()
-    qtbot.waitUntil(lambda: len(slow.results) == 1)
-    assert slow.results[0].error == "The graphics card is gone; start again."
-    assert slow.results[0].value is None

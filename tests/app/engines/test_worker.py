@@ -7,9 +7,9 @@ from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines.messages import Result
-from app.engines.requests import BatchRequest, VisibilityRequest
+from app.engines.requests import VisibilityRequest
 from app.engines.worker import EngineWorker
-from model.errors import CheckpointError, RenderError
+from model.errors import RenderError
 from model.scene.region import Region
 
 
@@ -110,19 +110,6 @@ def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot: QtBot)
     assert harness.receivers == [threading.current_thread()]
 
 
-def test_an_engine_that_cannot_be_built_is_told(qtbot: QtBot) -> None:
-    def build() -> FakeEngine:
-        raise CheckpointError("model: the folder is missing.")
-
-    worker = EngineWorker(build, "test")
-    errors: list[str] = []
-    worker.engineFailed.connect(errors.append)
-    with qtbot.waitSignals([worker.engineFailed, worker.finished], order="strict"):
-        worker.start()
-    assert errors == ["model: the folder is missing."]
-    worker.join()
-
-
 def test_stopping_while_rendering_waits_for_nothing_and_delivers_nothing(qtbot: QtBot) -> None:
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
@@ -188,15 +175,4 @@ def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
     value = harness.results[1].value
     assert value is not None
     assert value.shape == (1, 256)
-    harness.end(qtbot)
-
-
-def test_what_is_not_offered_is_an_error_as_data(qtbot: QtBot) -> None:
-    harness = Harness(qtbot, FakeEngine())
-    image = make_request(7)
-    request = BatchRequest(image.inputs, image.quality, codes=((0.0,) * 8,))
-    with qtbot.waitSignal(harness.worker.resultReady):
-        harness.worker.submit(request)
-    assert harness.results[0].request is request
-    assert harness.results[0].error == "The fake does not offer that."
     harness.end(qtbot)

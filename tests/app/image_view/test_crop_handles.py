@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -67,10 +66,6 @@ def pixel(handles: CropHandles, axis: int, side: int) -> QPointF:
     return next(
         handles.position(each) for each in handles.handles if (each.axis, each.side) == (axis, side)
     )
-
-
-def color_at(canvas: ImageCanvas, at: QPointF) -> QColor:
-    return canvas.grab().toImage().pixelColor(at.toPoint())
 
 
 def drag(canvas: ImageCanvas, start: QPointF, by: QPointF) -> None:
@@ -184,18 +179,6 @@ def test_a_plane_stops_a_voxel_before_its_opposite(
     assert state.crop.low[0] == 0.0
 
 
-def test_planes_across_the_line_of_sight_have_no_handles(
-    state: ViewerState, handles: CropHandles
-) -> None:
-    state.set_view(View(0.0, 0.0))
-    assert {handle.axis for handle in handles.handles} == {0, 2}
-    state.set_view(View(0.0, 90.0))
-    assert {handle.axis for handle in handles.handles} == {0, 1}
-    # From within the volume, what is in front.
-    state.start_view((3**-0.5,) * 3, view=View(45.0, 35.0, distance=0.25))
-    assert all(handle.depth > 0 and handle.is_behind for handle in handles.handles)
-
-
 def test_beside_handles_and_when_inactive_the_mouse_turns_the_view(
     state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:
@@ -215,17 +198,6 @@ def test_beside_handles_and_when_inactive_the_mouse_turns_the_view(
     assert state.crop is None
 
 
-def test_a_double_click_on_a_handle_keeps_the_view(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
-    state.set_view(replace(VIEW, pan_x=0.3))
-    at = pixel(handles, 0, 1).toPoint()
-    QTest.mouseDClick(canvas, LEFT, PLAIN, at)
-    QTest.mouseRelease(canvas, LEFT, PLAIN, at)
-    assert state.view == replace(VIEW, pan_x=0.3)
-    assert not state.live
-
-
 def test_leaving_while_dragging_ends_the_drag(
     qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:
@@ -240,35 +212,3 @@ def test_leaving_while_dragging_ends_the_drag(
             leave()
         assert not state.live
         QTest.mouseRelease(canvas, LEFT)
-
-
-def test_the_handle_under_the_mouse_tells_its_voxel(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
-    assert handles.label == ""
-    usual = canvas.cursor().shape()
-    at = pixel(handles, 0, 1)
-    assert color_at(canvas, at) == QColor(theme.TEXT)
-    QTest.mouseMove(canvas, at.toPoint())
-    assert handles.label == "x: last voxel 40"
-    assert color_at(canvas, at) == QColor(theme.ACCENT)
-    assert canvas.cursor().shape() != usual
-    state.start_view(state.proportions, axis_labels=tuple("LRPASI"), view=VIEW)
-    state.crop_input.set(CropBox((0.0, 0.0, 0.0), (0.5, 1.0, 1.0)))
-    assert handles.label == "x (R–L): last voxel 20"
-    QTest.mouseMove(canvas, QPoint(1, 1))
-    assert handles.label == ""
-    assert canvas.cursor().shape() == usual
-
-
-def test_nothing_is_painted_or_dragged_without_an_image_or_when_inactive(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
-    at = pixel(handles, 0, 1)
-    handles.set_active(False)
-    assert color_at(canvas, at) == QColor("black")
-    handles.set_active(True)
-    canvas.show_message("failed")
-    assert color_at(canvas, at).lightness() < 60
-    drag(canvas, at, QPointF(-40, 0))
-    assert state.crop is None

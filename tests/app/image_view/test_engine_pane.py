@@ -7,7 +7,7 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeEngine, make_request
 
-from app.engines.client import Channel, EngineClient
+from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
 from app.state.at_work import PATIENCE_MS
 from app.state.brightness import Brightness
@@ -80,31 +80,6 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
     gate.release()
 
 
-def test_it_says_what_it_waits_for_then_shows_image_and_facts(
-    qtbot: QtBot, pane: EnginePane
-) -> None:
-    pane.client.start(lambda: FakeEngine(description="CPU"), "Loading …")
-    assert pane.canvas.message == "Loading …"
-    assert not pane.client.is_settled
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(7))
-    assert red(pane) == 7
-    assert pane.canvas.message == ""
-    device, *size, milliseconds, unit = pane.detail.split()
-    assert device == "CPU"
-    assert size == ["8", "×", "8"]
-    assert float(milliseconds) >= 0
-    assert unit == "ms"
-
-
-def test_a_live_image_says_how_many_there_are_a_second(qtbot: QtBot, pane: EnginePane) -> None:
-    pane.client.start(FakeEngine, "Loading …")
-    pane.client.submit(make_request(3, live=True))
-    qtbot.waitUntil(lambda: pane.canvas.image is not None)
-    assert red(pane) == 3 and not pane.client.is_settled
-    assert pane.status.startswith("moving ") and pane.status.endswith(" fps")
-
-
 def test_an_error_is_drawn_over_the_image_and_the_next_image_clears_it(
     qtbot: QtBot, pane: EnginePane
 ) -> None:
@@ -124,50 +99,6 @@ def test_an_error_is_drawn_over_the_image_and_the_next_image_clears_it(
         pane.client.submit(make_request(3))
     assert pane.client.error is None
     assert red(pane) == 3
-
-
-def test_the_caption_says_how_true_the_image_is(qtbot: QtBot, pane: EnginePane) -> None:
-    caption = pane.caption
-    pane.resize(700, 500)
-    pane.client.start(lambda: FakeEngine(description="CPU"), "Loading …")
-    assert (caption.title, caption.detail) == ("Engine", "")
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(7))
-    pane.set_light("direct light")
-    assert (pane.status, caption.tone) == ("CPU, direct light", "dim")
-    assert caption.accessibleName() == "Engine, CPU, direct light"
-    assert pane.canvas.progress is None and "8 × 8" in caption.toolTip()
-    # A narrow pane has room for the renderer alone.
-    pane.resize(400, 300)
-    pane.show()
-    assert pane.status == "CPU"
-    pane.set_hint("Elevation 89° is outside")
-    assert (pane.status, caption.tone) == ("CPU, outside training", "attention")
-    assert "Elevation 89° is outside" in caption.toolTip()
-    pane.client.fail("It failed.")
-    assert (pane.status, caption.tone) == ("failed", "error")
-
-
-def test_a_line_says_that_a_finer_image_follows(qtbot: QtBot) -> None:
-    preferences = Preferences(None)
-    client, other = EngineClient("test"), EngineClient("other")
-    brightness = Brightness(preferences, preferences)
-    stand_in = Channel(other, "stand-in", other)
-    pane = EnginePane("Engine", client, brightness, "exact", stand_in=stand_in)
-    preferences.setParent(pane)
-    qtbot.addWidget(pane, before_close_func=close)
-    gate = threading.Semaphore(1)
-    client.start(lambda: FakeEngine(gate=gate, description="CPU"), "Loading …")
-    client.submit(make_request(1))
-    client.submit(make_request(2))
-    qtbot.waitUntil(lambda: pane.canvas.image is not None)
-    seen, settled = pane.canvas.progress, client.is_settled
-    gate.release()
-    qtbot.waitUntil(lambda: client.is_settled)
-    # Unless both were asked for before the first was begun.
-    assert settled or (seen is not None and 0 < seen < 1)
-    assert (pane.status, pane.caption.tone) == ("CPU", "dim")
-    assert pane.canvas.progress is None
 
 
 def test_the_captions_tooltip_says_why_another_renderer_draws(

@@ -8,7 +8,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.image_view.exactness_slider import UNKNOWN
 from app.state.exactness import USUAL
 from app.state.reference_work import ReferenceChoices
 from app.window.main_window import MainWindow
@@ -46,13 +45,3 @@ def test_in_path_traced_light_samples_stay_apart(lighting: Lighting, exact: floa
     for stop, distance in (("fast", 0.5), (USUAL, 0.5), ("exact", exact)):
         choices = ReferenceChoices(lighting, stop=stop)
         assert choices.settings(None).sample_distance == distance
-
-
-def test_a_narrow_bar_has_the_slider_alone(make_window: Callable[..., MainWindow]) -> None:
-    window = make_window()
-    control = window.exactness
-    window.resize(1440, 900)
-    wide = control.figures.width()
-    window.resize(1000, 800)
-    assert control.slider.isVisible() and control.figures.isVisible()
-    assert control.figures.text() == UNKNOWN and control.figures.width() < wide / 3

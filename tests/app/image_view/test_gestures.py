@@ -83,14 +83,6 @@ def scroll(widget: QWidget, at: QPointF, *, angle: int = 0, pixels: int = 0) -> 
     QApplication.sendEvent(widget, event)
 
 
-def test_the_wheel_zooms_live_and_comes_to_rest(
-    qtbot: QtBot, state: ViewerState, canvas: QWidget
-) -> None:
-    with qtbot.waitSignals([state.viewChanged, state.viewChangeFinished], order="strict"):
-        scroll(canvas, QPointF(100, 100), angle=240)
-    assert state.view == zoom(HOME_VIEW, 2)
-
-
 def test_the_wheel_zooms_to_the_cursor(qtbot: QtBot, state: ViewerState, canvas: QWidget) -> None:
     with qtbot.waitSignal(state.viewChangeFinished):
         # Parts of a notch, as wheels of high resolution send them.
@@ -215,19 +207,6 @@ def test_a_drag_whose_release_was_kept_from_it_ends(
     assert state.view == rolled
 
 
-def test_a_press_begins_anew_after_a_release_that_was_kept(
-    state: ViewerState, canvas: QWidget
-) -> None:
-    send(canvas, PRESS, 100, 50, RIGHT, RIGHT)
-    send(canvas, MOVE, 150, 100, NONE, RIGHT)
-    rolled = state.view
-    send(canvas, PRESS, 100, 100, LEFT, LEFT)
-    assert not state.live
-    send(canvas, MOVE, 110, 100, NONE, LEFT)
-    send(canvas, RELEASE, 110, 100, LEFT, NONE)
-    assert state.view == orbit(rolled, 10, 0)
-
-
 def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(
     qtbot: QtBot, state: ViewerState, canvas: QWidget
 ) -> None:
@@ -253,15 +232,6 @@ def test_a_double_click_goes_home(state: ViewerState, canvas: QWidget) -> None:
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton)
     assert state.view == home
     assert home != HOME_VIEW
-
-
-def test_the_second_of_two_quick_pans_resets_nothing(state: ViewerState, canvas: QWidget) -> None:
-    state.set_view(View(azimuth=200.0))
-    QTest.mouseDClick(canvas, Qt.MouseButton.MiddleButton, pos=QPoint(100, 100))
-    QTest.mouseMove(canvas, QPoint(120, 100))
-    QTest.mouseRelease(canvas, Qt.MouseButton.MiddleButton, pos=QPoint(120, 100))
-    assert state.view.azimuth == 200.0
-    assert state.view.pan_x == pytest.approx(0.2)
 
 
 def test_a_click_that_trembles_turns_nothing(state: ViewerState, canvas: QWidget) -> None:

@@ -2,12 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from pytestqt.qtbot import QtBot
 
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.theme import ON_IMAGE
 
 
 def test_pixels_keep_their_place_and_value() -> None:
@@ -17,12 +15,6 @@ def test_pixels_keep_their_place_and_value() -> None:
     assert (image.width(), image.height()) == (3, 2)
     assert image.pixelColor(2, 0).getRgb() == (255, 128, 0, 255)
     assert image.pixelColor(2, 1).getRgb() == (0, 0, 0, 255)
-
-
-@pytest.mark.parametrize(("value", "level"), [(-3.0, 0), (7.0, 255), (np.nan, 0)])
-def test_values_outside_the_range_are_clipped(value: float, level: int) -> None:
-    rgba = np.full((1, 1, 4), value, dtype=np.float32)
-    assert to_qimage(rgba).pixelColor(0, 0).red() == level
 
 
 @pytest.fixture
@@ -45,38 +37,7 @@ def test_the_image_is_shown_centred_with_its_own_shape(canvas: ImageCanvas) -> N
     assert color_at(canvas, 210, 50) == QColor("black")
 
 
-def test_a_message_darkens_the_image_and_the_next_image_clears_it(canvas: ImageCanvas) -> None:
-    white = to_qimage(np.ones((8, 8, 4), dtype=np.float32))
-    canvas.show_image(white)
-    canvas.show_message("broken")
-    assert canvas.message == "broken"
-    assert 0 < color_at(canvas, 105, 5).red() < 128
-    canvas.show_image(white)
-    assert canvas.message == ""
-    assert color_at(canvas, 105, 5) == QColor("white")
-
-
-def test_progress_is_a_line_at_the_upper_edge(canvas: ImageCanvas) -> None:
-    canvas.show_image(to_qimage(np.zeros((8, 8, 4), dtype=np.float32)))
-    before = canvas.grab().toImage()
-    canvas.set_progress(0.5)
-    after = canvas.grab().toImage()
-    assert color_at(canvas, 149, 1) == QColor(ON_IMAGE.change)
-    assert color_at(canvas, 151, 1) == QColor("black")
-    assert before.copy(0, 2, 300, 98) == after.copy(0, 2, 300, 98)
-    canvas.set_progress(None)
-    assert canvas.grab().toImage() == before
-
-
-def test_keys_bring_a_ring_and_the_mouse_does_not(qtbot: QtBot, canvas: ImageCanvas) -> None:
-    canvas.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-    canvas.show()
-    qtbot.waitActive(canvas)
-    for reason, ring in (
-        (Qt.FocusReason.MouseFocusReason, False),
-        (Qt.FocusReason.TabFocusReason, True),
-    ):
-        canvas.clearFocus()
-        canvas.setFocus(reason)
-        qtbot.waitUntil(canvas.hasFocus)
-        assert (color_at(canvas, 0, 50) == QColor(ON_IMAGE.change)) == ring
+@pytest.mark.parametrize(("value", "level"), [(-3.0, 0), (7.0, 255), (np.nan, 0)])
+def test_values_outside_the_range_are_clipped(value: float, level: int) -> None:
+    rgba = np.full((1, 1, 4), value, dtype=np.float32)
+    assert to_qimage(rgba).pixelColor(0, 0).red() == level

@@ -61,27 +61,3 @@ def test_dragging_moves_the_light_live_and_then_finally(qtbot: QtBot, ball: Ligh
     # A click puts the light there.
     qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=MIDDLE - QPoint(0, DIAMETER // 4))
     assert (state.light.azimuth, state.light.elevation) == pytest.approx((0, 28), abs=3)
-
-
-def test_a_fixed_light_is_shown_and_explained(qtbot: QtBot, ball: LightBall) -> None:
-    ball._state.start_light(None)
-    ball.set_light(LightDirection(50.0, 10.0), None)
-    assert ball.isVisible() and not ball.isEnabled()
-    assert ball.direction == LightDirection(50.0, 10.0)
-    assert "model" in ball.toolTip()
-    ball.set_light(None, None)
-    assert not ball.isVisible()
-
-
-def test_the_ball_is_brightest_where_the_light_comes_from(qtbot: QtBot) -> None:
-    state = ViewerState()
-    ball = LightBall(state)
-    qtbot.addWidget(ball)
-    ball.set_light(LightDirection(), LIMITS)
-    state.light_input.set(LightDirection(70.0, 0.0))
-    image = ball.grab().toImage()
-    row = image.height() // 2
-    left, right = (
-        image.pixelColor(int(share * image.width()), row).lightness() for share in (0.2, 0.8)
-    )
-    assert right > left + 40

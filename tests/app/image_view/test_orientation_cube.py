@@ -4,14 +4,12 @@ from collections.abc import Iterator
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from app import theme
 from app.image_view.gestures import ViewGestures
-from app.image_view.orientation_cube import PLACE, SIZE, OrientationCube
+from app.image_view.orientation_cube import SIZE, OrientationCube
 from app.state.viewer_state import ViewerState
 from model.scene.axes import axis_direction
 from model.scene.orientation import STANDARD_VIEWS
@@ -85,27 +83,3 @@ def test_labels_are_the_patients_where_they_are_known(
     for labels, shown in ((tuple("EWNSUD"), "E"), ((), "+X"), (None, "P")):
         cube.set_labels(labels)
         assert cube.labels["+x"] == shown
-
-
-def test_the_face_under_the_mouse_is_marked(state: ViewerState, cube: OrientationCube) -> None:
-    def color(name: str) -> QColor:
-        face = cube.visible_faces[name].toPoint()
-        # Beside the label.
-        return cube.grab().toImage().pixelColor(face + QPoint(0, 14))
-
-    assert color("Front") != QColor(theme.ACCENT)
-    QTest.mouseMove(cube, cube.visible_faces["Front"].toPoint())
-    assert color("Front") == QColor(theme.ACCENT)
-
-
-def test_it_keeps_to_the_corner_and_takes_nothing_beside_it(
-    state: ViewerState, canvas: QWidget, cube: OrientationCube
-) -> None:
-    canvas.resize(260, 400)
-    assert (cube.x(), cube.y()) == (260 - SIZE - PLACE, PLACE)
-    assert canvas.childAt(cube.geometry().center()) is cube
-    assert canvas.childAt(cube.geometry().topLeft() + QPoint(2, 2)) is None
-    before = state.view
-    QTest.mouseClick(cube, Qt.MouseButton.MiddleButton)
-    QTest.mouseMove(cube, QPoint(0, 0))
-    assert state.view == before

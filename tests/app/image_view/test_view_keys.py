@@ -9,7 +9,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.image_view.gestures import ViewGestures
 from app.image_view.view_keys import ViewKeys
 from app.image_view.view_steps import zoom
 from app.state.viewer_state import HOME_VIEW, ViewerState
@@ -81,30 +80,6 @@ def test_a_key_that_is_held_is_a_drag(qtbot: QtBot, state: ViewerState, image: Q
     assert state.live
     QApplication.sendEvent(image, QFocusEvent(QEvent.Type.FocusOut))
     assert not state.live
-
-
-def test_a_key_that_is_released_after_shift_ends_under_its_other_name(
-    state: ViewerState, image: QWidget
-) -> None:
-    def send(kind: QEvent.Type, key: Qt.Key, keys: Qt.KeyboardModifier) -> None:
-        QApplication.sendEvent(image, QKeyEvent(kind, key, keys, 21, 0, 0))
-
-    send(QEvent.Type.KeyPress, Qt.Key.Key_Plus, SHIFT)
-    assert state.live
-    send(QEvent.Type.KeyRelease, Qt.Key.Key_Equal, PLAIN)
-    assert (state.live, state.view) == (False, zoom(HOME_VIEW, 1))
-
-
-def test_an_image_takes_the_focus_by_a_click_that_turns(
-    qtbot: QtBot, state: ViewerState, image: QWidget
-) -> None:
-    ViewGestures(image, state)
-    assert image.focusPolicy() == Qt.FocusPolicy.WheelFocus
-    image.show()
-    image.activateWindow()
-    image.clearFocus()
-    QTest.mouseClick(image, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(image.hasFocus)
 
 
 def test_the_image_gets_its_keys_before_shortcuts(

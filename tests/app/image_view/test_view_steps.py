@@ -12,9 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from app.image_view.view_steps import (
     DEGREES_PER_PIXEL,
-    FARTHEST,
-    NEAREST,
-    notches_of,
     orbit,
     pan,
     roll,
@@ -52,18 +49,6 @@ def test_rolling_turns_the_picture_clockwise(view: View, degrees: float) -> None
     assert -180 <= turned.roll < 180
 
 
-def test_zooming_has_limits_and_can_be_taken_back() -> None:
-    view = View(distance=0.8)
-    assert zoom(view, 1).distance < 0.8
-    assert zoom(zoom(view, 3), -3).distance == pytest.approx(0.8)
-    assert zoom(view, 1000).distance == NEAREST
-    assert zoom(view, -1000).distance == FARTHEST
-    nearest = View(distance=NEAREST, pan_x=0.2)
-    assert zoom(nearest, 3, (0.5, 0.5)) == nearest
-    # A pinch enlarges by its factor.
-    assert zoom(view, notches_of(1.6)).distance == pytest.approx(0.5)
-
-
 @pytest.mark.parametrize("up", AXES)
 def test_orbiting_turns_about_the_up_axis(up: str) -> None:
     view = view_in(up, 20.0, 35.0, 0.0, 0.6, 0.1, 0.2)
@@ -83,13 +68,6 @@ def test_tumbling_turns_about_the_images_own_axes(view: View, dx: float, dy: flo
     turned = Rotation.from_rotvec(np.radians(DEGREES_PER_PIXEL) * np.array([dy, dx, 0.0]))
     np.testing.assert_allclose(after.basis(), turned.as_matrix() @ view.basis(), atol=1e-8)
     assert after.pan_x == 0.5
-
-
-def test_tumbling_knows_no_pole() -> None:
-    view = View(30.0, 80.0)
-    for _ in range(9):
-        view = tumble(view, 0.0, 100.0)
-    np.testing.assert_allclose(view.basis(), View(30.0, 80.0).basis(), atol=1e-8)
 
 
 def place_of(view: View, point: NDArray[np.float64]) -> NDArray[np.float64]:

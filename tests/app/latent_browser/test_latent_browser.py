@@ -441,22 +441,6 @@ def test_a_space_that_cannot_be_opened_is_explained(
     assert session.map is None
 
 
-def test_a_map_that_fails_leaves_the_principal_components(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    builders.map_folder = tmp_path
-
-    def fail(_self: EmbeddingProcess, _progress: object) -> None:
-        raise LatentError("The map cannot be computed.")
-
-    monkeypatch.setattr(EmbeddingProcess, "run", fail)
-    window = make_window()
-    window.browse.click()
-    qtbot.waitUntil(lambda: "cannot be computed" in window.notice.text)
-    assert window.workspace.latent.session.map is not None
-
-
 def test_another_volume_has_its_own_map(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
@@ -471,28 +455,6 @@ def test_another_volume_has_its_own_map(
     before = window.state.transfer_function
     window.browser.taking.take(tf, "old", None)
     assert window.state.transfer_function == before
-
-
-def test_the_model_draws(qtbot: QtBot, window: MainWindow, builders: FakeBuilders) -> None:
-    pictures = window.workspace.latent.pictures
-    assert pictures.drawer.source == "exact"
-    assert window.browser.bar.engine.isEnabled()
-    assert window.browser.bar.codec.menuAction().isVisible()
-    window.latent_state.choose(engine="learned")
-    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "learned")
-    assert any(r.channel == "grid" for r in builders.generators[-1].others)
-    window.latent_state.choose(codec="model")
-    qtbot.waitUntil(lambda: builders.spaces[-1] == Path("model"))
-
-
-def test_every_colouring_has_a_legend(window: MainWindow) -> None:
-    for coloring in ("value", "opacity", "modes", "distance"):
-        window.latent_state.choose(coloring=coloring)
-        assert window.browser.map.grab().toImage().width() > 100
-        shades = window.browser.map._shades
-        assert shades is not None
-        assert shades.legend.title
-        assert len(np.unique(shades.colors, axis=0)) > (0 if coloring == "modes" else 4)
 
 
 def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None:
@@ -526,3 +488,19 @@ def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None
     assert latent.brush != brush
     QTest.keyClick(grid, Qt.Key.Key_Minus)
     assert latent.brush == pytest.approx(brush)
+
+
+def test_a_map_that_fails_leaves_the_principal_components(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    builders.map_folder = tmp_path
+
+    def fail(_self: EmbeddingProcess, _progress: object) -> None:
+        raise LatentError("The map cannot be computed.")
+
+    monkeypatch.setattr(EmbeddingProcess, "run", fail)
+    window = make_window()
+    window.browse.click()
+    qtbot.waitUntil(lambda: "cannot be computed" in window.notice.text)
+    assert window.workspace.latent.session.map is not None

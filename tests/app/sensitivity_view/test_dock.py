@@ -16,7 +16,6 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QApplication,
-    QScrollArea,
     QToolButton,
     QWidget,
 )
@@ -25,10 +24,9 @@ from window_fakes import FakeBuilders
 
 from app.sensitivity_view.response_layer import place_flags, round_below
 from app.state.sensitivity_state import SensitivityState
-from app.theme import DARK, LIGHT, Colors, apply_theme
+from app.theme import DARK, LIGHT, Colors
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
-from model.sensitivity.intervals import Interval
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -138,26 +136,6 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot: QtBot, window: M
     assert state.active == 0 and window.sensitivity.findings.isHidden()
 
 
-def test_a_panel_that_scrolls_shows_its_rows_to_their_ends(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    findings = window.sensitivity.findings
-    three = tuple(Interval(v, v - 5, v + 5, 0.4 - v / 1000) for v in (130.0, 160.0, 190.0))
-    for size in SIZES[:2]:
-        findings.set_open(True)
-        resize(qtbot, window, *size)
-        window.sensitivity.responses.flag(three)
-        (scroll,) = findings.findChildren(QScrollArea)
-        bar = scroll.verticalScrollBar().sizeHint().width()
-        assert scroll.widget().minimumSizeHint().width() <= findings.width() - 1 - bar - 1
-    # Two buttons close it, and it stays closed in a wide window.
-    resize(qtbot, window, 1700, 900)
-    assert findings.isVisible()
-    window.sensitivity.chips.panel.click()
-    resize(qtbot, window, 1750, 900)
-    assert findings.isHidden()
-
-
 @pytest.mark.parametrize("seed", range(20))
 def test_flags_stand_beside_one_another_in_the_plot(qtbot: QtBot, seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -235,92 +213,6 @@ def test_without_a_layer_nothing_is_asked_and_both_come_back() -> None:
     assert (state.choices.shown, state.choices.curve, state.choices.visible) == (True, False, True)
 
 
-def test_voxels_fold_into_a_menu_and_chips_become_colours_beside_the_panel(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    chips, histogram = window.sensitivity.chips, window.editor.area.histogram
-    resize(qtbot, window, 1280, 720)
-    assert chips.voxels.isVisible()
-    chips.voxels.click()
-    assert not histogram.is_shown
-    resize(qtbot, window, 1000, 640)
-    assert chips.voxels.isHidden()
-    wide = chips.change.width()
-    (voxels,) = (a for a in chips.change_menu.actions() if a.text() == "Voxels")
-    assert voxels.isVisible() and not voxels.isChecked()
-    voxels.trigger()
-    assert histogram.is_shown
-    window.sensitivity.findings.set_open(True)
-    QApplication.processEvents()
-    assert chips.change.width() < wide - 20
-    assert chips.change.accessibleName() == "Change" and chips.change.toolTip()
-    # The bar under the mouse says its voxels.
-    area = window.editor.area
-    free = area.pixel(area.opacity, 0.5, 0.95)
-    assert "voxels of" in area._said_at(free) or "voxel of" in area._said_at(free)
-    peak = window.editor.opacity.peaks[0]
-    assert area._said_at(area.widget.mapFromScene(peak.scenePos())) == ""
-    window.sensitivity.chips.voxels.click()
-    assert area._said_at(free) == ""
-
-
-def test_every_control_has_a_name_a_tooltip_and_can_be_hit(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    window.sensitivity_state.pin(150.0)
-    window.sensitivity.findings.set_open(True)
-    qtbot.waitUntil(lambda: window.sensitivity.responses.flags[0].isVisible())
-    window.editor.select_strongest()
-    QApplication.processEvents()
-    found = controls(window.editor)
-    assert len(found) > 20
-    for control in found:
-        name = control.accessibleName() or getattr(control, "text", str)()
-        assert name and control.toolTip(), f"{control} {name}"
-        assert control.focusPolicy() != Qt.FocusPolicy.NoFocus, f"{control} {name}"
-        assert control.width() >= 24 and control.height() >= 18, f"{control} {name}"
-    icons = [c for c in found if isinstance(c, QToolButton) and not c.text()]
-    assert all(c.accessibleName() for c in icons)
-    plot = window.editor.area.widget
-    assert plot.accessibleDescription().startswith("Mode 3 of 3, value ")
-    assert "opacity 0." in plot.accessibleDescription()
-    # Tab goes from the header to the plot, its flags, its card and the panel.
-    window.sensitivity_state.unpin()
-    resize(qtbot, window, 1280, 800)
-    view, editor = window.sensitivity, window.editor
-    reached: list[QWidget] = []
-    here: QWidget = editor.menu.presets_button
-    while here not in reached:
-        reached.append(here)
-        here = here.nextInFocusChain()
-        while not (here.isVisible() and here.isEnabled() and here.focusPolicy() & Qt.TabFocus):
-            here = here.nextInFocusChain()
-    mine = [w for w in reached if editor.isAncestorOf(w)]
-    wanted = [
-        editor.menu.presets_button, editor.add_button, view.chips.region, view.chips.change,
-        view.chips.panel, editor.area.widget, view.responses.flags[0], editor.card.value,
-        editor.card.width_box, editor.card.height_box, editor.card.remove_button,
-        view.findings.close_button, view.findings.raises[0], view.findings.isolates[0],
-        view.findings.height_box, view.findings.adds[0], view.what_if.button,
-    ]  # fmt: skip
-    assert [mine.index(w) for w in wanted] == sorted(mine.index(w) for w in wanted)
-    # All that takes clicks is among them.
-    missing = [w for w in controls(editor) if w.isEnabled() and w not in mine]
-    assert not [w.accessibleName() or w.toolTip() for w in missing]
-    # F6 goes through header, plot, card and panel.
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    window.reference.canvas.setFocus()
-    areas = [*window.editor.areas, window.sensitivity.findings]
-    reached = []
-    for _ in range(8):
-        QTest.keyClick(window, Qt.Key.Key_F6)
-        focus = QApplication.focusWidget()
-        inside = [n for n, area in enumerate(areas) if area is focus or area.isAncestorOf(focus)]
-        reached += inside[-1:]
-    assert reached[:4] == [0, 1, 2, 3]
-
-
 MACHADO_DEUTERANOPIA = np.array(
     [
         [0.367322, 0.860646, -0.227968],
@@ -386,42 +278,6 @@ def test_a_flag_of_an_older_image_is_dim_and_adds_nothing(
     QTest.keyClick(flag, Qt.Key.Key_Return)
     assert len(state.transfer_function.opacity.modes) == count + 1
     assert state.edits.stack.count() == 1
-
-
-def test_only_one_colour_bar_is_shown(qtbot: QtBot, window: MainWindow) -> None:
-    view = window.sensitivity
-    window.sensitivity_state.pin(150.0)
-    qtbot.waitUntil(lambda: bool(view.exact.caption and view.learned.caption))
-    bars = [cover.bar for cover in (view.exact, view.learned)]
-    assert [bar.isVisible() for bar in bars] == [False, True]
-    low, end = bars[1].said.split(" to ")[0], bars[1].said.split(" to ")[1]
-    assert low.startswith("−") and end.startswith("+") and "learned" in end
-    window.sensitivity_state.unpin()
-    assert not any(bar.isVisible() for bar in bars)
-
-
-def test_another_theme_is_taken_by_all_that_is_painted(
-    qtbot: QtBot, qapp: QApplication, window: MainWindow
-) -> None:
-    window.editor.select_strongest()
-    window.sensitivity_state.hover(150.0, effect=False)
-    try:
-        apply_theme(qapp, "light")
-        qapp.processEvents()
-        area, view = window.editor.area, window.sensitivity
-        assert QColor(view.responses._curves["exact"].opts["pen"].color()) == QColor(LIGHT.change)
-        assert window.editor.opacity._curve.opts["pen"].color() == QColor(LIGHT.curve)
-        assert area.second_labels._color == QColor(LIGHT.change)
-        assert LIGHT.field in window.editor.card.color_button.styleSheet()
-        assert LIGHT.visible in view.band.tag.text.styleSheet()
-        assert LIGHT.text in view.source.text() and DARK.text not in view.source.text()
-        picture = area.widget.grab().toImage()
-        corner = area.rect.topLeft() + QPoint(30, 6)
-        ratio = picture.devicePixelRatio()
-        assert picture.pixelColor(corner * ratio) == QColor(LIGHT.plot)
-    finally:
-        apply_theme(qapp, "dark")
-        qapp.processEvents()
 
 
 def test_a_peaks_label_covers_no_handle(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +26,10 @@ from app.engines.requests import (
 )
 from app.glosses import without_links
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.sensitivity_view.band_layer import _percent
 from app.sensitivity_view.what_if import CLICK_MS
 from app.state.sensitivity_answers import Agreement
 from app.window.main_window import MainWindow
 from model.errors import RenderError
-from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.tf_emphasis import STRIKING_COLORS
@@ -139,16 +136,6 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
     ):
         label._take_hint(hint)
         assert without_links(label._agreement_text(Agreement(1.0, learned))).endswith(said)
-
-
-def test_without_a_model_the_ray_caster_answers(qtbot: QtBot, make_window: WindowMaker) -> None:
-    window = make_window(model=None)
-    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.answers.regions)
-    text = window.sensitivity.source.said
-    assert "exact" in text and "learned" not in text
-    window.sensitivity_state.choose(engine="learned")
-    assert "no model of this volume" in window.sensitivity.source.said
-    assert window.sensitivity.responses.curve("exact").size == 0
 
 
 def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(
@@ -336,22 +323,6 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     assert tag.text == ""
 
 
-def test_in_what_if_an_edit_at_the_value_under_the_mouse_is_rendered(
-    qtbot: QtBot, window: MainWindow
-) -> None:
-    hover(window, 140.0, effect=False)
-    what_if = window.sensitivity.what_if
-    qtbot.waitUntil(what_if.button.isEnabled)
-    QTest.keyPress(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "difference of pixel values" in window.sensitivity.exact.caption)
-    assert "140" in what_if.result
-    band = window.sensitivity.band
-    assert band.text.startswith("edit at 140")
-    QTest.keyRelease(window, Qt.Key.Key_W)
-    assert not band.text.startswith("edit")
-    qtbot.waitUntil(lambda: "part of a pixel" in window.sensitivity.learned.caption)
-
-
 def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
     qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
 ) -> None:
@@ -417,15 +388,6 @@ def test_exact_and_learned_fields_have_one_scale(
     qtbot.waitUntil(lambda: exact.scale == learned.scale == pytest.approx(scale_of(highest)))
 
 
-def test_an_arrow_says_where_a_curve_leaves_the_plot(window: MainWindow) -> None:
-    responses = window.sensitivity.responses
-    assert not responses.arrows
-    responses._limit /= 2
-    responses._mark_cut()
-    # The fake's only peak, of both engines.
-    assert responses.arrows == pytest.approx([139.2, 139.2], abs=0.5)
-
-
 def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindow) -> None:
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     width = state.choices.width
@@ -458,24 +420,6 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
     hover(window, 112.0)
     assert window.sensitivity_state.band is not None
-
-
-def test_a_kept_band_ends_as_users_expect(qtbot: QtBot, window: MainWindow) -> None:
-    viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
-    window.editor.select_strongest()
-    for how in ("escape in the plot", "escape in the image", "click"):
-        drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
-        qtbot.waitUntil(lambda: "Escape" in window.sensitivity.learned.caption)
-        assert window.sensitivity.band.tag.release.isVisible()
-        if how == "click":
-            QTest.mouseClick(viewport, Qt.MouseButton.LeftButton, pos=over_plot(window, 190.0, 0.7))
-            assert state.band is not None and not state.band.pinned
-            QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
-        else:
-            focused = window.editor.area.widget if "plot" in how else window.reference.canvas
-            QTest.keyClick(focused, Qt.Key.Key_Escape)
-        assert state.band is None and window.generator.canvas.cover is None
-        assert not window.sensitivity.band.tag.release.isVisible()
 
 
 def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
@@ -696,16 +640,6 @@ def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainW
         QTest.keyRelease(window, Qt.Key.Key_W)
 
 
-def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:
-    assert "outside" not in window.sensitivity.source.said
-    window.state.set_view(replace(window.state.view, elevation=88.0))
-    window.state.set_view(replace(window.state.view, roll=170.0))
-    assert "outside what it was trained on" in window.sensitivity.source.said
-    window.sensitivity_state.pin(150.0)
-    qtbot.waitUntil(lambda: "learned, outside" in window.sensitivity.learned.caption)
-    assert "outside" not in window.sensitivity.exact.caption
-
-
 def test_switched_off_nothing_is_asked_or_shown(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
@@ -729,25 +663,6 @@ def test_switched_off_nothing_is_asked_or_shown(
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
     assert button.toolTip().startswith("Switch Change or Visible on")
-
-
-def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWindow) -> None:
-    state, dispatcher = window.state, window.workspace.sensitivity
-    window.sensitivity_state.pick((0.5, 0.5))
-    for change in (
-        lambda: state.set_view(View(azimuth=77.0)),
-        lambda: state.tf_input.set(make_tf(), "preset"),
-        lambda: state.crop_input.set(CropBox((0.5, 0.0, 0.0))),
-        state.edits.undo,
-    ):
-        change()
-        qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.region))
-        qtbot.waitUntil(
-            lambda: (
-                dispatcher.answers.pick is not None and dispatcher.answers.pick.is_of(state.inputs)
-            )
-        )
-        qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
 
 
 def test_the_values_that_a_region_shows_are_named(
@@ -822,22 +737,6 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     builders.analysts[-1].gate = None
 
 
-def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWindow) -> None:
-    window.sensitivity_state.pin(150.0)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    scale = window.sensitivity.exact.scale
-    QTest.mouseClick(window.sensitivity.learned.bar, Qt.MouseButton.LeftButton)
-    assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
-    window.sensitivity_state.pin(199.0)
-
-    def is_answered() -> bool:
-        field = window.workspace.sensitivity.answers.fields.get("exact")
-        return field is not None and field.request.values == (199.0, 199.0)
-
-    qtbot.waitUntil(is_answered)
-    assert window.sensitivity.exact.scale == scale
-
-
 def test_flags_number_the_highest_peaks_of_the_curve(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -903,6 +802,22 @@ def test_the_values_of_a_region_are_listed_to_be_raised_and_lowered(
     assert state.place is None
 
 
+def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWindow) -> None:
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
+    scale = window.sensitivity.exact.scale
+    QTest.mouseClick(window.sensitivity.learned.bar, Qt.MouseButton.LeftButton)
+    assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
+    window.sensitivity_state.pin(199.0)
+
+    def is_answered() -> bool:
+        field = window.workspace.sensitivity.answers.fields.get("exact")
+        return field is not None and field.request.values == (199.0, 199.0)
+
+    qtbot.waitUntil(is_answered)
+    assert window.sensitivity.exact.scale == scale
+
+
 def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: FakeBuilders) -> None:
     window = MainWindow(builders.make(), None)
     qtbot.addWidget(window)
@@ -915,8 +830,3 @@ def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: Fa
         button.click()
     assert window.sensitivity.result() is None
     window.close()
-
-
-def test_what_shows_a_little_is_not_said_to_show_nothing() -> None:
-    said = [_percent(share) for share in (0.0, 0.0001, 0.002, 0.02)]
-    assert said == ["0 %", "0 %", "under 1 %", "2 %"]

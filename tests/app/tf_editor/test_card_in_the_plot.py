@@ -12,11 +12,11 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QColorDialog, QLabel, QToolButton
+from PySide6.QtWidgets import QApplication, QColorDialog, QToolButton
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
-from app.tf_editor.editor import CAPTIONED_FROM, TransferFunctionEditor
+from app.tf_editor.editor import TransferFunctionEditor
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
@@ -116,15 +116,6 @@ def test_the_card_hides_no_label(make_editor: EditorMaker, mean: float) -> None:
     assert plot_of(editor).contains(editor.card.geometry())
 
 
-def test_a_pins_card_is_above_it(make_editor: EditorMaker) -> None:
-    editor = make_editor()
-    for index in range(3):
-        editor.selection.select("color", index)
-        pin = editor.area.widget.mapFromScene(editor.color.stops[index].scenePos())
-        assert plot_of(editor).contains(editor.card.geometry())
-        assert distance(editor.card.geometry(), pin) <= 30
-
-
 def test_while_a_handle_is_dragged_it_has_its_numbers_only(make_editor: EditorMaker) -> None:
     editor = make_editor()
     viewport = editor.area.widget.viewport()
@@ -159,15 +150,6 @@ def test_f2_types_the_value_tab_goes_on_and_escape_returns(
     assert editor.area.widget.hasFocus()
 
 
-def test_captions_go_where_there_is_little_room(make_editor: EditorMaker) -> None:
-    editor = make_editor(CAPTIONED_FROM)
-    wide = editor.card.width()
-    editor.resize(CAPTIONED_FROM - 1, 315)
-    QApplication.processEvents()
-    assert editor.card.width() < wide - 60
-    assert editor.card.value.accessibleName() == "Value"
-
-
 def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
     make_editor: EditorMaker, state: ViewerState
 ) -> None:
@@ -190,24 +172,3 @@ def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
     dialog.setCurrentColor(QColor("#ffffff"))
     dialog.accept()
     assert len(state.transfer_function.color.stops) == len(before.color.stops) + 1
-
-
-def test_in_a_plot_hardly_larger_than_itself_the_card_is_somewhere(
-    make_editor: EditorMaker,
-) -> None:
-    editor = make_editor(260, 100)
-    assert editor.card.isVisible()
-    assert editor.card.geometry().left() < editor.width()
-
-
-def test_a_click_between_the_fields_is_not_the_plots(
-    make_editor: EditorMaker, state: ViewerState
-) -> None:
-    editor = make_editor()
-    before = state.transfer_function
-    caption = editor.card.findChildren(QLabel)[0]
-    for widget, at in ((caption, caption.rect().center()), (editor.card, QPoint(3, 14))):
-        QTest.mouseClick(widget, Qt.MouseButton.LeftButton, pos=at)
-        QTest.mouseDClick(widget, Qt.MouseButton.LeftButton, pos=at)
-    assert editor.card.isVisible() and editor.selection.index("opacity") == 0
-    assert state.transfer_function == before

@@ -101,18 +101,6 @@ def test_dragging_a_flank_changes_only_the_width(
     assert mode.width == pytest.approx(15.0, abs=0.3)
 
 
-def test_a_click_selects_visibly_and_beside_the_handles_deselects(
-    editor: TransferFunctionEditor,
-) -> None:
-    assert not any(h.is_selected_look for h in editor.opacity.peaks)
-    click(editor, pixel(editor, 170.0, 0.5))
-    assert [h.is_selected_look for h in editor.opacity.peaks] == [False, True]
-    assert all(h.isVisible() for h in editor.opacity.flanks)
-    click(editor, pixel(editor, 150.0, 0.9))
-    assert not any(h.is_selected_look for h in editor.opacity.peaks)
-    assert not any(h.isVisible() for h in editor.opacity.flanks)
-
-
 def test_a_double_click_adds_a_mode_and_delete_removes_it(
     qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
@@ -127,18 +115,6 @@ def test_a_double_click_adds_a_mode_and_delete_removes_it(
     assert state.transfer_function == before
     state.edits.undo()
     assert state.transfer_function.opacity.modes[2] == added
-
-
-def test_arrow_keys_nudge_and_merge(editor: TransferFunctionEditor, state: ViewerState) -> None:
-    click(editor, pixel(editor, 130.0, 0.5))
-    keys = editor.area.widget
-    QTest.keyClick(keys, Qt.Key.Key_Right)
-    QTest.keyClick(keys, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
-    QTest.keyClick(keys, Qt.Key.Key_Up)
-    mode = state.transfer_function.opacity.modes[0]
-    assert mode.mean == pytest.approx(130.0 + 11 * state.transfer_function.opacity.bin_width)
-    assert mode.amplitude == pytest.approx(0.51)
-    assert state.edits.stack.count() == 1
 
 
 def test_a_click_on_the_strip_adds_a_stop_without_changing_colors(
@@ -189,15 +165,6 @@ def test_the_color_dialog_is_live_and_can_be_cancelled(
     assert state.transfer_function == other
 
 
-def test_a_double_click_on_a_stop_opens_the_dialog(
-    editor: TransferFunctionEditor, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    opened: list[int] = []
-    monkeypatch.setattr(editor.color, "choose_color", opened.append)
-    QTest.mouseDClick(editor.area.widget.viewport(), LEFT, pos=strip_pixel(editor, 150.0))
-    assert opened == [1]
-
-
 def choose(editor: TransferFunctionEditor, text: str) -> None:
     """Choose from the context menu that is open."""
     (menu,) = (m for m in editor.area.widget.findChildren(QMenu) if m.isVisible())
@@ -236,15 +203,3 @@ def test_a_free_curve_has_points_that_can_be_dragged(
     assert editor.card.heading == "Point 2 of 3"
     QTest.keyClick(editor.area.widget, Qt.Key.Key_Delete)
     assert len(state.transfer_function.opacity.points) == 2
-
-
-def test_the_strongest_mode_can_be_selected_from_outside(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
-    tf = state.transfer_function
-    strong = replace(tf.opacity.modes[1], amplitude=0.9)
-    state.tf_input.set(
-        replace(tf, opacity=replace(tf.opacity, modes=(tf.opacity.modes[0], strong))), "edit"
-    )
-    editor.select_strongest()
-    assert editor.selection.index("opacity") == 1

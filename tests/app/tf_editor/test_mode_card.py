@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
@@ -38,20 +36,6 @@ def type_number(box: NumberBox, text: str) -> None:
     QTest.keyClick(box, Qt.Key.Key_Return)
 
 
-def test_the_numbers_follow_a_drag(
-    card: ModeCard, state: ViewerState, selection: Selection
-) -> None:
-    selection.select("opacity", 0)
-    tf = state.transfer_function
-    mode = replace(tf.opacity.modes[0], mean=123.25, width=4.5, amplitude=0.75)
-    modes = (mode, tf.opacity.modes[1])
-    state.tf_input.move(replace(tf, opacity=replace(tf.opacity, modes=modes)))
-    assert card.value.text() == "123.25"
-    assert card.width_box.text() == "4.5"
-    assert card.height_box.text() == "0.75"
-    state.tf_input.finish("drag")
-
-
 def test_typed_numbers_reach_the_session_and_can_be_undone(
     card: ModeCard, state: ViewerState, selection: Selection
 ) -> None:
@@ -80,11 +64,3 @@ def test_a_stop_between_two_others_can_be_typed_only_up_to_them(
     selection.select("color", 0)
     assert not card.value.isEnabled()
     assert not card.remove_button.isEnabled()
-
-
-def test_buttons_ask_for_what_they_say(qtbot: QtBot, card: ModeCard, selection: Selection) -> None:
-    assert not card.remove_button.isEnabled()
-    selection.select("opacity", 0)
-    with qtbot.waitSignals([card.colorRequested, card.removeRequested], order="strict"):
-        card.color_button.click()
-        card.remove_button.click()

@@ -1,10 +1,7 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from PySide6.QtCore import QEvent, QRectF, Qt
-from PySide6.QtGui import QFocusEvent
-from PySide6.QtWidgets import QApplication
+from PySide6.QtCore import QRectF
 from pytestqt.qtbot import QtBot
 
 from app.short_numbers import MINUS
@@ -74,30 +71,3 @@ def test_no_two_numbers_overlap_and_those_at_the_ends_are_there(qtbot: QtBot) ->
         for index, (box, _) in enumerate(boxes):
             assert not any(QRectF(box).intersects(other) for other, _ in boxes[index + 1 :])
         assert boxes[1][0].right() <= width + RIGHT_MARGIN
-
-
-def test_the_voxels_are_said_for_each_bar(qtbot: QtBot) -> None:
-    area = PlotArea()
-    qtbot.addWidget(area.widget)
-    area.set_data(np.array([12345, 1, 0]), np.array([0.0, 10.0, 20.0, 30.0]), (0.0, 30.0), "")
-    QApplication.processEvents()
-    said = area.histogram.said_at
-    assert said(3.0, "linear") == "12,345 voxels of 0 to 10"
-    assert said(10.0, "linear") == "1 voxel of 10 to 20"
-    assert said(29.0, "linear") == "0 voxels of 20 to 30"
-    assert said(31.0, "linear") == ""
-
-
-def test_only_keys_bring_a_ring(qtbot: QtBot) -> None:
-    area = PlotArea()
-    qtbot.addWidget(area.widget)
-    widget = area.widget
-    for reason, ringed in (
-        (Qt.FocusReason.TabFocusReason, True),
-        (Qt.FocusReason.MouseFocusReason, False),
-        (Qt.FocusReason.ShortcutFocusReason, True),
-    ):
-        QApplication.sendEvent(widget, QFocusEvent(QEvent.Type.FocusIn, reason))
-        assert widget.property("ringed") == ringed
-        QApplication.sendEvent(widget, QFocusEvent(QEvent.Type.FocusOut, reason))
-        assert not widget.property("ringed")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import pyqtgraph as pg
 import pytest
 from editor_events import LEFT, double_click, drag, pixel
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -65,22 +64,6 @@ def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(
     state.edits.undo()
     assert state.transfer_function == before
     assert not state.edits.stack.canUndo()
-
-
-def test_a_point_at_the_end_of_the_range_leaves_the_grip_in_sight(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
-    lo, hi = state.scalar_range
-    opacity = OpacityTF((lo, hi), points=((lo, 1.0), (hi, 1.0)))
-    state.tf_input.set(replace(state.transfer_function, opacity=opacity), "points")
-    widget, width = editor.area.widget, editor.area.widget.width()
-    for line, outwards in zip(editor.range.lines, (-1, 1), strict=True):
-        reached = line.boundingRect()
-        reach = reached.right() if outwards > 0 else -reached.left()
-        # A point's mark has a radius of 6 pixels.
-        assert reach > 6
-        place = widget.mapFromScene(line.scenePos()).x()
-        assert 0 <= place + outwards * reach <= width
 
 
 def test_what_a_line_passes_over_comes_back(
@@ -169,19 +152,6 @@ def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(
     assert state.transfer_function == before
 
 
-def test_a_handle_is_dragged_to_values_of_the_zoomed_logarithmic_axis(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
-    editor.menu.set_logarithmic(True)
-    wheel(editor, pixel(editor, 150.0, 0.7), 2)
-    drag(editor, pixel(editor, 130.0, 0.5), pixel(editor, 145.0, 0.8))
-    mode = state.transfer_function.opacity.modes[0]
-    assert (mode.mean, mode.amplitude) == (
-        pytest.approx(145.0, abs=0.3),
-        pytest.approx(0.8, abs=0.02),
-    )
-
-
 def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(
     editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
@@ -209,38 +179,6 @@ def test_a_logarithmic_axis_inverts_itself_and_says_where_values_are(
     assert (np.diff(axis.places(values)) > 0).all()
     for place, text in axis.ticks():
         assert axis.value(place) == pytest.approx(float(text), rel=1e-3, abs=1e-6)
-
-
-def test_an_axis_never_leaves_its_values() -> None:
-    axis = ScalarAxis.over((0.0, 10.0)).zoomed(4.0, 0.5)
-    assert axis.visible == pytest.approx((3.75, 6.25))
-    assert axis.shifted(100.0).visible == pytest.approx((7.5, 10.0))
-    assert axis.zoomed(0.01).visible == (0.0, 10.0)
-
-
-def test_a_small_range_is_shown_large(qtbot: QtBot, state: ViewerState) -> None:
-    editor = TransferFunctionEditor(state)
-    qtbot.addWidget(editor)
-    editor.set_data(np.array([10, 1]), np.array([0.0, 1e4, 1e6]), (0.0, 1e6), "")
-    state.start_volume(state.transfer_function, None)
-    lo, hi = editor.area.axis.visible
-    assert lo <= 100.0 < 200.0 <= hi
-    assert hi - lo < 200.0
-
-
-@pytest.mark.parametrize("logarithmic", [False, True])
-def test_a_curve_drawn_by_others_stays_at_its_values(
-    editor: TransferFunctionEditor, logarithmic: bool
-) -> None:
-    curve = pg.PlotCurveItem()
-    samples = np.linspace(100.0, 200.0, 256)
-    editor.area.draw(curve, samples / 1000, (100.0, 200.0))
-    editor.menu.set_logarithmic(logarithmic)
-    editor.area.set_axis(editor.area.axis.zoomed(3.0, 0.4))
-    places, heights = np.asarray(curve.xData), np.asarray(curve.yData)
-    assert places.min() == 0
-    assert places.max() <= 1
-    np.testing.assert_allclose(heights, editor.area.axis.values(places) / 1000, rtol=1e-3)
 
 
 def test_a_dragged_line_stretches_the_tf_and_back(

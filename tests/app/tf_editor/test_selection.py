@@ -10,18 +10,6 @@ from model.scene.tf_editing import add_opacity_handle, move_opacity_handle
 from model.scene.transfer_function import OpacityTF
 
 
-def test_one_handle_at_a_time(qtbot: QtBot) -> None:
-    selection = Selection()
-    with qtbot.waitSignals([selection.changed] * 2):
-        selection.select("opacity", 1)
-        selection.select("color", 2)
-    assert selection.selected == Selected("color", 2)
-    assert selection.index("color") == 2
-    assert selection.index("opacity") is None
-    with qtbot.assertNotEmitted(selection.changed):
-        selection.select("color", 2)
-
-
 def test_a_handle_that_is_gone_is_dropped() -> None:
     selection = Selection()
     selection.select("opacity", 1)

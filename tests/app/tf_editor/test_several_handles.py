@@ -9,7 +9,6 @@ import pytest
 from editor_events import NONE, click, drag, pixel
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
@@ -60,14 +59,6 @@ def test_modes_selected_together_are_dragged_together_with_their_colors(
     assert editor.selection.indices("opacity") == (0,)
 
 
-def test_colors_stay_when_they_are_not_to_follow(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
-    editor.moves.colors_follow = False
-    drag(editor, pixel(editor, 130.0, 0.5), pixel(editor, 140.0, 0.5))
-    assert stops(state) == [s[0] for s in STOPS]
-
-
 def test_a_frame_with_shift_selects_and_keys_act_on_all(
     editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
@@ -85,17 +76,6 @@ def test_a_frame_with_shift_selects_and_keys_act_on_all(
     assert state.transfer_function == before
 
 
-def test_ctrl_a_takes_all_of_a_kind_and_delete_keeps_the_ends(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
-    editor.selection.select("color", 2)
-    press_key(editor, Qt.Key.Key_A, CTRL)
-    assert editor.selection.indices("color") == (0, 1, 2, 3, 4)
-    press_key(editor, Qt.Key.Key_Delete)
-    assert stops(state) == [100.0, 200.0]
-    assert state.edits.stack.count() == 1
-
-
 def test_tab_reaches_every_handle_and_leaves_at_the_end(
     qtbot: QtBot, editor: TransferFunctionEditor
 ) -> None:
@@ -109,23 +89,6 @@ def test_tab_reaches_every_handle_and_leaves_at_the_end(
     assert reached == modes + [("color", index, None) for index in range(5)]
     press_key(editor, Qt.Key.Key_Backtab, SHIFT)
     assert editor.selection.index("color") == 3
-
-
-def test_tab_leaves_the_plots(qtbot: QtBot, state: ViewerState) -> None:
-    window = QWidget()
-    qtbot.addWidget(window)
-    editor = TransferFunctionEditor(state)
-    layout = QVBoxLayout(window)
-    layout.addWidget(editor)
-    layout.addWidget(QPushButton("after"))
-    editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
-    window.show()
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    editor.area.widget.setFocus()
-    editor.selection.select("color", 2)
-    press_key(editor, Qt.Key.Key_Tab)
-    assert not editor.area.widget.hasFocus()
 
 
 def test_arrows_on_a_flank_change_the_width(

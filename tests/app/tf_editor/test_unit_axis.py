@@ -30,12 +30,6 @@ def test_places_and_values_are_each_others_inverse(
 
 
 @pytest.mark.parametrize("scalar_range", RANGES)
-def test_the_ends_are_exact(scalar_range: tuple[float, float]) -> None:
-    axis = ScalarAxis.over(scalar_range)
-    assert (axis.value(0.0), axis.value(1.0)) == scalar_range
-
-
-@pytest.mark.parametrize("scalar_range", RANGES)
 def test_ticks_say_the_value_at_their_place(scalar_range: tuple[float, float]) -> None:
     lo, hi = scalar_range
     marks = ticks(scalar_range)
@@ -44,8 +38,3 @@ def test_ticks_say_the_value_at_their_place(scalar_range: tuple[float, float]) -
     for place, text in marks:
         assert -1e-6 <= place <= 1 + 1e-6
         assert float(text) == pytest.approx(lo + place * (hi - lo), abs=1e-3 * (hi - lo))
-
-
-def test_ticks_are_round() -> None:
-    assert [text for _, text in ticks((0.0, 1.0))] == ["0", "0.2", "0.4", "0.6", "0.8", "1"]
-    assert [text for _, text in ticks((0.0, 255.0))] == ["0", "50", "100", "150", "200", "250"]
