@@ -324,6 +324,8 @@ BAD_INPUT = [
     ("paint", "neither a command"),
     ("dataset --count 5 --window 1 --out x", "not a scalar window"),
     ("dataset --count 99999999999 --out x", "--count"),
+    ("dataset --count 5 --size 16 --out x --scheduler nowhere", "No Dask scheduler answers at"),
+    ("dataset --count 5 --out x --scheduler tcp://a:1 --workers 2", "leave one of --workers"),
     ("dataset --count 9999999 --size 4096 --out x", "GB"),
     ("sensitivity --engine learned --lighting direct --out x.png", "--engine exact"),
     ("sensitivity --engine learned --range 0,1 --out x.png", "leave --range and --scale out"),

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import pytest
 from skimage.io import imread
 
 from app.cli import run
-from app.cli.choices import PaperItem
 from model.evaluation.study import STUDIES
 from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
@@ -84,8 +82,3 @@ def test_studies(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> No
     assert "Recipe of all" in (folder / f"{item}.md").read_text()
     found = json.loads((folder / f"{item}.json").read_text())
     assert set(found["variants"]) == {v.name for v in STUDIES[item].variants}
-
-
-def test_every_item_has_a_maker_and_a_test() -> None:
-    items = set(get_args(PaperItem))
-    assert items == {"all", *FIGURES, "table1", "table2", *STUDIES}

@@ -146,23 +146,6 @@ def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(
     assert state.view == VIEW
 
 
-def test_dragging_is_live_until_the_release(
-    qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
-    start, end = pixel(handles, 0, 1), pixel(handles, 0, 0)
-    QTest.mousePress(canvas, LEFT, PLAIN, start.toPoint())
-    QTest.mouseMove(canvas, (start + (end - start) / 3).toPoint())
-    assert state.live
-    # Another button changes nothing.
-    QTest.mousePress(canvas, Qt.MouseButton.MiddleButton, PLAIN, start.toPoint())
-    QTest.mouseRelease(canvas, Qt.MouseButton.MiddleButton, PLAIN, start.toPoint())
-    assert state.live
-    assert state.view == VIEW
-    with qtbot.waitSignal(state.crop_input.changeFinished):
-        QTest.mouseRelease(canvas, LEFT, PLAIN, end.toPoint())
-    assert not state.live
-
-
 def test_a_plane_stops_a_voxel_before_its_opposite(
     state: ViewerState, canvas: ImageCanvas, handles: CropHandles
 ) -> None:

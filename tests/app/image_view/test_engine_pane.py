@@ -99,24 +99,3 @@ def test_an_error_is_drawn_over_the_image_and_the_next_image_clears_it(
         pane.client.submit(make_request(3))
     assert pane.client.error is None
     assert red(pane) == 3
-
-
-def test_the_captions_tooltip_says_why_another_renderer_draws(
-    qtbot: QtBot, pane: EnginePane
-) -> None:
-    engine = FakeEngine(description="ray caster")
-    engine.remark, engine.by_raycast = "No graphics card draws here.", True
-    pane.client.start(lambda: engine, "Loading …")
-    pane.resize(900, 400)
-    pane.show()
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(7))
-    assert pane.client.by_raycast
-    assert pane.detail.startswith("ray caster")
-    assert "No graphics card" not in pane.detail
-    assert "No graphics card draws here." in pane.caption.toolTip()
-    # The engine of another choice says nothing.
-    pane.client.start(FakeEngine, "Loading …")
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(8))
-    assert not pane.client.by_raycast and "graphics card" not in pane.caption.toolTip()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, product
@@ -253,33 +252,6 @@ def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors: Colors,
             assert abs(light[one] - light[other]) >= 9, (one, other, light)
 
 
-def test_a_flag_of_an_older_image_is_dim_and_adds_nothing(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
-    flag = window.sensitivity.responses.flags[0]
-    qtbot.waitUntil(flag.isEnabled)
-    analyst = builders.analysts[-1]
-    analyst.gate = threading.Semaphore(0)
-    window.sensitivity_state.choose(engine="exact")
-    window.state.set_view(replace(window.state.view, azimuth=100.0))
-    assert not flag.isEnabled()
-    tf = window.state.transfer_function
-    QTest.mouseDClick(flag, LEFT)
-    assert window.state.transfer_function == tf
-    for _ in range(60):
-        analyst.gate.release()
-    qtbot.waitUntil(flag.isEnabled)
-    analyst.gate = None
-    # Enter on one makes its edit in one step.
-    state = window.state
-    qtbot.waitUntil(lambda: flag.isVisible() and flag.isEnabled())
-    count = len(state.transfer_function.opacity.modes)
-    flag.setFocus()
-    QTest.keyClick(flag, Qt.Key.Key_Return)
-    assert len(state.transfer_function.opacity.modes) == count + 1
-    assert state.edits.stack.count() == 1
-
-
 def test_a_peaks_label_covers_no_handle(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -318,16 +290,3 @@ def test_a_peaks_label_covers_no_handle(
         for handle in window.editor.opacity.peaks:
             at = window.editor.area.widget.mapFromScene(handle.scenePos())
             assert not box.contains(at)
-    # Buttons of a row are drawn where mouse or focus are.
-    window.sensitivity.findings.set_open(True)
-    rows = window.sensitivity.findings.value_rows
-    for row in rows[:2]:
-        row.say(("1 to 2", "40 %"), "", share=0.4)
-        row.setEnabled(True)
-    # The first one, while nothing is pointed at.
-    assert [row.is_lit for row in rows[:2]] == [True, False]
-    window.activateWindow()
-    qtbot.waitUntil(window.isActiveWindow)
-    window.sensitivity.findings.lowers[1].setEnabled(True)
-    window.sensitivity.findings.lowers[1].setFocus()
-    assert [row.is_lit for row in rows[:2]] == [False, True]
