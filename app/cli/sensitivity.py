@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,9 +34,6 @@ from model.scene.volume import Volume
 from model.sensitivity.global_scale import global_scale
 from model.sensitivity.measure import Measure
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
-
-if TYPE_CHECKING:
-    pass
 
 PAPER_BLOCKS = 16
 """Blocks along each side by which ``blockwise`` makes the field of a value, as in the paper."""
