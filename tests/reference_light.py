@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,22 +51,10 @@ def picture(
     opacity: Numbers | None = None,
     least: float = 0.0,
 ) -> Numbers:
-    """Draw a picture.
+    """Return a picture (rows, columns, 4): RGBA, premultiplied, clipped to 0 to 1.
 
-    Parameters
-    ----------
-    volume, inputs, size, sample_distance, lighting
-        See :class:`model.rendering.raycast.renderer.RaycastRenderer`.
-    per_sample, opacity : ndarray, shape (256,), optional
-        Opacities of a whole step and of a voxel's length, in place of the TF's; see
-        :mod:`tests.reference_raycaster` for complex ones.
-    least : float
-        See :func:`tests.reference_raycaster.alphas_of`.
-
-    Returns
-    -------
-    ndarray, shape (rows, columns, 4)
-        RGBA, premultiplied, clipped to 0 to 1.
+    `per_sample` and `opacity` are opacities of a whole step and of a voxel's length, in place of
+    the TF's; complex ones, and `least`, as in :mod:`tests.reference_raycaster`.
     """
     raster = Raster.of(size)
     scalar_range = volume.scalar_range
@@ -236,13 +223,8 @@ def derivative(
 ) -> tuple[Array, Array]:
     """Return a picture (rows, columns, 4), and its exact derivative along an edit of the TF.
 
-    The derivative of an opaque sample diverges; it is that of an opacity of
-    :data:`LARGEST_OPACITY`, as the real one's.
-
-    Parameters
-    ----------
-    edit : ndarray, shape (256,)
-        Differences of opacity per voxel length.
+    The edit is of opacities per voxel length. The derivative of an opaque sample diverges; it is
+    that of an opacity of :data:`LARGEST_OPACITY`, as the real one's.
     """
     tiny = 1e-170
     opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
@@ -250,14 +232,6 @@ def derivative(
     slope = sample_distance * clear ** (sample_distance - 1)
     per_sample = correct(opacity, sample_distance) + 1j * tiny * edit * slope
     least = (1 - LARGEST_OPACITY) ** sample_distance
-    found = picture(
-        volume,
-        replace(inputs, light=inputs.light or LightDirection()),
-        size,
-        sample_distance,
-        lighting,
-        per_sample,
-        opacity + 1j * tiny * edit,
-        least,
-    )
+    opacity = opacity + 1j * tiny * edit
+    found = picture(volume, inputs, size, sample_distance, lighting, per_sample, opacity, least)
     return np.clip(found.real, 0, 1), found.imag / tiny

@@ -34,20 +34,11 @@ Numbers = NDArray[Any]
 
 @dataclass(frozen=True)
 class Rays:
-    """The samples of all rays of an image, in bins of the TF.
+    """The samples of all rays of an image, (rows, columns, samples), in bins of the TF.
 
-    Attributes
-    ----------
-    bins : ndarray, shape (rows, columns, samples)
-        0 to 255; NaN behind a ray's end, and where nothing was measured.
-    shares : ndarray, shape (rows, columns, samples)
-        Length of the step in front of each sample, as a fraction of a whole one.
-    along : ndarray, shape (rows, columns, samples)
-        World distance from the eye to each sample.
-    places : ndarray, shape (rows, columns, samples, 3)
-        Of the samples, in voxels, x first.
-    towards : ndarray, shape (rows, columns, 3)
-        World directions of the rays, of length 1.
+    Bins, 0 to 255, are NaN behind a ray's end and where nothing was measured; shares are lengths of
+    steps as fractions of a whole one, `along` world distances from the eye, places in voxels, x
+    first, and `towards` the rays' directions in the world.
     """
 
     bins: Array
@@ -64,17 +55,7 @@ def cast(
     sample_distance: float,
     crop: CropBox | None = None,
 ) -> Rays:
-    """Follow the rays through the centres of an image's pixels.
-
-    Parameters
-    ----------
-    size : int or Raster
-        Width and height in pixels, or the pixels of a wider image or of a part.
-    sample_distance : float
-        In voxels.
-    crop : CropBox, optional
-        Part of the volume that is shown; all of it by default.
-    """
+    """Follow the rays through the centres of an image's pixels, in steps of some voxels."""
     right, up, back = view.basis()
     distance = view.camera_distance(volume.radius)
     # From the first voxel: the origin may be so far away that nothing is left of the volume.
@@ -86,7 +67,8 @@ def cast(
     length = np.linalg.norm(towards, axis=-1)
     towards /= length[..., None]
     near = length * max(distance - 1.01 * volume.radius, 0.01 * volume.radius)
-    low, high = (np.array(corner) * extent for corner in _corners(crop))
+    box = crop or CropBox()
+    low, high = (np.array(corner) * extent for corner in (box.low, box.high))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         faces = np.stack([(low - eye) / towards, (high - eye) / towards])
     enter = np.fmax(near, np.fmin(*faces).max(axis=-1))
@@ -137,12 +119,10 @@ def at_bins(bins: Array, table: Numbers) -> Numbers:
 
 
 def alphas_of(bins: Array, shares: Array, per_sample: Numbers, least: float = 0.0) -> Numbers:
-    """Opacity of each sample, 0 behind a ray's end; see :func:`composite`.
+    """Opacity of each sample, 0 behind a ray's end.
 
-    Parameters
-    ----------
-    least : float
-        Transparency below which derivatives are those at it: by a part of a step, they diverge.
+    Of a lower transparency than `least` derivatives are those at it: by a part of a step, they
+    diverge.
     """
     alpha = at_bins(bins, per_sample)
     clear = np.maximum(1 - alpha.real, 0)
@@ -163,21 +143,7 @@ def weights_of(alpha: Numbers) -> Numbers:
 
 
 def composite(bins: Array, shares: Array, per_sample: Numbers, color: Array) -> Numbers:
-    """Composite samples front to back.
-
-    Parameters
-    ----------
-    bins, shares : ndarray, shape (..., samples)
-        See :class:`Rays`.
-    per_sample : ndarray, shape (256,)
-        Opacity of a whole step at each bin.
-    color : ndarray, shape (256, 3)
-
-    Returns
-    -------
-    ndarray, shape (..., 4)
-        RGBA, premultiplied.
-    """
+    """Composite samples (..., samples) front to back; return RGBA (..., 4), premultiplied."""
     weight = weights_of(alphas_of(bins, shares, per_sample))
     channels = [(weight * at_bins(bins, c)).sum(axis=-1) for c in color.T]
     return np.stack([*channels, weight.sum(axis=-1)], axis=-1)
@@ -206,11 +172,6 @@ def _pixels(raster: Raster, view: View) -> tuple[Array, Array]:
     shorter = min(raster.width, raster.height)
     x, y = np.meshgrid(columns / shorter - view.pan_x, rows / shorter - view.pan_y)
     return x, y
-
-
-def _corners(crop: CropBox | None) -> tuple[Any, Any]:
-    box = crop or CropBox()
-    return box.low, box.high
 
 
 def _nearest(mask: NDArray[np.bool_], places: Array) -> NDArray[np.bool_]:
