@@ -66,12 +66,6 @@ def test_one_of_several_times(tmp_path, name, time):
     assert [content.kind for content in volume.file.contents] == ["time"] * 4
 
 
-@pytest.mark.parametrize("order", ["C", "F"])
-def test_last_axes_of_few_values_are_components(tmp_path, order):
-    array = np.asarray(voxels("uint8", (6, 5, 7, 3)), order=order)
-    check(read_volume(write_npy(tmp_path / "a.npy", array), component=2), array[..., 2])
-
-
 def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:

@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from volume_writers import (
     check,
+    patched,
     refused,
     voxels,
     write_dicom,
@@ -49,15 +50,6 @@ def refusal(path, **options):
     return f"{message} {caught.value.suggested}" if caught.value.suggested else message
 
 
-def patched(path, offset, dtype, value):
-    """Overwrite numbers in a file."""
-    data = bytearray(path.read_bytes())
-    packed = np.array(value, dtype).tobytes()
-    data[offset : offset + len(packed)] = packed
-    path.write_bytes(data)
-    return path
-
-
 def replaced(path, old, new):
     data = path.read_bytes()
     assert old in data
@@ -88,7 +80,8 @@ def metaimage(*fields, **options):
 
 
 def nifti(offset, dtype, value):
-    return lambda path: patched(write_itk(path.with_suffix(".nii"), ARRAY), offset, dtype, value)
+    changes = {offset: (dtype, value)}
+    return lambda path: patched(write_itk(path.with_suffix(".nii"), ARRAY), changes)
 
 
 def vti(*change, **options):
@@ -100,7 +93,7 @@ def vti_blocks(numbers):
 
     def build(path):
         path = write_vti(path.with_suffix(".vti"), ARRAY, compressor="ZLib")
-        return patched(path, path.read_bytes().index(b"\n   _") + 5, "<u4", numbers)
+        return patched(path, {path.read_bytes().index(b"\n   _") + 5: ("<u4", numbers)})
 
     return build
 
@@ -128,7 +121,7 @@ def half_tiled(path):
 def short_strip(path):
     path = tiff(ARRAY)(path)
     strip = tag(path, 0, 279)
-    return patched(path, strip.offset + 8, "<u4", 3)
+    return patched(path, {strip.offset + 8: ("<u4", 3)})
 
 
 def named(name, content):
@@ -516,7 +509,7 @@ def test_tiff_directories_in_a_circle(tmp_path):
     with tifffile.TiffFile(path) as file:
         first, last = file.pages[0], file.pages[-1]
         after = last.offset + 2 + 12 * len(last.tags)
-    assert "circular reference" in refusal(patched(path, after, "<u4", first.offset))
+    assert "circular reference" in refusal(patched(path, {after: ("<u4", first.offset)}))
 
 
 def test_appended_data_is_looked_for_where_vtk_finds_it(tmp_path):
@@ -540,7 +533,7 @@ def test_a_tiff_that_made_vtk_crash(tmp_path):
     """One flipped bit makes another field of the resolution, of a type that it must not have."""
     array = voxels("uint8")
     path = write_tiff(tmp_path / "a.tif", array, resolution=(1, 1))
-    check(read_volume(patched(path, tag(path, 0, 282).offset, "<u2", 280)), array)
+    check(read_volume(patched(path, {tag(path, 0, 282).offset: ("<u2", 280)})), array)
 
 
 def write_header(folder, kind, name):

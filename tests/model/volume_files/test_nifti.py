@@ -7,7 +7,7 @@ import nibabel as nib
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
-from volume_writers import SPACING, check, refused, voxels, write_itk
+from volume_writers import SPACING, check, patched, refused, voxels, write_itk
 
 from model.volume_files import Choice, read_volume
 
@@ -20,16 +20,6 @@ ARRAY = voxels("int16")
 def save(path, array=ARRAY, affine=AFFINE, kind=nib.Nifti1Image):
     """Write an array, with x first as nibabel has it."""
     nib.save(kind(np.ascontiguousarray(array.T), affine), path)
-    return path
-
-
-def patched(path, changes):
-    """Change numbers of the head, given as {byte: (dtype, value)}."""
-    data = bytearray(path.read_bytes())
-    for offset, (dtype, value) in changes.items():
-        packed = np.array(value, dtype).tobytes()
-        data[offset : offset + len(packed)] = packed
-    path.write_bytes(data)
     return path
 
 

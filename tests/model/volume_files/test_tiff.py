@@ -201,15 +201,6 @@ def test_pages_written_one_by_one_are_a_stack_beside_a_thumbnail(tmp_path):
     check(read_volume(path), array, "Flat images were left out: 1")
 
 
-def test_colours_are_components(tmp_path):
-    array = voxels("uint8", (4, 5, 7, 3))
-    for config in ("contig", "separate"):
-        stored = array if config == "contig" else np.moveaxis(array, -1, 1)
-        path = tmp_path / f"{config}.tif"
-        tifffile.imwrite(path, stored, photometric="rgb", planarconfig=config)
-        check(read_volume(path, component=1), array[..., 1])
-
-
 def test_a_declared_value_of_no_data_is_missing(tmp_path):
     array = voxels("float32")
     array[2, 3, 4] = -9999

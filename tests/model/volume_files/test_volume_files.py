@@ -19,6 +19,7 @@ from volume_writers import (
     write_dicom,
     write_itk,
     write_legacy,
+    write_npy,
     write_nrrd,
     write_vti,
 )
@@ -158,7 +159,17 @@ def vector_nrrd(path, first):
     return write_nrrd(path, array, f"kinds: {kinds}", kind="float")
 
 
+def vector_tiff(path, config):
+    array = VECTORS if config == "contig" else np.moveaxis(VECTORS, -1, 1)
+    tifffile.imwrite(path, array, photometric="rgb", planarconfig=config)
+    return path
+
+
 VECTOR_FILES = {
+    "contig.tif": lambda path: vector_tiff(path, "contig"),
+    "separate.tif": lambda path: vector_tiff(path, "separate"),
+    "c.npy": lambda path: write_npy(path, VECTORS),
+    "fortran.npy": lambda path: write_npy(path, np.asfortranarray(VECTORS)),
     "first.nrrd": lambda path: vector_nrrd(path, True),
     "last.nrrd": lambda path: vector_nrrd(path, False),
     "itk.nrrd": lambda path: write_itk(path, VECTORS, vector=True),

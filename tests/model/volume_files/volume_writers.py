@@ -195,6 +195,16 @@ def item(**tags):
     return [ds]
 
 
+def patched(path, changes):
+    """Change numbers of a file, given as {byte: (dtype, value)}."""
+    data = bytearray(path.read_bytes())
+    for offset, (dtype, value) in changes.items():
+        packed = np.array(value, dtype).tobytes()
+        data[offset : offset + len(packed)] = packed
+    path.write_bytes(data)
+    return path
+
+
 def refused(path, match, **options):
     """Read what must be refused with a sentence that holds some words."""
     with pytest.raises(VolumeError, match=match):
