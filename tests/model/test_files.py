@@ -1,10 +1,91 @@
-"""Files are written whole or not at all."""
+"""JSON of strangers: read within bounds, checked by types."""
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import pytest
 
+from model import json_files
 from model.files import write_atomically, writing
+from model.json_files import MalformedError, build, parse_json, read_json
+
+
+@dataclass(frozen=True)
+class Part:
+    value: float
+
+
+@dataclass(frozen=True)
+class Whole:
+    part: Part
+    kind: Literal["a", "b"] = "a"
+    place: Path | None = None
+    pair: tuple[float, float] = (0.0, 1.0)
+    count: int = 1
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (b"1" * 5000, "digits"),
+        (b"[" * 200_000, "nested too deeply"),
+        (b'{"a":' * 200_000, "nested too deeply"),
+        (b'"\xff"', "no text"),
+        (b"{", "Expecting"),
+        (b"", "Expecting"),
+    ],
+)
+def test_what_is_no_json_is_malformed(content, told):
+    with pytest.raises(MalformedError, match=told):
+        parse_json(content)
+
+
+def test_a_byte_order_mark_is_skipped_and_names_of_files_come_back():
+    assert parse_json(b'\xef\xbb\xbf["\\udce9"]') == ["\udce9"]
+
+
+def test_a_longer_file_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(json_files, "MOST_BYTES", 10)
+    path = tmp_path / "a.json"
+    path.write_text("[1, 2, 3]")
+    assert read_json(path) == [1, 2, 3]
+    path.write_text("[1, 2, 3, 4]")
+    with pytest.raises(MalformedError, match="longer than"):
+        read_json(path)
+
+
+def test_dataclasses_are_built_from_plain_data():
+    data = {"part": {"value": 1}, "kind": "b", "place": "x/y", "pair": [2, 3]}
+    assert build(Whole, data) == Whole(Part(1.0), "b", Path("x/y"), (2.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        ([], "Expected object"),
+        ({}, r"'part' \(it is missing"),
+        ({"part": {}}, r"'part.value' \(it is missing"),
+        ({"part": {"value": "1"}}, r"'part.value' \(Expected float, got str"),
+        ({"part": {"value": 10**400}}, "out of range"),
+        ({"part": {"value": True}}, "bool"),
+        ({"part": {"value": 1}, "kind": "c"}, "'kind'"),
+        ({"part": {"value": 1}, "place": 3}, "'place'"),
+        ({"part": {"value": 1}, "pair": [1]}, "'pair'"),
+        ({"part": {"value": 1}, "count": 1.5}, "'count'"),
+        ({"part": {"value": 1}, "kind": "\udce9"}, "valid Unicode"),
+    ],
+)
+def test_wrong_data_is_named(data, told):
+    with pytest.raises(MalformedError, match=told):
+        build(Whole, data)
+
+
+def test_unknown_names_are_left_out_or_refused():
+    data = {"part": {"value": 1}, "more": 2}
+    assert build(Whole, data) == Whole(Part(1.0))
+    with pytest.raises(MalformedError, match="'more'"):
+        build(Whole, data, exact=True)
 
 
 def test_a_failed_write_leaves_what_was_there(tmp_path):
