@@ -79,19 +79,11 @@ def print_facts(title: str, rows: list[tuple[str, str]]) -> None:
     console.print(table)
 
 
-def print_table(
-    title: str, heading: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1
-) -> None:
-    """Print a table as wide as it is: where the output is no terminal, nothing is cut.
-
-    Parameters
-    ----------
-    left : int
-        Number of columns that are aligned to the left.
-    """
+def print_table(title: str, heading: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table as wide as it is: where the output is no terminal, nothing is cut."""
     table = Table(title=Text(title), title_justify="left")
     for number, name in enumerate(heading):
-        table.add_column(Text(name), justify="left" if number < left else "right")
+        table.add_column(Text(name), justify="right" if number else "left")
     for row in rows:
         table.add_row(*map(Text, row))
     wide = console if console.is_terminal else Console(file=console.file, width=WIDE)

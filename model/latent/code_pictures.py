@@ -62,7 +62,6 @@ def draw_cells(
     space: LatentSpace,
     cells: Cells,
     inputs: SceneInputs,
-    of: PictureOf = "code",
 ) -> Images:
     """Draw the pictures of a brushed rectangle's 4 x 4 cells, in one pass.
 
@@ -77,7 +76,7 @@ def draw_cells(
         As :func:`draw_codes` does, and when no cell has samples.
     """
     filled = cells.count > 0
-    drawn = draw_codes(generator, space, cells.codes[filled], inputs, of)
+    drawn = draw_codes(generator, space, cells.codes[filled], inputs)
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
     images[filled] = drawn
     return images

@@ -5,7 +5,6 @@ Every picture is of a latent code itself; see :mod:`model.latent.code_pictures`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -74,14 +73,12 @@ class Exploration:
     hovered: Place
 
 
-def final_map(
-    subject: Subject, samples: int, on_progress: Callable[[float], None] = lambda done: None
-) -> LatentMap:
+def final_map(subject: Subject, samples: int) -> LatentMap:
     """Return the map of the model's latent space, computed by t-SNE and kept if need be."""
     map_ = subject.space.open_map(samples)
     if map_.is_final:
         return map_
-    places = EmbeddingProcess(map_.codes).run(on_progress)
+    places = EmbeddingProcess(map_.codes).run()
     assert places is not None
     subject.space.keep_map(map_.codes, places)
     return map_.moved(places)

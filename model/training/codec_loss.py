@@ -141,6 +141,6 @@ def edit_error(decoded: Tensor, edits: Tensor) -> Tensor:
     return ((decoded - edits) / (2 * EDIT_HEIGHT)).square().mean()
 
 
-def layer_opacity(opacity_tf: Tensor, voxels: int = LAYER) -> Tensor:
-    """Opacity in [0, 1] of homogeneous layers of this thickness, for TFs in [-1, 1]."""
-    return 1 - (1 - decode_unit(opacity_tf)) ** voxels
+def layer_opacity(opacity_tf: Tensor) -> Tensor:
+    """Opacity in [0, 1] of homogeneous layers of :data:`LAYER` voxels, for TFs in [-1, 1]."""
+    return 1 - (1 - decode_unit(opacity_tf)) ** LAYER
