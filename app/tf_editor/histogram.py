@@ -84,7 +84,7 @@ class HistogramLayer:
         places = axis.places(self._edges).clip(-_BEYOND, 1.0 + _BEYOND)
         shown = np.diff(places) > 0
         if not shown.any():
-            self._curve.setData([], [])
+            self._curve.setData([], [], stepMode=None)
             return
         first, last = np.flatnonzero(shown)[[0, -1]]
         heights = np.log1p(self._drawn) / max(np.log1p(self._drawn.max()), 1.0)
