@@ -67,14 +67,6 @@ def test_what_takes_long_is_told_until_it_is_there(qtbot: QtBot, asking: Asking)
     qtbot.waitUntil(lambda: asking.told == [0.0, 0.75, None])
 
 
-def test_what_is_quick_is_not_told(qtbot: QtBot, asking: Asking) -> None:
-    asking.engine.may_end.release()
-    asking.ask()
-    qtbot.waitUntil(lambda: not asking.channels[0].is_pending)
-    qtbot.wait(80)
-    assert asking.told == []
-
-
 def test_what_is_called_off_is_no_longer_told(qtbot: QtBot, asking: Asking) -> None:
     asking.ask()
     asking.ask(1)

@@ -12,7 +12,6 @@ from app.state.dispatcher import (
     FIRST_SIZE,
     LONGEST_SECONDS,
     REST_SECONDS,
-    STAND_IN_SECONDS,
     Dispatcher,
 )
 from app.state.exactness import STOPS
@@ -121,19 +120,6 @@ def test_the_ray_casters_sharp_image_comes_before_vtks(
     # No coarse image of VTK's takes the place of the sharp one.
     assert reference.answer(slow).quality.pixels == PANE
     assert len(reference.asked) == 1
-    # Where the ray caster takes long, too, its image has fewer pixels.
-    for factor, scale in ((3.9, 0.5), (100.0, 0.18)):
-        for _ in range(12):
-            stand_in.answer(factor * STAND_IN_SECONDS / (PANE.width * PANE.height))
-        dispatcher.send()
-        assert stand_in.asked[-1].quality.pixels == PANE.scaled(scale)
-    # VTK's coarse image is then the sharper one.
-    assert reference.asked[-1].quality.pixels.width < PANE.width
-    # Where VTK takes minutes, it is not asked for all pixels.
-    for _ in range(8):
-        reference.answer(2 * LONGEST_SECONDS / (PANE.width * PANE.height))
-    dispatcher.send()
-    assert reference.asked[-1].quality.pixels.width < PANE.width
 
 
 def test_a_held_reference_leaves_the_first_image_to_the_ray_caster(
@@ -173,33 +159,6 @@ def test_a_drag_calls_off_what_is_being_refined(
     assert len(reference.asked) == count
     state.finish_view()
     assert len(reference.asked) == count + 1
-
-
-def test_what_the_ray_caster_draws_in_vtks_place_is_not_drawn_twice(
-    state: ViewerState, dispatcher: Dispatcher, clients: list[Client]
-) -> None:
-    _, reference, stand_in = clients
-    reference.by_raycast = True
-    dispatcher.change(may_stand_in=True)
-    dispatcher.send()
-    assert (len(reference.asked), len(stand_in.asked)) == (1, 0)
-    # While something moves it is drawn as it always is.
-    state.move_view(View(10.0))
-    assert (len(reference.asked), len(stand_in.asked)) == (1, 1)
-    assert stand_in.asked[-1].quality.live
-
-
-def test_an_image_at_rest_gets_ever_more_samples_up_to_the_most(
-    dispatcher: Dispatcher, clients: list[Client]
-) -> None:
-    reference = clients[1]
-    dispatcher.change(most_samples=64)
-    dispatcher.send()
-    asked = []
-    while not asked or reference.asked[-1] is not asked[-1]:
-        asked.append(reference.answer(1e-9))
-    whole = [each.quality.samples for each in asked if each.quality.pixels == PANE]
-    assert whole == [1, 2, 4, 8, 16, 32, 64]
 
 
 def drag(state: ViewerState, clients: list[Client]) -> Client:
@@ -288,24 +247,3 @@ def test_an_image_that_moves_takes_as_long_as_is_chosen(
             clients[1].answer(1e-6)
         assert clients[1].asked[-1].quality.error == step.error
     assert widths == sorted(widths) and widths[0] < widths[-1]
-
-
-@pytest.mark.parametrize("stands_in", [False, True])
-def test_a_choice_is_drawn_as_while_something_moves_and_then_at_rest(
-    dispatcher: Dispatcher, clients: list[Client], stands_in: bool
-) -> None:
-    _, reference, stand_in = clients
-    dispatcher.change(may_stand_in=stands_in)
-    dispatcher.show_trade()
-    drawer = stand_in if stands_in else reference
-    moving = drawer.answer(1e-6)
-    assert moving.quality.live
-    rest = reference.asked[-1]
-    assert not rest.quality.live and rest.inputs == moving.inputs
-    while reference.asked[-1] is not rest or rest.quality.pixels != PANE:
-        rest = reference.answer(1e-9)
-    # What nobody sees is not drawn.
-    asked = len(drawer.asked)
-    dispatcher.change(hidden=frozenset({reference}))
-    dispatcher.show_trade()
-    assert len(drawer.asked) == asked

@@ -55,12 +55,6 @@ def test_two_images_are_compared_as_a_screen_shows_them() -> None:
     assert distance(other, large) == pytest.approx(expected, rel=0.03)
 
 
-def test_at_rest_nothing_is_said_of_an_image_that_is_not_the_wanted_one() -> None:
-    errors = ImageErrors()
-    errors.note(result(0.5, live(), inputs=replace(INPUTS, view=View(80.0))), WHOLE)
-    assert said(errors) == "" and said(errors, moves=True) == "coarser while moving"
-
-
 def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known() -> None:
     errors = ImageErrors()
     errors.note(result(0.4, live()), WHOLE)
@@ -106,30 +100,5 @@ def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     assert errors.moving == (0.1, None)
     errors.note(result(0.5), WHOLE)
     assert errors.moving == (0.1, pytest.approx(0.1))
-    # One that moves in full is exact.
-    errors.note(result(0.5, live(1.0)), WHOLE)
-    assert errors.moving == (0.1, 0.0)
-    # Time and error of the ray caster's are those of what has moved, too.
-    moved = ImageRequest(INPUTS, live(), stands_in=True)
-    errors.note(replace(result(0.48), request=moved, seconds=0.02), WHOLE, moves=True)
-    errors.note(result(0.5), WHOLE)
-    assert errors.moving == (0.02, pytest.approx(0.02))
     errors.forget()
     assert errors.moving is None
-
-
-@pytest.mark.parametrize(("own", "found"), [(0.006, None), (0.004, pytest.approx(0.01))])
-def test_a_path_traced_image_measures_once_it_is_much_better(own: float, found: object) -> None:
-    errors = ImageErrors()
-    errors.note(result(0.49, live()), WHOLE, moves=True)
-    errors.note(result(0.5, Quality(48, raster=WHOLE, samples=8), own), WHOLE)
-    assert errors.moving == (0.1, found)
-
-
-def test_an_image_of_fewer_pixels_is_as_good_as_it_gets() -> None:
-    errors = ImageErrors()
-    errors.note(result(0.4, live()), WHOLE)
-    errors.note(result(0.5, Quality(24, raster=Raster(32, 24))), WHOLE)
-    found = errors.fidelity(INPUTS, False, True, WHOLE)
-    assert found.text == "as good as it gets here"
-    assert "32 of 64" in found.reasons[0]

@@ -73,12 +73,6 @@ def test_missing_files_are_named(library: Library, tmp_path: Path) -> None:
     assert_said(library, folder, MODEL_FILE, "missing")
 
 
-def test_weights_of_another_folder_are_not_read(library: Library, tmp_path: Path) -> None:
-    make_model(tmp_path / "other")
-    folder = make_model(tmp_path / "model", weights="../other/generator-1.safetensors")
-    assert_said(library, folder, "generator-1.safetensors", "missing")
-
-
 def test_what_is_no_folder_of_a_model(library: Library, tmp_path: Path) -> None:
     assert_said(library, tmp_path, MODEL_FILE)
     assert_said(library, tmp_path / "gone", "no such folder")

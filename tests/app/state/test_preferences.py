@@ -10,7 +10,7 @@ import pytest
 from app.state import delayed_writer
 from app.state.known_volume import MOST_RECENT, KnownVolume
 from app.state.preferences import Preferences, PreferencesStore
-from app.state.remembered import MOST_VOLUMES, Remembered
+from app.state.remembered import Remembered
 
 
 @pytest.fixture
@@ -159,36 +159,3 @@ def test_recent_files_are_the_newest_ones_each_once(tmp_path: Path) -> None:
     assert preferences.value("last_folder") == str(tmp_path / "data")
     preferences.forget_recent("transfer_functions")
     assert preferences.recent("transfer_functions") == []
-
-
-def test_a_volume_keeps_what_is_known_of_it(tmp_path: Path) -> None:
-    preferences = Preferences()
-    preferences.note_volume("a", tmp_path / "a.raw", raw_layout="8x8x8_uint8")
-    preferences.note_volume("b", tmp_path / "b.nrrd")
-    for name in ("old", "new"):
-        preferences.note_model(tmp_path / name, "a")
-    preferences.note_volume("a", up_axis="-z")
-    models = (str(tmp_path / "new"), str(tmp_path / "old"))
-    known = KnownVolume(str(tmp_path / "a.raw"), "-z", "8x8x8_uint8", models)
-    assert preferences.volume("a") == known
-    assert preferences.volume("c") == KnownVolume()
-    assert preferences.recent("volumes") == [tmp_path / "b.nrrd", tmp_path / "a.raw"]
-    assert preferences.recent("models") == [tmp_path / "new", tmp_path / "old"]
-
-
-def test_the_volume_opened_longest_ago_gives_way() -> None:
-    preferences = Preferences()
-    preferences.set(volumes={str(n): KnownVolume(str(n)) for n in range(MOST_VOLUMES)})
-    preferences.note_volume("0", up_axis="+x")
-    preferences.note_volume("new", up_axis="+y")
-    assert preferences.volume("0") == KnownVolume("0", "+x")
-    assert preferences.volume("1") == KnownVolume()
-    assert len(preferences.value("volumes")) == MOST_VOLUMES
-
-
-@pytest.mark.parametrize("view", [(1.0,), (0.0, 91.0), (0.0, 0.0, 0.0, -1.0), (1e300,)])
-def test_a_view_that_cannot_be_is_not_remembered(view: tuple[float, ...]) -> None:
-    data = Remembered(volumes={"f": KnownVolume("/a")}).to_json()
-    data["volumes"]["f"]["view"] = list(view)
-    expected = view if view == (1.0,) else ()
-    assert Remembered.from_json(data).volumes["f"].view == expected

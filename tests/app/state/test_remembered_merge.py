@@ -19,23 +19,6 @@ def region(name: str) -> KnownRegion:
     return KnownRegion(name, CORNERS)
 
 
-def test_what_only_one_has_changed_is_that() -> None:
-    base = Remembered()
-    mine, theirs = replace(base, legend=True), replace(base, cube=False, swapped=True)
-    found = merged(base, mine, theirs)
-    assert (found.legend, found.cube, found.swapped) == (True, False, True)
-
-
-def test_recent_files_of_both_are_there_the_newest_first() -> None:
-    base = Remembered(recent_volumes=("b", "c"))
-    mine = replace(base, recent_volumes=("a", "c", "b"))
-    theirs = replace(base, recent_volumes=("d", "b", "c"))
-    assert merged(base, mine, theirs).recent_volumes == ("a", "c", "d", "b")
-    # A list that was emptied keeps what came meanwhile.
-    emptied = replace(base, recent_volumes=())
-    assert merged(base, emptied, theirs).recent_volumes == ("d",)
-
-
 def test_regions_of_both_are_there_and_what_was_removed_is_not() -> None:
     base = Remembered(volumes={"f": KnownVolume(regions=(region("1"), region("2")))})
     mine = replace(base, volumes={"f": KnownVolume(regions=(region("ribs"), region("2")))})
@@ -44,14 +27,6 @@ def test_regions_of_both_are_there_and_what_was_removed_is_not() -> None:
     found = merged(base, mine, theirs).volumes["f"]
     assert found.regions == (region("3"), region("ribs"))
     assert found.up_axis == "-y"
-
-
-def test_a_volume_that_was_opened_again_is_the_newest() -> None:
-    known = {name: KnownVolume(name) for name in "abc"}
-    base = Remembered(volumes=known)
-    mine = replace(base, volumes={name: known[name] for name in "bca"})
-    theirs = replace(base, volumes={**known, "d": KnownVolume("d")})
-    assert list(merged(base, mine, theirs).volumes) == ["b", "c", "d", "a"]
 
 
 _lists = st.lists(st.sampled_from("abcdef"), unique=True, max_size=5).map(tuple)

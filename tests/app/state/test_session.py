@@ -109,15 +109,6 @@ def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:
     assert Session.load(after / "a.tfscope").volume == before / "data" / "ball.nrrd"
 
 
-def test_a_copy_beside_the_session_comes_before_the_old_place(tmp_path: Path) -> None:
-    make_session(tmp_path).save(tmp_path / "a.tfscope")
-    copy = tmp_path / "copy"
-    (copy / "data").mkdir(parents=True)
-    (copy / "data" / "ball.nrrd").touch()
-    (copy / "a.tfscope").write_bytes((tmp_path / "a.tfscope").read_bytes())
-    assert Session.load(copy / "a.tfscope").volume == copy / "data" / "ball.nrrd"
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -10,11 +10,9 @@ from pytestqt.qtbot import QtBot
 from app.image_view.view_steps import pan, turn
 from app.state.viewer_state import ViewerState
 from model.errors import ViewError
-from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
 from model.scene.orientation import STANDARD_VIEWS, WHOLE, corners, home_view
 from model.scene.projection import Projection
-from model.scene.region import SQUARE, Reach
 from model.scene.view import View
 
 BOX = (0.8, 0.48, 0.36)
@@ -72,28 +70,6 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerSt
     assert state.view == home_view(BOX, "-y")
 
 
-def test_a_patient_is_seen_from_the_front(state: ViewerState) -> None:
-    # x to the right, y to the front: as NIfTI has it.
-    state.start_view(BOX, "+z", tuple("RLAPSI"))
-    assert state.angles == pytest.approx((30.0, 15.0, 0.0))
-    state.look_from("Front")
-    right, up, back = state.view.basis()
-    for got, axis in ((right, "-x"), (up, "+z"), (back, "+y")):
-        np.testing.assert_allclose(got, axis_direction(axis), atol=1e-9)
-
-
-def test_another_up_axis_stands_the_volume_upright(qtbot: QtBot, state: ViewerState) -> None:
-    state.start_view(BOX)
-    with qtbot.waitSignal(state.navigationChanged):
-        state.set_up_axis("+x")
-    assert state.view == state.home == home_view(BOX, "+x")
-    state.set_view(View(100.0, 20.0, 3.0, 0.5, 0.1, 0.2))
-    angles = state.angles
-    state.set_up_axis("-z")
-    assert state.angles == pytest.approx(angles)
-    assert (state.view.distance, state.view.pan_x, state.view.pan_y) == (0.5, 0.1, 0.2)
-
-
 def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: ViewerState) -> None:
     part = 0.25 * WHOLE + np.array([0.7, 0.05, 0.2])
     middle = part.mean(axis=0)
@@ -121,19 +97,6 @@ def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: Vi
     state.start_view(proportions, shown=part)
     state.move_view(turn(state, 70.0, 20.0))
     assert (state.view.pan_x, state.view.pan_y) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("reach", [SQUARE, (1.0, 0.5)])
-@pytest.mark.parametrize("free", [False, True])
-def test_turning_comes_no_nearer_and_goes_no_farther(
-    state: ViewerState, reach: Reach, free: bool
-) -> None:
-    state.start_view((0.2, 0.4, 0.89), reach=reach)
-    state.set_trackball(free)
-    distance = state.view.distance
-    for _ in range(12):
-        state.move_view(turn(state, 40.0, 15.0))
-        assert state.view.distance == distance
 
 
 def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> None:

@@ -12,12 +12,10 @@ from window_fakes import make_volume
 
 from app.window.contents_dialog import ContentsDialog
 from app.window.main_window import MainWindow
-from app.window.properties_dialog import PropertiesDialog
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.scene.volume import Volume
 from model.volume_files.choice import Choice
-from model.volume_files.description import describe
 
 ARRAYS = (
     Content("array", "density", (4, 5, 6), "float32", 480, True),
@@ -40,14 +38,6 @@ def test_what_is_shown_is_chosen_at_first(qtbot: QtBot) -> None:
     with qtbot.waitSignal(dialog.chosen) as chosen:
         dialog.open_button.click()
     assert chosen.args == [Choice(array="ids", channel="2")]
-
-
-def test_properties_are_those_of_the_command_info(qtbot: QtBot) -> None:
-    volume = replace(make_volume("a"), file=FileFacts("NIfTI-1", "mm"), notes=("Said.",))
-    dialog = PropertiesDialog(Path("/data/a.nii"), volume)
-    qtbot.addWidget(dialog)
-    assert dialog.rows == [("file", "/data/a.nii"), *describe(volume)]
-    assert ("note", "Said.") in dialog.rows
 
 
 @pytest.fixture

@@ -18,18 +18,13 @@ from PySide6.QtWidgets import (
     QComboBox,
     QLineEdit,
     QScrollBar,
-    QSlider,
     QTabBar,
-    QVBoxLayout,
     QWidget,
 )
 from pytestqt.qtbot import QtBot
 from superqt import QDoubleRangeSlider
 
-from app.controls import list_box
 from app.image_view.image_canvas import ImageCanvas
-from app.number_box import WholeNumberBox
-from app.wheel_guard import WheelGuard
 from app.window.main_window import MainWindow
 from app.window.movie_saving import MovieDialog
 from app.window.picture_dialog import PictureDialog
@@ -197,24 +192,3 @@ def test_nor_do_those_of_the_dialogs(qtbot: QtBot, tmp_path: Path) -> None:
         qtbot.waitExposed(dialog)
         assert assert_wheel_changes_nothing(dialog) >= least
     raw.done(0)
-
-
-@pytest.mark.parametrize("make", [WholeNumberBox, list_box, QSlider])
-def test_one_with_the_focus_does(qtbot: QtBot, make: Callable[[], QWidget]) -> None:
-    parent, control = QWidget(), make()
-    qtbot.addWidget(parent)
-    QVBoxLayout(parent).addWidget(control)
-    if isinstance(control, QComboBox):
-        control.addItems(["one", "two", "three"])
-    elif isinstance(control, QSlider):
-        WheelGuard(control)
-    parent.show()
-    qtbot.waitExposed(parent)
-    control.setFocus()
-    qtbot.waitUntil(control.hasFocus)
-    before = shown_by(control)
-    turn(control, -1)
-    turn(control, -1)
-    if shown_by(control) == before:
-        turn(control, 1)
-    assert shown_by(control) != before

@@ -43,19 +43,6 @@ def shown(bar: CropCard) -> list[tuple[int, int]]:
     return [(first.value(), last.value()) for first, last in bar.planes]
 
 
-def test_it_follows_the_state(state: ViewerState, bar: CropCard) -> None:
-    assert shown(bar) == [(0, 100), (0, 50), (0, 20)]
-    assert not bar.whole.isEnabled()
-    state.crop_input.set(BOX)
-    assert shown(bar) == [(20, 60), (0, 50), (10, 15)]
-    assert [slider.value() for slider in bar.sliders] == [(0.2, 0.6), (0.0, 1.0), (0.5, 0.75)]
-    assert state.crop == BOX
-    QTest.mouseClick(bar.whole, LEFT)
-    assert state.crop is None
-    assert shown(bar) == [(0, 100), (0, 50), (0, 20)]
-    assert not bar.whole.isEnabled()
-
-
 def test_typed_voxels_are_planes_through_their_centers(
     qtbot: QtBot, state: ViewerState, bar: CropCard
 ) -> None:
@@ -127,14 +114,3 @@ def test_hiding_ends_a_drag_and_keeps_the_box(
     bar.set_shown(True)
     bar.set_shown(True)
     assert told == [False, True]
-
-
-def test_another_volume_has_other_voxels_and_names(state: ViewerState, bar: CropCard) -> None:
-    assert [name.text() for name in bar.names] == ["x", "y", "z"]
-    state.crop_input.set(BOX)
-    state.start_view((0.5, 0.5, 0.5**0.5), axis_labels=tuple("LRPASI"))
-    state.start_volume(state.transfer_function, None)
-    bar.set_volume((6, 5, 4000))
-    assert [name.text() for name in bar.names] == ["x (R–L)", "y (A–P)", "z (I–S)"]
-    assert shown(bar) == [(0, 5), (0, 4), (0, 3999)]
-    assert state.crop is None

@@ -9,7 +9,7 @@ from window_fakes import FakeBuilders
 
 from app.image_view.orientation_cube import OrientationCube
 from app.window.main_window import MainWindow
-from model.volume_files.shipped import picture_of, shipped_volumes
+from model.volume_files.shipped import shipped_volumes
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -38,7 +38,3 @@ def test_a_window_without_a_volume_offers_some(
     window.opening.open_volume(Path("lost"))
     qtbot.waitUntil(lambda: "missing" in window.notice.text)
     assert card.isHidden()
-
-
-def test_every_shipped_volume_has_a_picture() -> None:
-    assert all(picture_of(path).is_file() for path in shipped_volumes())

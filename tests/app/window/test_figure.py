@@ -72,12 +72,6 @@ def test_both_are_squares_side_by_side() -> None:
     assert (np.abs(pixels[250:, 1000:1200] - 153) > 60).any()
 
 
-def test_a_generators_square_keeps_its_proportions() -> None:
-    pixels = made(FigureLook(400, 200, WHITE), "generator", generator=plain(0.2, 64, 64))
-    assert (pixels[:, :98] == 255).all() and (pixels[:, 302:] == 255).all()
-    assert (pixels[:, 102:298] == 51).all()
-
-
 def test_the_difference_is_brightest_where_it_is_largest() -> None:
     truth = plain(0.5, 300, 300)
     drawn = truth.copy()

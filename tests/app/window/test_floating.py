@@ -68,29 +68,6 @@ def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_ther
     qtbot.waitUntil(lambda: notices[1].y() == TOP + 90 + 8)
 
 
-def test_cards_stand_in_the_corner_of_what_is_named(qtbot: QtBot, area: QWidget) -> None:
-    floating, card, image = Floating(area), Card(320, 100), QWidget(area)
-    image.setGeometry(600, 0, 400, 356)
-    image.show()
-    floating.add_bottom(card)
-    card.show()
-    floating.set_corner_of(image)
-    assert card.geometry() == QRect(600 + SIDE, 356 - BOTTOM - 100, 320, 100)
-    # Never beyond the area.
-    image.setGeometry(900, 0, 100, 356)
-    floating.set_corner_of(image)
-    assert card.geometry().right() < 1000
-
-
-@pytest.mark.parametrize("height", [100, 150, 166])
-def test_no_card_covers_the_centre(qtbot: QtBot, area: QWidget, height: int) -> None:
-    floating, card = Floating(area), Card(600, height)
-    floating.add_bottom(card)
-    card.show()
-    assert not card.geometry().contains(area.rect().center())
-    assert area.rect().contains(card.geometry())
-
-
 def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot: QtBot, area: QWidget) -> None:
     floating, card = Floating(area), Card(320, 100)
     floating.add_bottom(card)

@@ -8,15 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_models import make_model
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
 from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
-from model.networks.card import ModelCard
-from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, TransferFunction
 from model.scene.volume import Volume
@@ -80,11 +77,6 @@ def test_one_click_shows_the_logarithm(
         window.state.edits.undo()
     assert window.state.transfer_function == before
     assert shown(window).voxels is halo.voxels
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.redo()
-    assert shown(window).scale == "log"
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.undo()
     scale = window.editor.menu._scale
     with qtbot.waitSignal(window.workspace.rangeChanged):
         scale.setChecked(True)
@@ -167,29 +159,3 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
         window.workspace.open_model(Path("model"))
     qtbot.waitUntil(lambda: "over the logarithm" in window.generator.canvas.message)
     assert shown(window).scale == "linear" and window.state.transfer_function == edited
-
-
-def test_a_model_opened_with_its_volume_decides_before_it_is_shown(
-    qtbot: QtBot,
-    make_window: WindowMaker,
-    builders: FakeBuilders,
-    halo: Volume,
-    tmp_path: Path,
-) -> None:
-    scene = builders.scene = Scene.of(halo.on_scale("log").over((-1.0, 2.0)), image_size=64)
-    card = ModelCard(scene, "draft", NetworkSize(image_size=64))
-    folder = make_model(tmp_path / "model", **card.to_json())
-    window = make_window(model=None)
-    window.opening.open_model_and_volume(folder, Path("halo"))
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        pass
-    assert window.workspace.model.folder == folder and window.state.scale == "log"
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert shows_as_the_model(window, scene)
-    assert not window.state.edits.stack.canUndo()
-    # One whose volume cannot be read is awaited no more.
-    with qtbot.waitSignal(window.workspace.problem):
-        window.opening.open_model_and_volume(make_model(tmp_path / "other"), Path("gone"))
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(Path("ramp"))
-    assert window.workspace.model.folder is None

@@ -12,7 +12,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QDialog
+from PySide6.QtWidgets import QDialog
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
@@ -139,22 +139,6 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(
     settle(qtbot, window)
     assert builders.settings[-1].lighting == "none"
     assert builders.references[-1].requests[-1].inputs.light is None
-    bar = window.reference_controls
-    assert bar.light.accessibleName() == "Light: None"
-    assert "automatically" not in bar.light.toolTip()
-    work.choose(lighting="auto")
-    assert "automatically" in bar.light.toolTip()
-    (switch,) = (
-        found
-        for found in window.findChildren(QAction)
-        if found.text() == "Denoise path-traced light"
-    )
-    switch.setEnabled(True)
-    for denoises in (False, True):
-        switch.trigger()
-        assert work.choices.denoises is denoises
-    work.choose(denoises=False)
-    assert not switch.isChecked()
 
 
 def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_one_comes(
@@ -220,25 +204,8 @@ def test_the_menus_act(
     make_window: WindowMaker,
     builders: FakeBuilders,
     monkeypatch: pytest.MonkeyPatch,
-    qapp: QApplication,
 ) -> None:
     window = make_window()
-    for name, toward_camera in {
-        "Front": (0, -1, 0),
-        "Back": (0, 1, 0),
-        "Right": (1, 0, 0),
-        "Left": (-1, 0, 0),
-        "Top": (0, 0, 1),
-        "Bottom": (0, 0, -1),
-    }.items():
-        window.state.set_view(replace(HOME_VIEW, distance=0.6, roll=5.0))
-        action(window, name).trigger()
-        view = window.state.view
-        assert view.basis()[2] == pytest.approx(toward_camera, abs=1e-12)
-        assert (view.roll, view.distance) == (0.0, 0.6)
-    assert not action(window, "Free rotation").isChecked()
-    window.state.set_trackball(True)
-    assert action(window, "Free rotation").isChecked()
     before = window.state.transfer_function
     undo, redo = action(window, "Undo"), action(window, "Redo")
     assert not undo.isEnabled()

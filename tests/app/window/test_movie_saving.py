@@ -15,7 +15,7 @@ from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.requests import PictureRequest
 from app.window.main_window import MainWindow
-from app.window.movie_saving import MovieChoice, MovieDialog
+from app.window.movie_saving import MovieChoice
 from app.window.picture_dialog import PictureChoice
 from model.errors import RenderError
 from model.scene.view import View
@@ -85,16 +85,6 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
         seconds = 1 / meta["fps"] if suffix == ".mp4" else meta["duration"] / 1000
         assert seconds == pytest.approx(0.125, abs=0.006)
     assert {path.name for path in tmp_path.iterdir()} == {"turn.mp4", "turn.gif"}
-    # With the legend and the scale bar of the screen.
-    for name, shown in (("plain", False), ("full", True)):
-        window.preferences.set(legend=shown, scale_bar=shown)
-        window.movies.draw(MovieChoice(300, 200, 0.5, 4), tmp_path / f"{name}.gif")
-        qtbot.waitUntil(lambda name=name: (tmp_path / f"{name}.gif").exists(), timeout=20_000)
-        qtbot.waitUntil(lambda: not window.movies.is_running)
-    plain, full = (frames_of(tmp_path / f"{name}.gif")[0].astype(int) for name in ("plain", "full"))
-    changed = np.abs(plain - full).max(axis=-1) > 60
-    assert changed[150:, :100].any() and changed[80:, 200:].any()
-    assert not changed[:80, :150].any()
 
 
 def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
@@ -165,14 +155,3 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
             qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
         assert [each.name for each in (tmp_path / answer).iterdir()] == left
     assert asked == 2 * ["turn.mp4 is being drawn.\nQuit and stop it?"]
-
-
-def test_the_dialog_asks_for_size_length_and_rate(qtbot: QtBot) -> None:
-    dialog = MovieDialog(901, 601)
-    qtbot.addWidget(dialog)
-    # Sides of movies are even.
-    assert dialog.choice() == MovieChoice(900, 600, 8.0, 25)
-    assert dialog.choice().count == 200
-    dialog.seconds_box.setValue(2.5)
-    dialog.rate_box.setValue(10)
-    assert dialog.choice().count == 25

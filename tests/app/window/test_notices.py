@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
@@ -33,17 +33,7 @@ def shown_buttons(bar: Notices) -> list[str]:
     return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
 
 
-def test_notices_are_listed_newest_first_and_cleared(bar: Notices) -> None:
-    assert not bar.isVisible()
-    for text in ("one", "two", "one"):
-        bar.tell(text)
-    assert bar.text == "one\ntwo"
-    assert bar.isVisible()
-    bar.clear()
-    assert bar.text == "" and not bar.isVisible()
-
-
-def test_of_many_notices_the_newest_are_shown(qtbot: QtBot, bar: Notices) -> None:
+def test_of_many_notices_the_newest_are_shown(bar: Notices) -> None:
     for number in range(5):
         bar.tell(f"notice {number}")
     assert bar.text.splitlines() == [f"notice {number}" for number in (4, 3, 2, 1, 0)]
@@ -113,16 +103,3 @@ def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: Notices) -> None:
     assert bar.text == "two"
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
     assert bar.text == "" and not bar.isVisible()
-
-
-def test_the_next_button_takes_the_place_of_the_one_that_was_pressed(
-    qtbot: QtBot, bar: Notices
-) -> None:
-    for text in ("older", "newer"):
-        bar.tell(text)
-    older, newer = (bar._lines[n].dismissal for n in (1, 0))
-    qtbot.waitUntil(lambda: newer.mapTo(bar, QPoint()).y() < older.mapTo(bar, QPoint()).y())
-    place = newer.mapTo(bar, QPoint())
-    newer.click()
-    assert bar.text == "older"
-    qtbot.waitUntil(lambda: older.mapTo(bar, QPoint()) == place)

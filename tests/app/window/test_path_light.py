@@ -11,7 +11,7 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
 from app.engines.requests import VisibilityRequest
-from app.state import generator_work, sensitivity_dispatcher
+from app.state import generator_work
 from app.window.main_window import PATH_TITLE, MainWindow
 from model.rendering.path_tracing import denoising
 from model.scene.view import View
@@ -106,11 +106,3 @@ def test_live_questions_follow_live_images_and_leave_time_for_them(
     window.state.finish_view()
     settle(qtbot, window)
     assert live() <= before + 2
-    monkeypatch.setattr(sensitivity_dispatcher, "FOLLOW_S", 1e9)
-    before = live()
-    for azimuth in (1.0, 2.0, 3.0):
-        with qtbot.waitSignal(window.generator.client.images.answered):
-            window.state.move_view(View(azimuth))
-    window.state.finish_view()
-    settle(qtbot, window)
-    assert live() == before

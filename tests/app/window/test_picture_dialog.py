@@ -2,9 +2,8 @@ from __future__ import annotations
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QColorDialog, QDialog, QPushButton
+from PySide6.QtWidgets import QDialog, QPushButton
 from pytestqt.qtbot import QtBot
 
 from app.window.figure import Which
@@ -24,29 +23,6 @@ def choose(dialog: PictureDialog, box_name: str, text: str) -> None:
     row = next(i for i in range(box.count()) if text in box.itemText(i))
     box.setCurrentIndex(row)
     box.activated.emit(row)
-
-
-@pytest.mark.parametrize(
-    ("preset", "size"), [("1024", (1024, 768)), ("8192", (8192, 6144)), ("As shown", (960, 720))]
-)
-def test_presets_keep_the_proportions(
-    dialog: PictureDialog, preset: str, size: tuple[int, int]
-) -> None:
-    choose(dialog, "size_box", preset)
-    assert (dialog.choice().width, dialog.choice().height) == size
-
-
-def test_typed_sides_follow_one_another_unless_freed(dialog: PictureDialog) -> None:
-    dialog.chooser.height_box.setValue(3000)
-    assert (dialog.choice().width, dialog.choice().height) == (4000, 3000)
-    assert dialog.chooser.size_box.currentText() == "Own size"
-    dialog.chooser.width_box.setValue(2048)
-    assert dialog.chooser.size_box.currentText() == "2048 × 1536"
-    dialog.chooser.keep.setChecked(False)
-    dialog.chooser.height_box.setValue(100)
-    assert (dialog.choice().width, dialog.choice().height) == (2048, 100)
-    dialog.chooser.width_box.setValue(99999)
-    assert dialog.choice().width == 8192
 
 
 def test_each_of_what_it_may_show_has_its_proportions(qtbot: QtBot) -> None:
@@ -74,21 +50,6 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot: QtBot) -> None:
     assert not dialog.legend_box.isEnabled() and not dialog.background_box.isEnabled()
     choose(dialog, "which_box", "Both")
     assert dialog.legend_box.isEnabled()
-
-
-def test_backgrounds(dialog: PictureDialog, monkeypatch: pytest.MonkeyPatch) -> None:
-    choose(dialog, "background_box", "Transparent")
-    assert dialog.choice().background is None
-    answers = [QColor(), QColor(10, 20, 30), QColor(1, 2, 3)]
-    monkeypatch.setattr(QColorDialog, "getColor", lambda *_args: answers.pop(0))
-    choose(dialog, "background_box", "Other")
-    assert dialog.choice().background is None  # cancelled
-    choose(dialog, "background_box", "Other")
-    assert dialog.choice().background == (10, 20, 30)
-    choose(dialog, "background_box", "Other")
-    assert dialog.choice().background == (1, 2, 3)
-    choose(dialog, "background_box", "White")
-    assert dialog.choice().background == (255, 255, 255)
 
 
 @pytest.mark.parametrize("background", [None, (255, 255, 255), (3, 60, 90)])
@@ -123,18 +84,3 @@ def test_a_size_is_taken_on_tab_and_enter_takes_none_that_cannot_be(
     QTest.keyClick(dialog.chooser.height_box, Qt.Key.Key_Return)
     assert dialog.result() == QDialog.DialogCode.Accepted
     assert (dialog.choice().width, dialog.choice().height) == (1600, 1200)
-
-
-def test_samples_are_asked_for_where_they_count(qtbot: QtBot) -> None:
-    sizes = {"reference": (960, 720), "generator": (64, 64)}
-    dialog = PictureDialog(sizes, PictureChoice(0, 0, samples=100))
-    qtbot.addWidget(dialog)
-    assert dialog.choice().samples == 100
-    dialog.samples_box.setCurrentText("16")
-    assert dialog.choice().samples == 16
-    dialog.which_box.setCurrentIndex(dialog.which_box.findData("generator"))
-    assert not dialog.samples_box.isEnabled()
-    other = PictureDialog(sizes, PictureChoice(0, 0))
-    qtbot.addWidget(other)
-    assert other.samples_box is None
-    assert other.choice().samples == 0

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QDialog
 from pytestqt.qtbot import QtBot
 
 from app.window.raw_dialog import UNKNOWN, RawDialog
@@ -71,19 +70,6 @@ def test_every_change_is_checked_and_previewed(qtbot: QtBot, open_dialog: Opener
     wait(qtbot, dialog)
     assert dialog.open_button.isEnabled()
     assert dialog.slices[1].image != right
-
-
-def test_what_is_opened_is_what_was_shown(
-    qtbot: QtBot, open_dialog: Opener, tmp_path: Path
-) -> None:
-    dialog = open_dialog(NAME)
-    wait(qtbot, dialog)
-    dialog.spacing_boxes[2].setValue(2.5)
-    dialog.open_button.click()
-    assert dialog.result() == QDialog.DialogCode.Accepted
-    volume = read_volume(tmp_path / NAME, raw=dialog.choice())
-    assert volume.dimensions == (24, 20, 16)
-    assert volume.spacing == (1.0, 1.0, 2.5)
 
 
 def test_a_file_that_nothing_fits_and_one_that_is_gone(

@@ -1,14 +1,11 @@
 from __future__ import annotations
 
 import pytest
-from PySide6.QtGui import QTextDocument
 from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
 from app.window.status_line import StatusLine
 from model.scene.view import View
-
-LONG = "The TF is as you left it; Presets has others, and the one to begin with. " * 3
 
 
 @pytest.fixture
@@ -23,14 +20,6 @@ def line(qtbot: QtBot, state: ViewerState) -> StatusLine:
     line.resize(1200, 24)
     line.show()
     return line
-
-
-def test_a_long_sentence_ends_before_the_views_numbers(line: StatusLine) -> None:
-    line.tell(LONG)
-    assert line.news == LONG
-    assert line._news.text().endswith("…")
-    assert line._news.toolTip() == LONG
-    assert line._left.geometry().right() <= line._view.geometry().left()
 
 
 def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line: StatusLine) -> None:
@@ -76,24 +65,3 @@ def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: Viewer
     state.set_view(View(40.0, -10.0))
     state.set_up_axis("-z")
     assert line.view_text == "azimuth 40°   elevation −10°   distance 1.00"
-
-
-def test_keys_stand_where_there_is_no_sentence(line: StatusLine) -> None:
-    line.set_keys("[Drag] turn  [Shift Del] remove")
-    assert line._keys.isVisible()
-    plain = QTextDocument()
-    plain.setHtml(line._keys.text())
-    words = plain.toPlainText().split()
-    assert words == ["Drag", "turn", "Shift", "Del", "remove"]
-    line.tell("Saved a.png.")
-    assert not line._keys.isVisible() and line._news.isVisible()
-    line.tell("")
-    assert line._keys.isVisible()
-
-
-def test_the_views_numbers_are_left_out_of_a_narrow_line(line: StatusLine) -> None:
-    assert line._view.isVisible()
-    line.resize(1000, 24)
-    assert not line._view.isVisible()
-    line.resize(1200, 24)
-    assert line._view.isVisible()

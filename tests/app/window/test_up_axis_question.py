@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 from pytestqt.qtbot import QtBot
@@ -64,10 +63,3 @@ def test_it_is_asked_once_with_pictures(
         reopen(qtbot, window, "ramp")
         reopen(qtbot, window, name)
         assert bar.isHidden() and window.state.up_axis == axis
-    builders.volumes["said"] = replace(make_volume("said", 900.0), up="+y")
-    reopen(qtbot, window, "said")
-    assert bar.isHidden() and window.state.up_axis == "+y"
-    window.state.set_up_axis("-x")
-    reopen(qtbot, window, "ramp")
-    reopen(qtbot, window, "said")
-    assert window.state.up_axis == "-x"

@@ -21,9 +21,8 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from app.image_view.orientation_cube import OrientationCube
 from app.theme import apply_theme
-from app.window.gesture_table import GESTURES, help_text, status_keys
+from app.window.gesture_table import status_keys
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
@@ -132,25 +131,8 @@ def test_everything_has_room_at_any_size_and_nothing_moves(make_window: WindowMa
             assert min(browser.map.width(), browser.grid.width()) >= ROOM[size][1]
             assert image.width() >= 220
         window.latent_state.choose(shown=False)
-        if size != SIZES[-1]:
-            window.crop_card.set_shown(False)
-            window.notice.clear()
-    parts = (bar, window.panes, window.notice, window.crop_card, window.up_axis_card)
-    without_text = [
-        button
-        for part in parts
-        for button in part.findChildren(QAbstractButton)
-        if not button.text()
-        and not button.icon().isNull()
-        # Qt's own, of a menu bar without room, which folds before, and in a field.
-        and button.objectName() != "qt_menubar_ext_button"
-        and not isinstance(button.parentWidget(), QLineEdit)
-    ]
-    assert len(without_text) > 12
-    for button in without_text:
-        name = button.accessibleName()
-        assert name, button
-        assert button.toolTip().startswith(name), button.toolTip()
+        window.crop_card.set_shown(False)
+        window.notice.clear()
 
 
 def test_what_lies_over_the_images_follows_them(make_window: WindowMaker) -> None:
@@ -191,19 +173,6 @@ def test_what_lies_over_the_images_follows_them(make_window: WindowMaker) -> Non
     bar.compare.click()
     assert len(window.panes.images) == 2 and bar.compare.isChecked()
 
-    def seen() -> list[QWidget]:
-        cubes = window.findChildren(OrientationCube)
-        return [cube.parentWidget() for cube in cubes if cube.isVisible()]
-
-    assert seen() == [window.reference.canvas]
-    window.panes.swap()
-    assert seen() == [window.generator.canvas]
-    window.panes.swap()
-    window.panes.show_images("generator")
-    assert seen() == [window.generator.canvas]
-    window.latent_state.choose(shown=True)
-    assert seen() == [window.reference.canvas]
-
 
 def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
@@ -211,11 +180,6 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     window = make_window()
     assert window.status.keys == status_keys("Images")
     assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys
-    whole = help_text()
-    for gestures in GESTURES.values():
-        assert all(g.effect in whole for g in gestures)
-    found = help_text("lasso")
-    assert "draw a rectangle" in found and "the menus" not in found
     QTest.mouseMove(window.reference.canvas, QPoint(200, 200))
     images = window.reference.canvas.statusTip()
     assert images == status_keys("Images")
@@ -247,18 +211,16 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
         }
         return next(n for n, a in areas.items() if a is focus or a.isAncestorOf(focus))
 
-    def walk(modifier: Qt.KeyboardModifier) -> list[str]:
+    def walk() -> list[str]:
         """Areas in their order; the editor's own, one after another, count as one."""
         seen = [area()]
         for _ in range(12):
-            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6, modifier)
+            QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_F6)
             seen.append(area())
         changes = [seen[0], *(new for old, new in pairwise(seen) if new != old)]
         return changes[:5]
 
-    assert walk(Qt.KeyboardModifier.NoModifier) == ["right", "editor", "top", "left", "right"]
-    window.reference.canvas.setFocus()
-    assert walk(Qt.KeyboardModifier.ShiftModifier) == ["right", "left", "top", "editor", "right"]
+    assert walk() == ["right", "editor", "top", "left", "right"]
     compare, browse = action(window, "C"), action(window, "Ctrl+B")
     assert QKeySequence("B") in browse.shortcuts()
     (switch,) = [a for a in window.findChildren(QAction) if a.text() == "Single-&key shortcuts"]

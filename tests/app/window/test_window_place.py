@@ -40,13 +40,3 @@ def test_a_place_on_a_screen_that_is_gone_is_centred_on_one_that_is_there() -> N
     small = fitting_place(QRect(1500, 100, 1000, 640), [LAPTOP], LAPTOP)
     assert small.size() == QSize(1000, 640) and LAPTOP.contains(small)
     assert (small.center() - LAPTOP.center()).manhattanLength() <= 1
-
-
-def test_what_lies_beyond_its_screen_is_moved_inside() -> None:
-    for place in (QRect(900, 300, 1000, 700), QRect(-400, -100, 1000, 700)):
-        found = fitting_place(place, [QRect(0, 0, 1366, 743)], LAPTOP)
-        if place.top() >= 0:
-            assert found == QRect(366, 43, 1000, 700)
-        else:
-            # Its upper edge cannot be seen: it counts as lost.
-            assert QRect(0, 0, 1366, 768).contains(found)
