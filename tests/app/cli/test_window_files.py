@@ -76,7 +76,7 @@ def test_a_command_wins_over_a_file_of_its_name(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("rendr", "'rendr' is neither a command (dataset, evaluate, info"),
+        ("rendr", "'rendr' is neither a command (dataset, desktop-entry,"),
         ("none.nrrd", "nor a file or folder that is there"),
         ("notes.txt", "notes.txt: this is a table or text, which is not read here"),
         (f"{VOLUME} {VOLUME}", "cannot both be opened by --volume"),
