@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from model.compilation import compiled
 from model.scene.transfer_function import TF_SAMPLES
 
 SHIFT = 3
@@ -120,44 +119,34 @@ def distances_to(occupied: NDArray[np.bool_]) -> NDArray[np.int8]:
     return np.minimum(distance, FARTHEST).astype(np.int8).ravel()
 
 
-@compiled
-def _leave_out(missing: Any, layer: int, bins: Any) -> None:
-    """Mark the cells of a layer in which all voxels are missing by a last bin before the first."""
-    edge = 1 << SHIFT
-    planes = range(layer * edge, min(layer * edge + edge + 1, missing.shape[0]))
-    for j in range(bins.shape[0]):
-        rows = range(j * edge, min(j * edge + edge + 1, missing.shape[1]))
-        for i in range(bins.shape[1]):
-            columns = range(i * edge, min(i * edge + edge + 1, missing.shape[2]))
-            measured = False
-            for z in planes:
-                for y in rows:
-                    for x in columns:
-                        measured = measured or not missing[z, y, x]
-            if not measured:
-                bins[j, i, 0] = TF_SAMPLES - 1
-                bins[j, i, 1] = 0
-
-
-@compiled
-def _read_layer(scalars: Any, scale: tuple[float, float], layer: int, bins: Any) -> None:
+def _read_layer(
+    scalars: NDArray[Any], scale: tuple[float, float], layer: int, bins: NDArray[np.uint8]
+) -> None:
     """Compute the lowest and highest TF bin in each cell of a layer."""
-    edge = 1 << SHIFT
+    low, high = _ends(scalars, layer)
     offset, factor = scale
-    planes = range(layer * edge, min(layer * edge + edge + 1, scalars.shape[0]))
-    for j in range(bins.shape[0]):
-        rows = range(j * edge, min(j * edge + edge + 1, scalars.shape[1]))
-        for i in range(bins.shape[1]):
-            low = high = scalars[layer * edge, j * edge, i * edge]
-            for z in planes:
-                for y in rows:
-                    for x in range(i * edge, min(i * edge + edge + 1, scalars.shape[2])):
-                        low = min(low, scalars[z, y, x])
-                        high = max(high, scalars[z, y, x])
-            first = (float(low) - offset) * factor
-            last = (float(high) - offset) * factor
-            # Slightly wider: interpolation in float32 may exceed either end, the more, the
-            # farther voxels lie from each other, which may be well beyond the scalar range.
-            excess = max(1e-3, ROUNDING * (last - first))
-            bins[j, i, 0] = int(min(max(np.floor(first - excess), 0.0), TF_SAMPLES - 1.0))
-            bins[j, i, 1] = int(min(max(np.ceil(last + excess), 0.0), TF_SAMPLES - 1.0))
+    first = (low.astype(np.float64) - offset) * factor
+    last = (high.astype(np.float64) - offset) * factor
+    # Slightly wider: interpolation in float32 may exceed either end, the more, the
+    # farther voxels lie from each other, which may be well beyond the scalar range.
+    excess = np.maximum(1e-3, ROUNDING * (last - first))
+    bins[..., 0] = np.clip(np.floor(first - excess), 0, TF_SAMPLES - 1)
+    bins[..., 1] = np.clip(np.ceil(last + excess), 0, TF_SAMPLES - 1)
+
+
+def _leave_out(missing: NDArray[np.bool_], layer: int, bins: NDArray[np.uint8]) -> None:
+    """Mark the cells of a layer in which all voxels are missing by a last bin before the first."""
+    is_empty, _ = _ends(missing, layer)
+    bins[is_empty] = TF_SAMPLES - 1, 0
+
+
+def _ends(voxels: NDArray[Any], layer: int) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the least and the greatest voxel of each cell of a layer; they share faces."""
+    planes = voxels[layer << SHIFT : (layer + 1 << SHIFT) + 1]
+    low, high = np.asarray(planes.min(axis=0)), np.asarray(planes.max(axis=0))
+    for axis, count in enumerate(low.shape):
+        firsts = np.arange(0, count - 1, 1 << SHIFT)
+        faces = np.minimum(firsts + (1 << SHIFT), count - 1)
+        low = np.minimum(np.minimum.reduceat(low, firsts, axis), low.take(faces, axis))
+        high = np.maximum(np.maximum.reduceat(high, firsts, axis), high.take(faces, axis))
+    return low, high

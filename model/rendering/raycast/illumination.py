@@ -20,7 +20,6 @@ from model.rendering.raycast.light_sweeps import (
     NODE_LEVELS,
     Sweep,
     add_by_level,
-    average_edits,
     average_levels,
     look_around,
     sweep_back,
@@ -97,6 +96,7 @@ def gradient_light(
         tuple(map(np.float32, np.array(crop.high) * last)),
         np.float32((NOISE * noise) ** 4),
         np.float32(dim),
+        True,
     )
 
 
@@ -138,10 +138,9 @@ class Illumination:
         self._volume, self._executor = volume, executor
         # TF bins once for all TFs: 32 MB for a cube of 64 nodes.
         self._levels = np.empty((*self._counts[::-1], NODE_LEVELS), dtype=np.uint16)
-        hidden = np.empty((0, 0, 0), dtype=bool) if missing is None else missing
 
         def look(layer: int) -> None:
-            look_around(scalars, hidden, bins, layer, self._levels)
+            look_around(scalars, missing, bins, layer, self._levels)
 
         list(executor.map(look, range(len(self._levels))))
         self._opacities: NDArray[np.float32] | None = None
@@ -195,12 +194,7 @@ class Illumination:
         is_below = self._received(view, light, opacities, crop) < 1
         slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
         slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(opacities)).T
-        moved = np.empty((len(edits), *self._extinction.shape), dtype=np.float32)
-
-        def average(layer: int) -> None:
-            average_edits(self._levels, slopes, layer, moved)
-
-        list(self._executor.map(average, range(len(self._levels))))
+        moved = self._averages(slopes)
         if self._crop is not None:
             moved *= self._shares(self._crop)
         changes = np.zeros_like(moved)
@@ -224,10 +218,6 @@ class Illumination:
             list(self._executor.map(follow, range(len(edits))))
         changes *= is_below
         return self._as_grid(np.ascontiguousarray(changes.reshape(len(edits), -1).T))
-
-    def no_changes(self) -> LightGrid:
-        """Return what :meth:`changes` gives for no edits."""
-        return self._as_grid(np.empty((0, 0), dtype=np.float32))
 
     def pass_back(
         self,
@@ -313,15 +303,20 @@ class Illumination:
         """Mean extinction per world length around each grid node."""
         opacity = np.minimum(opacities.astype(np.float64), NEARLY_OPAQUE)
         # One more, of missing voxels.
-        table = np.zeros(TF_SAMPLES + 1, dtype=np.float32)
-        table[:TF_SAMPLES] = -np.log1p(-opacity) / self._volume.voxel_size
-        extinction = np.empty(self._counts[::-1], dtype=np.float32)
-
-        def fill(layer: int) -> None:
-            average_levels(self._levels[layer], table, extinction[layer])
-
-        list(self._executor.map(fill, range(len(extinction))))
+        table = np.zeros((TF_SAMPLES + 1, 1), dtype=np.float32)
+        table[:TF_SAMPLES, 0] = -np.log1p(-opacity) / self._volume.voxel_size
+        (extinction,) = self._averages(table)
         return extinction if self._crop is None else extinction * self._shares(self._crop)
+
+    def _averages(self, tables: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Means (m, nz, ny, nx) of tables (257, m) over the voxels around each node."""
+        means = np.empty((tables.shape[1], *self.shape), dtype=np.float32)
+
+        def average(layer: int) -> None:
+            average_levels(self._levels, tables, layer, means)
+
+        list(self._executor.map(average, range(len(self._levels))))
+        return means
 
     def _shares(self, crop: CropBox) -> NDArray[np.float32]:
         """Share of the space around each node that lies in a crop box."""

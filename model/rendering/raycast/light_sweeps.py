@@ -65,70 +65,71 @@ class Sweep:
         return np.ascontiguousarray(np.transpose(layers[:: self.step], np.argsort(self.axes)))
 
 
-@compiled
-def look_around(scalars: Any, missing: Any, bins: Any, layer: int, out: Any) -> None:
+def look_around(
+    scalars: NDArray[Any],
+    missing: NDArray[np.bool_] | None,
+    bins: tuple[float, float],
+    layer: int,
+    out: NDArray[np.uint16],
+) -> None:
     """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis.
 
     Parameters
     ----------
-    missing : ndarray of bool, 3-D
-        Voxels that are transparent whatever the TF is; empty where there are none.
+    missing : ndarray of bool, 3-D, or None
+        Voxels that are transparent whatever the TF is.
     """
     offset, factor = bins
     nz, ny, nx = out.shape[:3]
-    for j in range(ny):
-        for i in range(nx):
-            n = 0
-            for c in range(VOXELS):
-                z = _voxel(layer, nz, scalars.shape[0], c)
-                for b in range(VOXELS):
-                    y = _voxel(j, ny, scalars.shape[1], b)
-                    for a in range(VOXELS):
-                        x = _voxel(i, nx, scalars.shape[2], a)
-                        level = (scalars[z, y, x] - offset) * factor + 0.5
-                        out[layer, j, i, n] = int(min(max(level, 0.0), TF_SAMPLES - 0.5))
-                        if len(missing) > 0 and missing[z, y, x]:
-                            out[layer, j, i, n] = TF_SAMPLES
-                        n += 1
+    depths, rows, columns = map(_voxels_around, (nz, ny, nx), scalars.shape)
+    around = np.ix_(depths[layer], rows.ravel(), columns.ravel())
+    found = scalars[around].astype(np.float64)
+    found -= offset
+    found *= factor
+    found += 0.5
+    levels = np.clip(found, 0, TF_SAMPLES - 0.5, out=found).astype(np.uint16)
+    if missing is not None:
+        levels[missing[around]] = TF_SAMPLES
+    of_nodes = levels.reshape(VOXELS, ny, VOXELS, nx, VOXELS).transpose(1, 3, 0, 2, 4)
+    out[layer] = of_nodes.reshape(ny, nx, NODE_LEVELS)
 
 
-@inlined
-def _voxel(index: int, count: int, voxels: int, part: int) -> int:
-    """Return the voxel in the middle of a part of those around a node, along an axis."""
+def _voxels_around(count: int, voxels: int) -> NDArray[np.int64]:
+    """Return the voxels (count, VOXELS) in the middle of parts of those around nodes of an axis."""
     size = (voxels - 1) / (count - 1)
-    first = max(math.ceil((index - 0.5) * size), 0)
-    last = min(math.floor((index + 0.5) * size) + 1, voxels)
-    return first + (2 * part + 1) * (last - first) // (2 * VOXELS)
+    nodes = np.arange(count)[:, None]
+    first = np.maximum(np.ceil((nodes - 0.5) * size), 0).astype(np.int64)
+    last = np.minimum(np.floor((nodes + 0.5) * size) + 1, voxels).astype(np.int64)
+    return first + (2 * np.arange(VOXELS) + 1) * (last - first) // (2 * VOXELS)
 
 
 @compiled
-def average_levels(levels: Any, table: Any, out: Any) -> None:
-    """Average a table's values over the levels (ny, nx, n) around each node of a layer."""
-    ny, nx, count = levels.shape
-    for j in range(ny):
-        for i in range(nx):
-            total = ZERO
-            for n in range(count):
-                total += table[np.uint64(levels[j, i, n])]
-            out[j, i] = total / np.float32(count)
+def average_levels(levels: Any, tables: Any, layer: int, out: Any) -> None:
+    """Average tables (257, m) over the levels around each node of a layer of (nz, ny, nx, n).
 
-
-@compiled
-def average_edits(levels: Any, tables: Any, layer: int, out: Any) -> None:
-    """Average several tables (257, m) over a layer of levels (nz, ny, nx, n), into (m, nz, ny, nx).
-
-    The whole of it, as a layer of one edit alone would be an array of another type.
+    Parameters
+    ----------
+    out : ndarray of float32, shape (m, nz, ny, nx)
+        Output: that layer. The whole of it is given, as a layer of one table alone would be an
+        array of another type.
     """
     _, ny, nx, count = levels.shape
-    total = np.empty(tables.shape[1], dtype=np.float32)
+    tables_count = tables.shape[1]
+    total = np.empty(tables_count, dtype=np.float32)
     for j in range(ny):
         for i in range(nx):
+            if tables_count == 1:
+                alone = ZERO
+                for n in range(count):
+                    alone += tables[np.uint64(levels[layer, j, i, n]), 0]
+                out[0, layer, j, i] = alone / np.float32(count)
+                continue
             total[:] = ZERO
             for n in range(count):
                 level = np.uint64(levels[layer, j, i, n])
-                for m in range(len(total)):
+                for m in range(tables_count):
                     total[m] += tables[level, m]
-            for m in range(len(total)):
+            for m in range(tables_count):
                 out[m, layer, j, i] = total[m] / np.float32(count)
 
 

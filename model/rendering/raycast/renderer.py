@@ -22,6 +22,7 @@ from model.rendering.raycast.classification import LARGEST_ERROR, Classification
 from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import Illumination
 from model.rendering.raycast.scene_light import UNLIT, SceneLight
+from model.rendering.raycast.shading import NO_GRID
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
 from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.inputs import SceneInputs
@@ -43,6 +44,7 @@ NOTHING_MISSING = np.empty(0, dtype=np.uint8)
 NO_DEPTH = np.empty((0, 0), dtype=np.float32)
 NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
 NO_EDITS = np.empty((0, 0), dtype=np.float32), np.empty(0, dtype=np.int64)
+NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
 """Given to kernels in place of what a scene does not have or nobody asks for."""
 
 
@@ -226,13 +228,12 @@ class RaycastRenderer:
         energies = np.empty(len(windows))
         by_light: list[NDArray[np.float64]] = []
         lit = self._light.grid
-        turns = None if lit is None else lit.no_changes()
         run: Any = differentiate_windows
 
         def task(part: slice) -> None:
             nodes = NO_NODES if lit is None else np.zeros(lit.shape)
             outputs = gradients[part], energies[part], nodes.reshape(-1)
-            run(*arguments, windows[part], *outputs, *NO_EDITS, turns, NO_SQUARES)
+            run(*arguments, windows[part], *outputs, *NO_EDITS, NO_CHANGES, NO_SQUARES)
             if lit is not None:
                 by_light.append(nodes)
 
@@ -268,7 +269,7 @@ class RaycastRenderer:
         arguments = self._path_arguments(inputs, size)
         by_bin, begin = band_of(edits * self._classified(inputs).derivative)
         count = max(int(begin.max()) + BAND, len(edits))
-        turns = None
+        turns = NO_CHANGES
         if self._light.grid is not None:
             padded = np.zeros((count, TF_SAMPLES), dtype=np.float32)
             padded[: len(edits)] = edits
@@ -311,7 +312,7 @@ class RaycastRenderer:
         changes = level_table(edit * classified.derivative)
         shown = classified.opacity + abs(changes)
         image = np.empty((*raster.shape, 3), dtype=np.float32)
-        lit, turn = self._light.of(inputs, classified), None
+        lit, turn = self._light.of(inputs, classified), NO_GRID
         if self._light.grid is not None:
             edits = np.asarray(edit, dtype=np.float32)[None]
             turn = self._light.grid.changes(*self._light.soft_inputs(inputs), edits, inputs.crop)
@@ -327,8 +328,7 @@ class RaycastRenderer:
             classified.opacity,
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
-            lit.gradient,
-            lit.soft,
+            *lit.filled,
             turn,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
@@ -461,13 +461,11 @@ class RaycastRenderer:
         volume, distance, raster = self._volume, self.sample_distance, Raster.of(size)
         step = distance * volume.voxel_size
         classified = self._classified(inputs)
-        lit = self._light.of(inputs, classified)
         return (
             *self._voxels_and_cells(classified),
             classified.opacity,
             color_table(inputs.color_tf, volume.scalar_range),
-            lit.gradient,
-            lit.soft,
+            *self._light.of(inputs, classified).filled,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,

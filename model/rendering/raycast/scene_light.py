@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from model.rendering.noise import noise_of
 from model.rendering.raycast.classification import Classification
 from model.rendering.raycast.illumination import Illumination, gradient_light
-from model.rendering.raycast.shading import Light, LightGrid
+from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting
@@ -35,6 +35,11 @@ class Lit(NamedTuple):
 
     gradient: Light | None
     soft: LightGrid | None
+
+    @property
+    def filled(self) -> tuple[Light, LightGrid]:
+        """The same for kernels that one version of serves all lights."""
+        return self.gradient or NO_LIGHT, self.soft or NO_GRID
 
 
 UNLIT = Lit(None, None)

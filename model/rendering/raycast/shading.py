@@ -37,6 +37,8 @@ class Light(NamedTuple):
         How bright the image can be, 0 to 1, see
         :meth:`model.rendering.raycast.renderer.RaycastRenderer`: in a faint one fainter samples
         count.
+    shines : bool
+        Whether there is this light; some kernels take one of the same type where there is none.
     """
 
     travel: Any
@@ -49,6 +51,7 @@ class Light(NamedTuple):
     high: Any
     noise: Any
     dim: Any
+    shines: Any
 
 
 class LightGrid(NamedTuple):
@@ -57,7 +60,7 @@ class LightGrid(NamedTuple):
     Attributes
     ----------
     grid : ndarray of float32, 1-D
-        Factors of the colour, in [0, 1], x fastest.
+        Factors of the colour, in [0, 1], x fastest; empty where there is no such light.
     shape : tuple of 3 int
         Number of grid nodes along x, y and z.
     scale : tuple of 3 float32
@@ -70,6 +73,12 @@ class LightGrid(NamedTuple):
     shape: Any
     scale: Any
     dim: Any
+
+
+_NOWHERE = (ZERO, ZERO, ZERO)
+NO_LIGHT = Light(_NOWHERE, _NOWHERE, _NOWHERE, ZERO, ZERO, 0, _NOWHERE, _NOWHERE, ZERO, ONE, False)
+NO_GRID = LightGrid(np.empty(0, dtype=np.float32), (0, 0, 0), _NOWHERE, ONE)
+"""Given to kernels in place of a light that a scene does not have."""
 
 
 @inlined

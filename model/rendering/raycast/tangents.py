@@ -18,9 +18,9 @@ import numpy as np
 from model.compilation import compiled
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
 from model.rendering.raycast.differentiation import NEGLIGIBLE
-from model.rendering.raycast.marching import FAINT, opacity_of_part, shade, slope_of_part
+from model.rendering.raycast.marching import FAINT, opacity_of_part, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
-from model.rendering.raycast.shading import received
+from model.rendering.raycast.shading import received, reflect
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
 
@@ -58,8 +58,8 @@ def change_rows(
         Opacity of a sample at each level, and its change.
     colors : ndarray of float32, shape (4 levels,)
         Colour at each level, not premultiplied.
-    light : Light or None
-    glow, turn_grid : LightGrid or None
+    light : Light
+    glow, turn_grid : LightGrid
         Soft light, and its change.
     least : float32
         Transparency of a sample below which the derivative is clamped.
@@ -70,6 +70,9 @@ def change_rows(
     """
     size = image.shape[1]
     levels, staging = stack_batch(voxels, BATCH)
+    seen, weights = np.empty(BATCH, dtype=np.float32), np.empty(BATCH, dtype=np.float32)
+    glows = len(glow.grid) > 0
+    is_lit = light.shines or glows
     for row in range(rows[0], rows[1]):
         for column in range(size):
             ray, _ = make_ray(camera, step, column, row, size)
@@ -82,29 +85,44 @@ def change_rows(
                     k = behind
                     continue
                 fetch(voxels, shape, scale, missing, ray, k, levels, staging)
-                for m in range(min(BATCH, ray.count - k)):
+                count = min(BATCH, ray.count - k)
+                for m in range(count):
                     level = np.uint64(np.uint32(levels[m]))
                     a, da = alphas[level], changes[level]
                     if k + m == ray.count - 1:
                         da *= slope_of_part(a, ray.rest, least)
                         a = opacity_of_part(a, ray.rest)
-                    seen = through * a
-                    weight = through * da + change * a
+                    visible, weight = through * a, through * da + change * a
                     change = change * (ONE - a) - through * da
                     through *= ONE - a
-                    at = np.uint64(4) * level
-                    if glow is not None:
-                        if weight != ZERO or seen > FAINT:
+                    if is_lit:
+                        seen[m], weights[m] = visible, weight
+                    else:
+                        at = np.uint64(4) * level
+                        red += weight * colors[at]
+                        green += weight * colors[at + _1]
+                        blue += weight * colors[at + _2]
+                # A loop for each light: one that asks for it at each sample is much slower.
+                if glows:
+                    for m in range(count):
+                        if weights[m] != ZERO or seen[m] > FAINT:
                             t = min(np.float32(k + m), ray.last)
-                            d = weight * received(glow, ray, t) + seen * received(turn_grid, ray, t)
+                            d = weights[m] * received(glow, ray, t)
+                            d += seen[m] * received(turn_grid, ray, t)
+                            at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
                             red += d * colors[at]
                             green += d * colors[at + _1]
                             blue += d * colors[at + _2]
-                    elif weight != ZERO:
-                        d, s = shade(voxels, shape, light, None, ray, np.float32(k + m))
-                        red += weight * (d * colors[at] + s)
-                        green += weight * (d * colors[at + _1] + s)
-                        blue += weight * (d * colors[at + _2] + s)
+                elif light.shines:
+                    for m in range(count):
+                        weight = weights[m]
+                        if weight != ZERO:
+                            t = min(np.float32(k + m), ray.last)
+                            d, s = reflect(voxels, shape, light, ray, t)
+                            at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
+                            red += weight * (d * colors[at] + s)
+                            green += weight * (d * colors[at + _1] + s)
+                            blue += weight * (d * colors[at + _2] + s)
                 k += BATCH
             image[row, column, 0] = red
             image[row, column, 1] = green
