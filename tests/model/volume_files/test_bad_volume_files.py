@@ -453,26 +453,26 @@ def test_layouts_that_cannot_be():
 
 TRUNCATED = {
     "raw.nrrd": write_itk,
-    "gzip.nrrd": lambda path: write_itk(path, ARRAY, compressed=True),
+    "gzip.nrrd": lambda path, array: write_itk(path, array, compressed=True),
     "raw.mha": write_itk,
-    "zlib.mha": lambda path: write_itk(path, ARRAY, compressed=True),
+    "zlib.mha": lambda path, array: write_itk(path, array, compressed=True),
     "raw.nii": write_itk,
     "gzip.nii.gz": write_itk,
     "appended.vti": write_vti,
-    "zlib.vti": lambda path: write_vti(path, ARRAY, compressor="ZLib"),
-    "base64.vti": lambda path: write_vti(path, ARRAY, mode="Binary"),
+    "zlib.vti": lambda path, array: write_vti(path, array, compressor="ZLib"),
+    "base64.vti": lambda path, array: write_vti(path, array, mode="Binary"),
     # ASCII legacy files are left out: "358" cut to "35" is still a number.
     "binary.vtk": write_legacy,
     "pages.tif": write_tiff,
     "itk.tif": write_itk,
-    "a_7x5x6_uint16.raw": lambda path: path.write_bytes(ARRAY.tobytes()) and path,
+    "a_7x5x6_uint16.raw": lambda path, array: path.write_bytes(array.tobytes()) and path,
 }
 
 
 @pytest.fixture(scope="module")
 def whole_files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
-    return {name: write(folder / name).read_bytes() for name, write in TRUNCATED.items()}
+    return {name: write(folder / name, ARRAY).read_bytes() for name, write in TRUNCATED.items()}
 
 
 @pytest.mark.parametrize("name", TRUNCATED)
