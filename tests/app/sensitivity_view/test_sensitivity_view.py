@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,6 +30,7 @@ from app.image_view.image_canvas import ImageCanvas, to_qimage
 from app.sensitivity_view.what_if import CLICK_MS
 from app.window.main_window import MainWindow
 from model.errors import RenderError
+from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.tf_emphasis import STRIKING_COLORS
@@ -415,6 +418,7 @@ def test_a_field_is_never_over_another_image(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.answers.fields)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     analyst = builders.analysts[-1]
     analyst.gate = threading.Semaphore(0)
@@ -620,6 +624,35 @@ def test_switched_off_nothing_is_asked_or_shown(
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
     assert button.toolTip().startswith("Switch Change or Visible on")
+
+
+def _is_of(answer: Any, inputs: SceneInputs) -> bool:
+    return answer is not None and answer.is_of(inputs)
+
+
+def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWindow) -> None:
+    state, dispatcher = window.state, window.workspace.sensitivity
+    window.sensitivity_state.pick((0.5, 0.5))
+    for change in (
+        lambda: state.set_view(View(azimuth=77.0)),
+        lambda: state.tf_input.set(make_tf(), "preset"),
+        lambda: state.crop_input.set(CropBox((0.5, 0.0, 0.0))),
+        state.edits.undo,
+    ):
+        change()
+        qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.region))
+        qtbot.waitUntil(lambda: _is_of(dispatcher.answers.pick, state.inputs))
+        qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
+
+
+def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:
+    assert "outside" not in window.sensitivity.source.said
+    window.state.set_view(replace(window.state.view, elevation=88.0))
+    window.state.set_view(replace(window.state.view, roll=170.0))
+    assert "outside what it was trained on" in window.sensitivity.source.said
+    window.sensitivity_state.pin(150.0)
+    qtbot.waitUntil(lambda: "learned, outside" in window.sensitivity.learned.caption)
+    assert "outside" not in window.sensitivity.exact.caption
 
 
 def test_the_values_that_a_region_shows_are_named(
