@@ -30,3 +30,11 @@ def test_engines_and_state_know_no_widget(package):
 def test_few_modules_are_loose_in_the_model():
     loose = [p.name for p in (ROOT / "model").glob("*.py") if p.name != "__init__.py"]
     assert len(loose) <= 8, loose
+
+
+@pytest.mark.parametrize("package", ["app", "model"])
+def test_a_module_has_at_most_500_lines(package: str) -> None:
+    modules = sorted((ROOT / package).rglob("*.py"))
+    assert modules
+    for path in modules:
+        assert len(path.read_text(encoding="utf-8").splitlines()) <= 500, path
