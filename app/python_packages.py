@@ -16,6 +16,8 @@ import tempfile
 
 PIP = (sys.executable, "-m", "pip", "--disable-pip-version-check")
 UV = (sys.executable, "-m", "uv", "pip", "install", "--python", sys.executable, "--quiet")
+BYTECODE = "--compile-bytecode"
+"""As pip does: else each module would be compiled when it is first imported."""
 
 SOURCES = {"index-url", "extra-index-url", "find-links", "no-index"}
 """pip's settings for the places of packages, which are options of uv by the same names."""
@@ -67,7 +69,7 @@ def install_by_uv(arguments: list[str]) -> bool:
         environment = {**os.environ, "PYTHONPATH": folder}
         if "cert" in settings:
             environment.setdefault("SSL_CERT_FILE", settings["cert"])
-        command = [*UV, *options, *arguments]
+        command = [*UV, BYTECODE, *options, *arguments]
         return subprocess.run(command, env=environment, check=False).returncode == 0
 
 

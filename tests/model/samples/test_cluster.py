@@ -179,11 +179,24 @@ def test_blocks_that_kill_their_workers_end_the_run(
             render_store_on_cluster(new, volume, cluster.scheduler_address)
 
 
+# The environment that runs the tests has tfscope installed.
+WITHOUT_TFSCOPE = """
+import sys
+
+class Without:
+    def find_spec(self, name, *_):
+        if name == "model":
+            raise ModuleNotFoundError("No module named 'model'", name="model")
+
+sys.meta_path.insert(0, Without())
+"""
+
+
 @contextmanager
 def worker_in(folder: Path, scheduler: str) -> Iterator[None]:
-    """A worker as a user starts one."""
+    """A worker as a user starts one, with the folder's own site customization."""
     command = [sys.executable, "-m", "dask", "worker", scheduler, "--nthreads", "1"]
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment = os.environ | {"PYTHONPATH": str(folder)}
     process = subprocess.Popen(
         [*command, "--no-nanny", "--no-dashboard"],
         cwd=folder,
@@ -211,6 +224,7 @@ def test_the_lack_of_workers_or_of_tfscope_is_said(
 ) -> None:
     with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
         render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
+    (tmp_path / "sitecustomize.py").write_text(WITHOUT_TFSCOPE)
     with (
         worker_in(tmp_path, empty_scheduler),
         pytest.raises(DatasetError, match="no module 'model'; start workers from this tfscope"),
