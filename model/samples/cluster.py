@@ -30,6 +30,10 @@ CONNECT_SECONDS = 10.0
 # One running, one queued, one at the scheduler.
 BLOCKS_PER_THREAD = 3
 
+STALLED_SECONDS = 60.0
+"""Time without a block after which it is looked whether any is computed; if not, they are given out
+anew. To send a volume takes less."""
+
 _kept = threading.local()
 """A worker's renderer between blocks, one per thread, as OpenGL contexts belong to threads."""
 
@@ -49,7 +53,7 @@ def render_store_on_cluster(
     waiting = deque((split, block) for split in SPLITS for block in store.missing_blocks(split))
     if not waiting:
         return
-    running: dict[str, tuple[Split, range]] = {}
+    running: dict[str, tuple[Future, tuple[Split, range]]] = {}
     done: SimpleQueue[Future] = SimpleQueue()
     with _connected(scheduler) as client, warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")
@@ -59,6 +63,7 @@ def render_store_on_cluster(
         sent = client.submit(dict, data, pure=False)
         order = volume.fingerprint, store.scene.to_json(), store.seed
         render, served = block_renderer(), monotonic()
+        finished = served
         while waiting or running:
             threads = sum(client.nthreads().values())
             served = monotonic() if threads else served
@@ -70,16 +75,34 @@ def render_store_on_cluster(
             while waiting and len(running) < BLOCKS_PER_THREAD * threads:
                 block = waiting.popleft()
                 future = client.submit(render, sent, *order, *block, pure=False, retries=2)
-                running[future.key] = block
+                running[future.key] = future, block
                 future.add_done_callback(done.put)
             try:
                 future = done.get(timeout=1.0)
             except Empty:
+                if threads and monotonic() - finished > STALLED_SECONDS:
+                    finished = monotonic()
+                    if _nobody_works(client, [future for future, _ in running.values()]):
+                        waiting.extendleft(block for _, block in running.values())
+                        running.clear()
+                        sent = client.submit(dict, data, pure=False)
                 continue
-            split, samples = running.pop(future.key)
+            finished = monotonic()
+            if future.key not in running:
+                continue
+            split, samples = running.pop(future.key)[1]
             batch = _result(future, f"samples {samples.start} to {samples.stop - 1}", patience)
             store.write_block(split, samples, batch)
             on_progress(len(batch))
+
+
+def _nobody_works(client: Client, futures: list[Future]) -> bool:
+    """Return whether no worker computes any of these, as may be after one of them was killed."""
+    try:
+        return not client.call_stack(futures)
+    except OSError:
+        # One of them is ending just now.
+        return False
 
 
 def block_renderer() -> Callable[..., SampleBatch]:
