@@ -52,7 +52,7 @@ OURS = (
         pytest.param(
             [
                 *("render", "--renderer", "generator", "--model", str(MODEL)),
-                *("--backend", "openvino", "--size", "32", "--out", "OUT/image.png"),
+                *("--size", "32", "--out", "OUT/image.png"),
             ],
             marks=pytest.mark.slow,
         ),
