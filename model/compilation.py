@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +13,7 @@ from filelock import FileLock, Timeout
 from numba.core import config
 from numba.core.compiler_lock import global_compiler_lock
 
-from model.kernel_cache import kernel_folder
+from model.kernel_cache import keeps_kernels, kernel_folder
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -31,13 +30,10 @@ LONGEST_S = 120.0
 
 def _use_cache() -> bool:
     """Set Numba's cache folder; return False if it is not writable."""
-    folder = kernel_folder()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return False
-    config.CACHE_DIR = str(folder)
-    return os.access(folder, os.W_OK)
+    is_kept = keeps_kernels()
+    if is_kept:
+        config.CACHE_DIR = str(kernel_folder())
+    return is_kept
 
 
 def _avoid_gathers() -> None:

@@ -48,13 +48,16 @@ class Preparation(QObject):
         super().__init__(parent)
         self._command, self._longest_s = tuple(command), longest_s
         self._is_kept = keeps_kernels()
-        self._given_up: set[KernelGroup] = set()
+        self._usable: set[KernelGroup] = set()
         self._wanted: tuple[KernelGroup, ...] = ()
         self._running: dict[KernelGroup, QProcess] = {}
 
     def is_prepared(self, group: KernelGroup) -> bool:
         """Return whether an engine may use a group's kernels."""
-        return not self._is_kept or group in self._given_up or group.is_prepared
+        # Asked at each change of the scene: what is there once needs no look at the disk again.
+        if group not in self._usable and (not self._is_kept or group.is_prepared):
+            self._usable.add(group)
+        return group in self._usable
 
     def want(self, groups: Sequence[KernelGroup]) -> None:
         """Prepare these groups next; what is under way goes on."""
@@ -103,8 +106,7 @@ class Preparation(QObject):
         process = self.sender()
         group = next(g for g, running in self._running.items() if running is process)
         self._running.pop(group).deleteLater()
-        if not group.is_prepared:
-            self._given_up.add(group)
+        self._usable.add(group)
         self._go_on()
         self._tell()
         self.prepared.emit()
