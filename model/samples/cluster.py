@@ -30,10 +30,6 @@ CONNECT_SECONDS = 10.0
 # One running, one queued, one at the scheduler.
 BLOCKS_PER_THREAD = 3
 
-STALLED_SECONDS = 60.0
-"""Time without a block after which it is looked whether any is computed; if not, they are given out
-anew. To send a volume takes less."""
-
 _kept = threading.local()
 """A worker's renderer between blocks, one per thread, as OpenGL contexts belong to threads."""
 
@@ -63,7 +59,6 @@ def render_store_on_cluster(
         sent = client.submit(dict, data, pure=False)
         order = volume.fingerprint, store.scene.to_json(), store.seed
         render, served = block_renderer(), monotonic()
-        finished = served
         while waiting or running:
             threads = sum(client.nthreads().values())
             served = monotonic() if threads else served
@@ -80,29 +75,11 @@ def render_store_on_cluster(
             try:
                 future = done.get(timeout=1.0)
             except Empty:
-                if threads and monotonic() - finished > STALLED_SECONDS:
-                    finished = monotonic()
-                    if _nobody_works(client, [future for future, _ in running.values()]):
-                        waiting.extendleft(block for _, block in running.values())
-                        running.clear()
-                        sent = client.submit(dict, data, pure=False)
-                continue
-            finished = monotonic()
-            if future.key not in running:
                 continue
             split, samples = running.pop(future.key)[1]
             batch = _result(future, f"samples {samples.start} to {samples.stop - 1}", patience)
             store.write_block(split, samples, batch)
             on_progress(len(batch))
-
-
-def _nobody_works(client: Client, futures: list[Future]) -> bool:
-    """Return whether no worker computes any of these, as may be after one of them was killed."""
-    try:
-        return not client.call_stack(futures)
-    except OSError:
-        # One of them is ending just now.
-        return False
 
 
 def block_renderer() -> Callable[..., SampleBatch]:
