@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from rich.filesize import decimal
 
@@ -15,9 +15,6 @@ from model.files import free_space
 from model.scene.scene import Lighting, Scene, TFFamily
 from model.scene.transfer_function import Range
 from model.volume_files.source import VolumeSource
-
-if TYPE_CHECKING:
-    pass
 
 MAX_HOLDOUT = 2000
 
