@@ -49,7 +49,7 @@ def keeps_kernels() -> bool:
 
 @dataclass(frozen=True)
 class KernelGroup:
-    """The kernels that a ray caster or path tracer needs for one purpose.
+    """The kernels that the ray caster or path tracer of one light needs for one purpose.
 
     Attributes
     ----------
@@ -57,12 +57,23 @@ class KernelGroup:
         Type of the voxels as the kernels take them.
     lighting : {"none", "direct", "soft", "path"}
     purpose : {"images", "questions"}
-        What is drawn, or sensitivities and what is visible.
+        What is drawn, or sensitivities and what is visible; the path tracer answers none.
     """
 
     voxels: str
     lighting: str
     purpose: Purpose
+
+    @classmethod
+    def named(cls, name: str) -> KernelGroup:
+        """Return the group of a :attr:`name`."""
+        voxels, lighting, purpose = name.split("-")
+        return cls(voxels, lighting, "images" if purpose == "images" else "questions")
+
+    @property
+    def name(self) -> str:
+        """All of it in one word."""
+        return f"{self.voxels}-{self.lighting}-{self.purpose}"
 
     @property
     def is_prepared(self) -> bool:
@@ -75,4 +86,4 @@ class KernelGroup:
 
     @property
     def _stamp(self) -> Path:
-        return kernel_folder() / f"{self.voxels}-{self.lighting}-{self.purpose}"
+        return kernel_folder() / self.name

@@ -37,7 +37,7 @@ from model.rendering.renderer import smooth_distance
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.scene import PATH_CURVES, PATH_FIELDS, Lighting, RendererName, Scene
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.value_scale import ValueScale
@@ -80,6 +80,8 @@ class ReferenceSettings:
         Whether path-traced pictures are denoised, where the package for it is installed.
     samples : int
         Of each pixel of path-traced pictures to save.
+    falls_back : bool
+        Whether the ray caster draws where VTK cannot; not where its kernels are still compiled.
     """
 
     lighting: Lighting = "none"
@@ -88,6 +90,7 @@ class ReferenceSettings:
     renderer: Drawing = "vtk"
     denoises: bool = True
     samples: int = 64
+    falls_back: bool = True
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
@@ -228,7 +231,8 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         return PathTracingEngine(refining, settings.sample_distance, release)
     distances = settings.sample_distance, settings.smooth_distance
     name = settings.renderer
-    if name != "auto" and name != "vtk":
+    if name == "raycast" or not settings.falls_back:
+        assert name != "auto"
         from model.rendering.renderer import open_renderer
 
         return RendererEngine(open_renderer(name, *place), distances[0], name, distances[1])
@@ -283,9 +287,17 @@ def _latent_space(
 def _kernels(volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, ...]:
     is_native = keeps_type(volume, KERNEL_TYPES)
     voxels = volume.voxels.dtype.name if is_native else "float32"
+    if settings.lighting != "path":
+        return (
+            KernelGroup(voxels, settings.lighting, "images"),
+            KernelGroup(voxels, settings.lighting, "questions"),
+        )
     return (
-        KernelGroup(voxels, settings.lighting, "images"),
-        KernelGroup(voxels, settings.lighting, "questions"),
+        KernelGroup(voxels, "path", "images"),
+        # In it, path-traced pictures are finished, and the analyst draws.
+        KernelGroup(voxels, PATH_FIELDS, "images"),
+        KernelGroup(voxels, PATH_FIELDS, "questions"),
+        KernelGroup(voxels, PATH_CURVES, "questions"),
     )
 
 

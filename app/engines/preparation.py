@@ -6,10 +6,9 @@ from typing import cast
 
 import numpy as np
 
-from app.engines.engines import REAL_BUILDERS, ReferenceSettings
 from app.engines.quality import Quality
+from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
-    BatchRequest,
     Engine,
     ImageRequest,
     RegionSensitivityRequest,
@@ -31,12 +30,20 @@ EDGE, PIXELS = 24, 16
 def prepare(group: KernelGroup) -> None:
     """Draw a small ball as the window does, or answer what it asks of images."""
     volume = _ball(group.voxels)
-    settings = ReferenceSettings(cast("Lighting", group.lighting), renderer="raycast")
-    is_of_images = group.purpose == "images"
-    build = REAL_BUILDERS.reference if is_of_images else REAL_BUILDERS.analyst
-    engine = build(volume, settings)
+    if group.lighting == "path":
+        from model.rendering.path_tracing.renderer import PathTracer
+
+        tracer = PathTracer(volume)
+        tracer.render(_inputs(volume), PIXELS)
+        tracer.close()
+        return
+    # No more than the ray caster: whatever else an engine loads, it loads in a moment.
+    from model.rendering.raycast.renderer import RaycastRenderer
+
+    renderer = RaycastRenderer(volume, cast("Lighting", group.lighting))
+    engine = RendererEngine(renderer, renderer.sample_distance)
     try:
-        (_draw if is_of_images else _answer)(engine, volume)
+        (_draw if group.purpose == "images" else _answer)(engine, volume)
     finally:
         engine.close()
 
@@ -54,8 +61,6 @@ def _answer(engine: Engine, volume: Volume) -> None:
     engine.value_visibility(ValueVisibilityRequest(*asked, values, width))
     engine.value_sensitivity(ValueSensitivityRequest(*asked, values, width))
     engine.region_sensitivity(RegionSensitivityRequest(*asked, whole, width))
-    # Of a map, and of the axes that may be up.
-    engine.images(BatchRequest(*asked))
 
 
 def _inputs(volume: Volume) -> SceneInputs:

@@ -36,6 +36,9 @@ class DrawingPlan:
         Whether the number of pixels at rest is the user's choice, however long they take.
     may_stand_in : bool
         Whether the ray caster may draw in VTK's place.
+    passes : bool
+        Whether another renderer takes the reference's place soon, and needs the processors until
+        then: no image takes long.
     begins_coarse : bool
         Whether the first image at rest follows one of few pixels, as it takes long. Coarse
         images keep the sample distance then.
@@ -61,6 +64,7 @@ class DrawingPlan:
     raster: Raster = FIRST_RASTER
     is_fixed: bool = False
     may_stand_in: bool = False
+    passes: bool = False
     begins_coarse: bool = False
     most_samples: int = 1
     draws_live: bool = False
@@ -330,6 +334,8 @@ class Dispatcher(QObject):
         """Quality of the image that follows one of the reference; None if it was the last."""
         raster = self.final_raster
         if not drawn.live and raster.width <= drawn.pixels.width:
+            if self.plan.passes:
+                return None
             raster = self.plan.raster
             if not self._takes_not_too_long(raster):
                 seconds = LONGEST_SECONDS / 2

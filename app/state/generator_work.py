@@ -55,6 +55,8 @@ class GeneratorWork(QObject):
     draws_path : bool
         Whether the generator of path-traced light draws in the place of a model of this volume,
         which knows another light.
+    awaits_path : bool
+        Whether it will, once the path tracer's kernels are compiled: until then nothing is loaded.
     """
 
     ready = Signal()
@@ -76,7 +78,7 @@ class GeneratorWork(QObject):
         self.folder: Path | None = None
         self.scene: Scene | None = None
         self.draws_codes = False
-        self.draws_path = False
+        self.draws_path = self.awaits_path = False
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
@@ -126,7 +128,7 @@ class GeneratorWork(QObject):
 
     def begin(self) -> None:
         """Load the model that was held back, if there is one."""
-        if self._is_held and self.folder is not None:
+        if self._is_held and self.folder is not None and not self.awaits_path:
             self._is_held = False
             if self._path_scene is not None:
                 build = partial(self._builders.reference, *self._path_scene)
@@ -134,29 +136,40 @@ class GeneratorWork(QObject):
                 build = partial(self._builders.generator, self.folder, self._device)
             self._client.start(build, LOADING)
 
-    def follow_light(self, opened: OpenedVolume | None, settings: ReferenceSettings) -> None:
+    def follow_light(
+        self, opened: OpenedVolume | None, settings: ReferenceSettings, coming: ReferenceSettings
+    ) -> None:
         """Have the generator of path-traced light draw where the reference has that light.
 
         A model that was trained under it draws itself.
 
         Parameters
         ----------
-        settings : ReferenceSettings
-            Of the reference.
+        settings, coming : ReferenceSettings
+            Of the reference, now and once its kernels are compiled.
         """
-        scene = self.scene_for(opened)
-        wanted = None
-        if opened is not None and scene is not None and scene.lighting != "path":
-            is_clean = settings.denoises and denoising.installed() and PATH_LIGHT.is_file()
-            if settings.lighting == "path" and is_clean:
-                wanted = opened.volume, replace(settings, samples=1)
-        if wanted == self._path_scene:
-            return
-        self._path_scene, self.draws_path = wanted, wanted is not None
-        self.draws_codes = False
-        if not self._is_held:
-            self._is_held = True
+        wanted, has_waited = self._path_of(opened, settings), self.awaits_path
+        self.awaits_path = wanted is None and self._path_of(opened, coming) is not None
+        if wanted != self._path_scene:
+            self._path_scene, self.draws_path = wanted, wanted is not None
+            self.draws_codes = False
+            if not self._is_held:
+                self._is_held = True
+                self.begin()
+        elif has_waited:
             self.begin()
+
+    def _path_of(
+        self, opened: OpenedVolume | None, settings: ReferenceSettings
+    ) -> tuple[Volume, ReferenceSettings] | None:
+        """Return what the generator of path-traced light draws of; None where it does not."""
+        scene = self.scene_for(opened)
+        if opened is None or scene is None or scene.lighting == "path":
+            return None
+        is_clean = settings.denoises and denoising.installed() and PATH_LIGHT.is_file()
+        if settings.lighting != "path" or not is_clean:
+            return None
+        return opened.volume, replace(settings, samples=1)
 
     def scene_for(self, opened: OpenedVolume | None) -> Scene | None:
         """Return what the model was trained on, or will be found to be, if that is this volume."""

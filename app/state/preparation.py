@@ -17,11 +17,14 @@ PROCESSES = 2
 """Processes at a time: each takes a processor and half a gigabyte."""
 
 LONGEST_S = 300
-"""Time after which a process hangs; the busiest machine seen took a third of it."""
+"""Time of a group after which its process hangs; the busiest machine seen took a third of it."""
+
+PATIENCE_MS = 5000
+"""Time that the first picture is given before anything is compiled."""
 
 
 class Preparation(QObject):
-    """Compiles groups of kernels that are wanted, in their order.
+    """Compiles groups of kernels that are wanted, in their order, once a picture is there.
 
     A group that cannot be compiled beside the window counts as prepared: an engine compiles it
     when it first draws. So does each where nothing can be kept.
@@ -29,9 +32,9 @@ class Preparation(QObject):
     Parameters
     ----------
     command : sequence of str
-        Compiles the group whose type of voxels, lighting and purpose follow.
+        Compiles groups whose names it is given, one a line, and writes each name back.
     longest_s : float
-        Seconds after which a process is ended.
+        Seconds of a group after which its process is ended.
     """
 
     prepared = Signal()
@@ -50,7 +53,10 @@ class Preparation(QObject):
         self._is_kept = keeps_kernels()
         self._usable: set[KernelGroup] = set()
         self._wanted: tuple[KernelGroup, ...] = ()
-        self._running: dict[KernelGroup, QProcess] = {}
+        self._workers: list[_Worker] = []
+        self._has_begun = False
+        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
+        self._patience.timeout.connect(self.begin)
 
     def is_prepared(self, group: KernelGroup) -> bool:
         """Return whether an engine may use a group's kernels."""
@@ -63,54 +69,124 @@ class Preparation(QObject):
         """Prepare these groups next; what is under way goes on."""
         if tuple(groups) != self._wanted:
             self._wanted = tuple(groups)
+            if not self._has_begun:
+                self._patience.start()
             self._go_on()
             self._tell()
 
+    def begin(self) -> None:
+        """Begin: the first picture, which needs the processors, is there."""
+        if not self._has_begun:
+            self._has_begun = True
+            self._patience.stop()
+            self._go_on()
+
     def stop(self) -> None:
         """End all processes; what they have compiled is kept."""
+        self._patience.stop()
         self._wanted = ()
-        for process in self._running.values():
-            process.finished.disconnect()
-            process.errorOccurred.disconnect()
-            process.kill()
-            process.waitForFinished()
-        self._running.clear()
+        self._workers.clear()
+        for worker in self.findChildren(_Worker):
+            worker.end_now()
 
     def _go_on(self) -> None:
-        for group in self._wanted:
-            if len(self._running) >= PROCESSES:
-                return
-            if group not in self._running and not self.is_prepared(group):
+        """Give each worker something to do, start those that are missing, and end idle ones."""
+        if not self._has_begun:
+            return
+        under_way = {worker.group for worker in self._workers}
+        todo = [g for g in self._wanted if g not in under_way and not self.is_prepared(g)]
+        idle = [worker for worker in self._workers if worker.group is None]
+        for group in todo:
+            if idle:
+                idle.pop(0).give(group)
+            elif len(self._workers) < PROCESSES:
                 self._start(group)
+        for worker in idle:
+            self._workers.remove(worker)
+            worker.closeWriteChannel()
 
     def _start(self, group: KernelGroup) -> None:
-        process = QProcess(self)
-        process.setWorkingDirectory(str(ROOT))
-        process.setStandardOutputFile(QProcess.nullDevice())
-        process.setStandardErrorFile(QProcess.nullDevice())
-        hanging = QTimer(process, singleShot=True, interval=round(1000 * self._longest_s))
-        hanging.timeout.connect(process.kill)
-        process.finished.connect(self._take_end)
-        process.errorOccurred.connect(self._take_error)
-        self._running[group] = process
-        name, *arguments = self._command
-        process.start(name, [*arguments, group.voxels, group.lighting, group.purpose])
-        hanging.start()
+        worker = _Worker(self._longest_s, self)
+        worker.done.connect(self._take)
+        worker.ended.connect(self._take_end)
+        self._workers.append(worker)
+        worker.begin(self._command, group)
 
-    def _take_error(self, error: QProcess.ProcessError) -> None:
-        # All others are followed by an end.
-        if error is QProcess.ProcessError.FailedToStart:
-            self._take_end()
-
-    def _take_end(self) -> None:
-        process = self.sender()
-        group = next(g for g, running in self._running.items() if running is process)
-        self._running.pop(group).deleteLater()
+    def _take(self, group: KernelGroup) -> None:
+        """Note that a group is compiled, or can be compiled by an engine only."""
         self._usable.add(group)
         self._go_on()
         self._tell()
         self.prepared.emit()
 
+    def _take_end(self, worker: _Worker) -> None:
+        if worker in self._workers:
+            self._workers.remove(worker)
+        worker.deleteLater()
+        if worker.group is not None:
+            self._take(worker.group)
+
     def _tell(self) -> None:
         done = sum(map(self.is_prepared, self._wanted))
         self.progressed.emit(done, len(self._wanted))
+
+
+class _Worker(QProcess):
+    """A process that compiles one group after the other.
+
+    Attributes
+    ----------
+    group : KernelGroup or None
+        What it compiles; None while it waits for the next one.
+    """
+
+    done = Signal(object)
+    """Emitted with the group that is compiled."""
+    ended = Signal(object)
+    """Emitted with the worker when its process has ended, or could not be started."""
+
+    def __init__(self, longest_s: float, parent: QObject) -> None:
+        super().__init__(parent)
+        self.group: KernelGroup | None = None
+        self.setWorkingDirectory(str(ROOT))
+        self.setStandardErrorFile(QProcess.nullDevice())
+        self._hanging = QTimer(self, singleShot=True, interval=round(1000 * longest_s))
+        self._hanging.timeout.connect(self.kill)
+        self.readyReadStandardOutput.connect(self._read)
+        self.finished.connect(self._take_finished)
+        self.errorOccurred.connect(self._take_error)
+
+    def begin(self, command: Sequence[str], group: KernelGroup) -> None:
+        """Start the process with its first group."""
+        name, *arguments = command
+        self.start(name, arguments)
+        self.give(group)
+
+    def give(self, group: KernelGroup) -> None:
+        """Have it compile a group."""
+        self.group = group
+        self.write(f"{group.name}\n".encode())
+        self._hanging.start()
+
+    def end_now(self) -> None:
+        """End the process, and tell nothing of it."""
+        self.blockSignals(True)
+        self.kill()
+        self.waitForFinished()
+
+    def _read(self) -> None:
+        while self.canReadLine():
+            line = bytes(self.readLine().data()).decode().strip()
+            if self.group is not None and line == self.group.name:
+                group, self.group = self.group, None
+                self._hanging.stop()
+                self.done.emit(group)
+
+    def _take_finished(self) -> None:
+        self._hanging.stop()
+        self.ended.emit(self)
+
+    def _take_error(self, error: QProcess.ProcessError) -> None:
+        # All others are followed by an end.
+        if error is QProcess.ProcessError.FailedToStart:
+            self._take_finished()

@@ -11,8 +11,10 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from app.engines.client import Channel, EngineClient
 from app.engines.engines import Builders, Drawing, ReferenceSettings
 from app.engines.messages import Result
+from app.engines.states import EngineState
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.exactness import STOPS, USUAL, Stop
+from app.state.kernel_wait import KernelWait
 from app.state.known_volume import FORMER_LIGHT, LightingChoice
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
@@ -134,6 +136,8 @@ class ReferenceWork(QObject):
     ----------
     settings : ReferenceSettings
         What the reference is drawn with now.
+    wanted : ReferenceSettings
+        What it is drawn with once all kernels are compiled.
     fits_view : bool
         Whether the home view is still fitted to the pane while it is looked from.
     light : LightKeeper
@@ -180,7 +184,7 @@ class ReferenceWork(QObject):
         self._volume: Volume | None = None
         self._scene: Scene | None = None
         self.choices = _remembered(preferences)
-        self.settings = self._wanted = ReferenceSettings()
+        self.settings = self.wanted = ReferenceSettings()
         self._analyst_waits = False
         self._slow_lights = SlowLights()
         self.fits_view = True
@@ -195,13 +199,18 @@ class ReferenceWork(QObject):
         self.light = LightKeeper(state, preferences, self)
         self.preparation = Preparation(self)
         self.preparation.prepared.connect(self._take_prepared)
+        reference.images.answered.connect(lambda _result: self.preparation.begin())
+        reference.settled.connect(self.preparation.begin)
+        reference.stateChanged.connect(self._note_failure)
+        self._kernel_wait = KernelWait(reference)
+        self._vtk_problem = ""
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
 
     @property
     def is_preparing(self) -> bool:
         """Whether the image is drawn otherwise than wanted until kernels are compiled."""
-        return self.settings != self._wanted
+        return self.settings != self.wanted
 
     @property
     def light_is_slow(self) -> bool:
@@ -289,6 +298,7 @@ class ReferenceWork(QObject):
             self._preferences.note_volume(volume.fingerprint, lighting="soft")
         if is_new:
             self._slow_lights = SlowLights()
+            self._vtk_problem = ""
             self.light.start(volume.fingerprint)
             self._take_light(before)
             # A model that comes or goes with the volume leaves another pane.
@@ -313,7 +323,8 @@ class ReferenceWork(QObject):
             self._dispatcher.forget_times()
             # Of the same volume: its last image stays until the first new one.
             self._start_reference("")
-            if replace(self.settings, renderer=before.renderer) != before:
+            by_same = replace(self.settings, renderer=before.renderer, falls_back=before.falls_back)
+            if by_same != before:
                 self._start_analyst()
             self._dispatcher.send()
 
@@ -329,6 +340,7 @@ class ReferenceWork(QObject):
     def stop(self) -> None:
         """Follow the pane no more, and prepare nothing."""
         self._pane_rest.stop()
+        self._kernel_wait.end()
         self.preparation.stop()
 
     def _take_light(self, before: Volume | None) -> None:
@@ -347,10 +359,10 @@ class ReferenceWork(QObject):
         self.light.place(None)
 
     def _take_settings(self) -> None:
-        self._wanted = self.choices.settings(self._scene, self._slow_lights.found)
+        self.wanted = self.choices.settings(self._scene, self._slow_lights.found)
         if self._volume is not None:
-            self.preparation.want(self._builders.kernels(self._volume, self._wanted))
-        self.settings = self._nearest(self._wanted)
+            self.preparation.want(self._builders.kernels(self._volume, self.wanted))
+        self.settings = self._nearest(self.wanted)
         self._size_images()
         self._offer_light()
         self.settingsChanged.emit(self.settings)
@@ -370,7 +382,8 @@ class ReferenceWork(QObject):
             exactness=exactness,
             most_samples=exactness.samples if is_path else 1,
             draws_live=is_path and is_clean,
-            begins_coarse=self.settings.lighting in ("soft", "path"),
+            passes=self.is_preparing,
+            begins_coarse=self.is_preparing or self.settings.lighting in ("soft", "path"),
         )
         self.resized.emit(dispatcher.final_raster)
 
@@ -413,18 +426,21 @@ class ReferenceWork(QObject):
         by_vtk: Lighting = "none" if lighting == "none" else "direct"
         if wanted.renderer == "vtk" and by_vtk == lighting:
             return wanted
-        others: tuple[Lighting, ...] = ("soft", "direct") if lighting == "path" else (by_vtk,)
+        others: tuple[Lighting, ...] = (by_vtk,)
+        if lighting == "path" and self._vtk_problem:
+            others = "soft", by_vtk
         for other in (lighting, *others):
             settings = replace(wanted, lighting=other)
             if self._are_prepared(settings, images_only=True):
                 return settings
-        return replace(wanted, lighting=by_vtk, renderer="vtk")
+        return replace(wanted, lighting=by_vtk, renderer="vtk", falls_back=False)
 
     def _are_prepared(self, settings: ReferenceSettings, images_only: bool = False) -> bool:
         if self._volume is None:
             return True
         groups = self._builders.kernels(self._volume, settings)
-        return all(map(self.preparation.is_prepared, groups[:1] if images_only else groups))
+        asked = [group for group in groups if group.purpose == "images" or not images_only]
+        return all(map(self.preparation.is_prepared, asked))
 
     def _take_prepared(self) -> None:
         """Have what waited for kernels that are compiled by now draw and answer."""
@@ -432,8 +448,18 @@ class ReferenceWork(QObject):
         if self._volume is not None and self._analyst_waits:
             self._start_analyst()
 
+    def _note_failure(self, state: EngineState) -> None:
+        """Wait for the ray caster's first kernel where VTK cannot draw until then."""
+        if state is EngineState.FAILED and not self.settings.falls_back:
+            self._vtk_problem = self._reference.text
+            self._start_reference()
+
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
+        if self._vtk_problem and not self.settings.falls_back:
+            self._kernel_wait.begin(self._vtk_problem)
+            return
+        self._kernel_wait.end()
         build = partial(self._builders.reference, self._volume, self.settings)
         # A ray caster that need not be compiled shows another volume first.
         may_wait = self._dispatcher.plan.may_stand_in and self._are_prepared(self.settings)

@@ -346,15 +346,15 @@ class Workspace(QObject):
 
     def _relight(self) -> None:
         """Adapt the generator and the panels to another light of the reference."""
-        before = self.model.draws_path
+        before = self.model.draws_path, self.model.awaits_path
         self.latent.pictures.trace(self.reference.settings.lighting == "path")
         self._follow_light()
-        if self.model.draws_path != before:
+        if (self.model.draws_path, self.model.awaits_path) != before:
             self._follow_scene()
         self._update_hint()
 
     def _follow_light(self) -> None:
-        self.model.follow_light(self._opened, self.reference.settings)
+        self.model.follow_light(self._opened, self.reference.settings, self.reference.wanted)
         self._dispatcher.change(generator_follows=self.model.draws_path)
 
     def _restart_questions(self) -> None:

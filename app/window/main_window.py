@@ -302,8 +302,11 @@ class MainWindow(QMainWindow):
         self.preferences.problem.connect(partial(self.notice.tell, tone="error"))
 
     def _name_light(self) -> None:
-        """Say in which light the reference is drawn."""
-        self.reference.set_light(LIGHTS[self.workspace.reference.settings.lighting])
+        """Say in which light the reference is drawn, and which one follows once it can."""
+        work = self.workspace.reference
+        shown, coming = work.settings.lighting, work.wanted.lighting
+        follows = "" if coming == shown else f"; {LIGHTS[coming]} follows"
+        self.reference.set_light(LIGHTS[shown] + follows)
 
     @property
     def errors(self) -> list[str]:
@@ -452,7 +455,8 @@ class MainWindow(QMainWindow):
 
     def _show_model(self) -> None:
         """Make room for the generator's image, or give it to the reference."""
-        self.panes.set_model(self.workspace.model.is_open)
+        # Until it draws something else, one image is enough.
+        self.panes.set_model(self.workspace.model.is_open and not self.workspace.model.awaits_path)
         title = PAPER_TITLE if self.workspace.model.draws_codes else "Generator"
         if self.workspace.model.draws_path:
             title = PATH_TITLE

@@ -20,8 +20,8 @@ CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
 @pytest.mark.slow
 def test_what_is_prepared_is_not_compiled_again(tmp_path: Path) -> None:
     prepare = "from app.prepare_kernels import main\n"
-    groups = [("uint8", "direct", purpose) for purpose in ("images", "questions")]
-    _run(tmp_path, prepare + f"for group in {groups}: main(*group)")
+    groups = ["uint8-direct-images", "uint8-direct-questions"]
+    _run(tmp_path, prepare + f"main({groups})")
     compiled = _kernels(tmp_path)
     assert compiled
     picture = tmp_path / "picture.png"
@@ -31,7 +31,7 @@ def test_what_is_prepared_is_not_compiled_again(tmp_path: Path) -> None:
         "from app.cli import run\n"
         "from app.engines.preparation import prepare\n"
         "from model.kernel_cache import KernelGroup\n"
-        f"for group in {groups}: prepare(KernelGroup(*group))\n"
+        f"for group in {groups}: prepare(KernelGroup.named(group))\n"
         f"assert run({[*picture_of.split(), str(picture)]}) == 0",
     )
     assert picture.exists()

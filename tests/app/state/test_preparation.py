@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from PySide6.QtCore import QProcess
 from pytestqt.qtbot import QtBot
 
 from app.state import preparation
@@ -14,7 +15,14 @@ from model.kernel_cache import KernelGroup
 IMAGES = KernelGroup("uint8", "direct", "images")
 QUESTIONS = KernelGroup("uint8", "direct", "questions")
 
-KEEPS = "import pathlib, sys; pathlib.Path(sys.argv[1], '-'.join(sys.argv[2:])).touch()"
+STARTED = "import os, pathlib, sys; folder = pathlib.Path(sys.argv[1])\n"
+KEEPS = (
+    STARTED
+    + "(folder / f'process {os.getpid()}').touch()\n"
+    + "for line in sys.stdin:\n"
+    + "    (folder / line.strip()).touch()\n"
+    + "    print(line.strip(), flush=True)\n"
+)
 FAILS = "import sys; sys.exit(1)"
 HANGS = "import time; time.sleep(600)"
 
@@ -26,7 +34,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def preparing(program: str, folder: Path, longest_s: float = 60) -> Preparation:
-    return Preparation(None, (sys.executable, "-S", "-c", program, str(folder)), longest_s)
+    work = Preparation(None, (sys.executable, "-S", "-c", program, str(folder)), longest_s)
+    work.begin()
+    return work
+
+
+def processes_of(work: Preparation) -> list[QProcess]:
+    return work.findChildren(QProcess)
 
 
 def test_what_is_wanted_is_compiled_once(qtbot: QtBot, folder: Path) -> None:
@@ -36,7 +50,7 @@ def test_what_is_wanted_is_compiled_once(qtbot: QtBot, folder: Path) -> None:
     assert not work.is_prepared(IMAGES)
     work.want([IMAGES, QUESTIONS])
     work.want([IMAGES, QUESTIONS])
-    qtbot.waitUntil(lambda: told[-1] == (2, 2) and not work._running)
+    qtbot.waitUntil(lambda: told[-1] == (2, 2) and not processes_of(work))
     assert IMAGES.is_prepared
     assert QUESTIONS.is_prepared
     assert told[0] == (0, 2)
@@ -44,7 +58,35 @@ def test_what_is_wanted_is_compiled_once(qtbot: QtBot, folder: Path) -> None:
     again = preparing(FAILS, folder)
     again.want([IMAGES])
     assert again.is_prepared(IMAGES)
-    assert not again._running
+    assert not processes_of(again)
+
+
+def test_few_processes_compile_all_that_is_wanted(qtbot: QtBot, folder: Path) -> None:
+    work = preparing(KEEPS, folder)
+    lights = ("none", "direct", "soft", "path")
+    groups = [KernelGroup(kind, light, "images") for light in lights for kind in ("int8", "uint8")]
+    work.want(groups)
+    qtbot.waitUntil(lambda: all(group.is_prepared for group in groups))
+    assert 1 <= len(list(folder.glob("process *"))) <= preparation.PROCESSES
+    # Those that have nothing left to do give their memory back.
+    qtbot.waitUntil(lambda: not processes_of(work))
+
+
+def test_nothing_is_compiled_before_the_first_picture_unless_that_takes_long(
+    qtbot: QtBot, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(preparation, "PATIENCE_MS", 200)
+    command = sys.executable, "-S", "-c", KEEPS, str(folder)
+    at_once, patient = Preparation(None, command), Preparation(None, command)
+    for work in (at_once, patient):
+        work.want([IMAGES])
+        assert not processes_of(work)
+    at_once.begin()
+    assert processes_of(at_once)
+    qtbot.waitUntil(lambda: bool(processes_of(patient)) or patient.is_prepared(IMAGES))
+    qtbot.waitUntil(lambda: IMAGES.is_prepared)
+    for work in (at_once, patient):
+        work.stop()
 
 
 @pytest.mark.parametrize(("program", "longest_s"), [(FAILS, 60), (HANGS, 0.1)])
@@ -60,6 +102,7 @@ def test_what_fails_or_hangs_is_left_to_the_engines(
 
 def test_a_program_that_cannot_start_is_left_to_the_engines(qtbot: QtBot, folder: Path) -> None:
     work = Preparation(None, (str(folder / "nowhere"),))
+    work.begin()
     work.want([IMAGES])
     qtbot.waitUntil(lambda: work.is_prepared(IMAGES))
 
@@ -71,13 +114,13 @@ def test_where_nothing_can_be_kept_nothing_is_started(
     work = preparing(HANGS, folder)
     work.want([IMAGES])
     assert work.is_prepared(IMAGES)
-    assert not work._running
+    assert not processes_of(work)
 
 
 def test_the_end_of_the_window_is_theirs(folder: Path) -> None:
     work = preparing(HANGS, folder)
     work.want([IMAGES, QUESTIONS])
-    processes = list(work._running.values())
+    processes = processes_of(work)
     assert len(processes) == 2
     work.stop()
     assert all(process.state() is process.ProcessState.NotRunning for process in processes)

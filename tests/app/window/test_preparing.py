@@ -40,6 +40,9 @@ class HeldPreparation(QObject):
         self.want(self.wanted)
         self.prepared.emit()
 
+    def begin(self) -> None:
+        """Nothing waits."""
+
     def stop(self) -> None:
         """Nothing runs."""
 

@@ -1,0 +1,44 @@
+"""What is said where nothing can draw until the ray caster's first kernel is compiled."""
+
+from __future__ import annotations
+
+from time import monotonic
+
+from PySide6.QtCore import QObject, QTimer
+
+from app.engines.client import EngineClient
+
+USUAL_S = 15
+"""Time that the first kernels take on two processors of a usual computer."""
+
+TICK_MS = 1000
+
+
+class KernelWait(QObject):
+    """Counts the seconds in the pane of the reference."""
+
+    def __init__(self, reference: EngineClient) -> None:
+        super().__init__(reference)
+        self._reference = reference
+        self._problem, self._began = "", 0.0
+        self._tick = QTimer(self, interval=TICK_MS)
+        self._tick.timeout.connect(self._tell)
+
+    def begin(self, problem: str) -> None:
+        """Say why nothing else draws, and how long it has taken so far."""
+        self._problem = problem
+        if not self._tick.isActive():
+            self._began = monotonic()
+            self._tick.start()
+        self._tell()
+
+    def end(self) -> None:
+        """Say nothing any more: something draws."""
+        self._tick.stop()
+
+    def _tell(self) -> None:
+        self._reference.wait(
+            f"{self._problem.rstrip('.')}. So the first picture is the ray caster's, whose code is "
+            f"compiled for this computer, once: {monotonic() - self._began:.0f} s so far, "
+            f"about {USUAL_S} in all …"
+        )
