@@ -11,7 +11,6 @@ from PySide6.QtCore import QObject, Signal
 from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.orientation import (
     FARTHEST_HOME,
-    HOME_ANGLES,
     WHOLE,
     angles_in,
     centred,
@@ -52,7 +51,7 @@ class ViewNavigation(QObject):
         self._proportions = CUBE
         self._shown = WHOLE
         self._reach = SQUARE
-        self._home_angles = HOME_ANGLES
+        self._home_angles: tuple[float, float] | None = None
         self._up_axis = DEFAULT_UP
         self._axis_labels: tuple[str, ...] = ()
         self.trackball = False
@@ -212,7 +211,7 @@ class ViewNavigation(QObject):
         view: View | None = None,
         shown: NDArray[np.float64] = WHOLE,
         reach: Reach = SQUARE,
-        home_angles: tuple[float, float] = HOME_ANGLES,
+        home_angles: tuple[float, float] | None = None,
     ) -> None:
         """Look at another volume, from its home view.
 
@@ -227,12 +226,12 @@ class ViewNavigation(QObject):
         view : View or None
             Initial view; None for the home view.
         shown : ndarray of float64, shape (n, 3)
-            Places that the home view must have in the image, see
+            Places around what the default TF shows, see
             :func:`~model.scene.orientation.home_view`.
         reach : tuple of float
             See :meth:`set_reach`.
-        home_angles : tuple of float
-            Azimuth and elevation of the home view.
+        home_angles : tuple of float or None
+            Azimuth and elevation of the home view; None for where most is to be seen.
 
         Raises
         ------

@@ -27,7 +27,6 @@ from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import LookKeeper, RegionKeeper
 from app.state.volume_ranging import VolumeRanging
 from app.state.volume_reading import VolumeReading
-from model.scene.orientation import HOME_ANGLES
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import EXACT_LIGHTINGS, Lighting
 from model.scene.transfer_function import TransferFunction
@@ -263,7 +262,7 @@ class Workspace(QObject):
             view,
             opened.shown,
             self.reference.reach,
-            HOME_ANGLES if sample is None else sample.angles,
+            None if sample is None else sample.angles,
         )
         self.volumeOpened.emit(opened)
         self._preferences.note_volume(opened.fingerprint, opened.path)

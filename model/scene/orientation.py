@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from model.errors import ViewError
 from model.scene.axes import AXES, DEFAULT_UP, axis_direction, upright_frame
 from model.scene.crop import CropBox
+from model.scene.home_angles import home_angles
 from model.scene.region import SQUARE, Reach
 from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View
 
@@ -29,11 +30,11 @@ STANDARD_VIEWS = {
 }
 """Azimuth and elevation of each view; left and right are the viewer's."""
 
-HOME_ANGLES = (30.0, 15.0)
-"""Azimuth and elevation of the home view of volumes that have no other."""
-
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
-"""Limits of the home view's distance: what generators are trained for, and the whole volume."""
+"""Limits of the home view's distance beside a generator: what those are trained for."""
+
+NEAREST, FARTHEST = 0.05, 1.5
+"""Limits of the home view's distance elsewhere."""
 
 
 def corners(box: CropBox) -> NDArray[np.float64]:
@@ -49,6 +50,12 @@ HALVINGS = 20
 
 MARGIN = 0.05
 """Part of half the image's side that is left free around a volume that just fits."""
+
+FILLED = 0.85
+"""Part of an image's height that what is shown of a volume fills in the home view."""
+
+CLOSEST = 0.1
+"""Least distance of what is shown from the camera in the home view, in bounding-sphere radii."""
 
 
 def faces(up: str, front: str = "") -> dict[str, str]:
@@ -131,12 +138,13 @@ def home_view(
     front: str = "",
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
-    angles: tuple[float, float] = HOME_ANGLES,
+    angles: tuple[float, float] | None = None,
 ) -> View:
-    """Initial view of a volume: upright, from above and the side, with some places in the image.
+    """Initial view of a volume: upright, with what is shown as high as the image allows.
 
-    In an image of all shapes but a square, they are in its middle; the square is what models
-    draw, whose pictures are not panned.
+    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. In an image
+    of all shapes but a square, it is in the middle; the square is what models draw, whose
+    pictures are not panned.
 
     Parameters
     ----------
@@ -145,16 +153,19 @@ def home_view(
     up, front : str
         See :func:`upright_frame`.
     points : ndarray of float64, shape (n, 3)
-        What must be in the image; by default, all of the volume.
+        Around what is shown; by default, all of the volume.
     reach : tuple of float
         The image's, see :func:`fit_distance`.
-    angles : tuple of float
-        Azimuth and elevation.
+    angles : tuple of float or None
+        Azimuth and elevation; None for :func:`~model.scene.home_angles.home_angles`.
     """
+    angles = angles or home_angles(_in_radii(points, proportions), up, front)
     view = view_in(up, *angles, front=front)
-    distance = fit_distance(proportions, view, points=points, reach=reach)
-    fitting = replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
-    return fitting if reach == SQUARE else centred(fitting, proportions, points, reach)
+    if reach != SQUARE:
+        return centred(replace(view, distance=FARTHEST), proportions, points, reach)
+    whole = fit_distance(proportions, view, points=points)
+    distance = max(whole, _nearest(view, proportions, points, reach, whole))
+    return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
 
 
 def centred(
@@ -163,33 +174,54 @@ def centred(
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> View:
-    """Pan a view that has places in the image to their middle, and come as near as they allow.
+    """Pan a view to the middle of some places, and come as near as the home view does.
 
     Parameters
     ----------
     view : View
         Its direction, and how far away it is at most.
     proportions, points, reach
-        See :func:`fit_distance`.
+        See :func:`home_view`.
     """
-    right, up, back = view.basis() @ _in_radii(points, proportions).T
-    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-    room = (1.0 - MARGIN) * 2 * np.array(reach)
+    distance = _nearest(view, proportions, points, reach, view.distance)
+    low, high = _ends(view, proportions, points, distance)
+    pan_x, pan_y = map(float, -(low + high) / 2)
+    return replace(view, distance=distance, pan_x=pan_x, pan_y=pan_y)
 
-    def ends(distance: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        image = np.stack([right, up]) / (tangent * (distance * FAR_DISTANCE_RADII - back))
-        return image.min(axis=1), image.max(axis=1)
 
-    near, distance = NEAREST_HOME, view.distance
+def _nearest(
+    view: View,
+    proportions: tuple[float, float, float],
+    points: NDArray[np.float64],
+    reach: Reach,
+    farthest: float,
+) -> float:
+    """Smallest distance at which places take no more of the image than in the home view."""
+    room = 2 * np.array(reach) * (1.0 - MARGIN, FILLED)
+    back = view.basis()[2] @ _in_radii(points, proportions).T
+    # Nearer, some of them were beside or behind the camera.
+    near = min(max(NEAREST, (float(back.max()) + CLOSEST) / FAR_DISTANCE_RADII), farthest)
+    distance = farthest
     for _ in range(HALVINGS):
-        low, high = ends((near + distance) / 2)
+        low, high = _ends(view, proportions, points, (near + distance) / 2)
         if ((high - low) / 2 <= room).all():
             distance = (near + distance) / 2
         else:
             near = (near + distance) / 2
-    low, high = ends(distance)
-    pan_x, pan_y = map(float, -(low + high) / 2)
-    return replace(view, distance=distance, pan_x=pan_x, pan_y=pan_y)
+    return distance
+
+
+def _ends(
+    view: View,
+    proportions: tuple[float, float, float],
+    points: NDArray[np.float64],
+    distance: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower left and upper right end of places in the image, in halves of its shorter side."""
+    right, up, back = view.basis() @ _in_radii(points, proportions).T
+    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+    image = np.stack([right, up]) / (tangent * (distance * FAR_DISTANCE_RADII - back))
+    return image.min(axis=1), image.max(axis=1)
 
 
 def _in_radii(

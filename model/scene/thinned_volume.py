@@ -15,11 +15,14 @@ from model.scene.volume import Volume
 GRID = 64
 """Largest number of voxels per axis."""
 
-STRAY = 0.002
+STRAY = 0.0005
 """Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
 
-LEAST_OPACITY = 0.02
+LEAST_OPACITY = 0.005
 """Part of the largest opacity from which on a voxel counts as shown."""
+
+LEAST_RAY = 0.1
+"""Opacity from which on a ray counts as showing what it passes."""
 
 LEVELS = 2048
 """Scalar values that are told apart, eight per bin of a TF."""
@@ -65,10 +68,7 @@ class ThinnedVolume:
         -------
         ndarray of float64, shape (ny nx + nz nx + nz ny,), in [0, 1]
         """
-        depths = -np.log1p(-np.minimum(self._of_levels(opacity), _OPAQUE))[self.levels]
-        return np.concatenate(
-            [-np.expm1(-step * depths.sum(axis)).ravel() for axis, step in enumerate(self.steps)]
-        )
+        return np.concatenate([rays.ravel() for rays in self._rays(opacity)])
 
     def shown_box(self, opacity: OpacityTF) -> CropBox:
         """Return a box around what an opacity TF shows, without a few stray voxels.
@@ -90,7 +90,10 @@ class ThinnedVolume:
         return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
     def shown_points(self, opacity: OpacityTF) -> NDArray[np.float64]:
-        """Return places around what an opacity TF shows: the ends of each row of voxels along x.
+        """Return places around what an opacity TF shows: the ends of each row along x.
+
+        A voxel is shown if it is not transparent, and lies in rays along at least two axes
+        that are not, either.
 
         Returns
         -------
@@ -101,13 +104,31 @@ class ThinnedVolume:
         box = self.shown_box(opacity)
         voxels = self._of_levels(opacity)[self.levels]
         seen = voxels > LEAST_OPACITY * voxels.max()
-        rows = np.argwhere(seen.any(axis=2))
-        first = seen.argmax(axis=2)[tuple(rows.T)]
-        last = seen.shape[2] - seen[:, :, ::-1].argmax(axis=2)[tuple(rows.T)]
-        ends = [np.column_stack([x, rows[:, 1] + 0.5, rows[:, 0] + 0.5]) for x in (first, last)]
-        points = np.concatenate(ends) / seen.shape[::-1]
+        opaque = [rays >= LEAST_RAY * voxels.max() for rays in self._rays(opacity)]
+        along_z, along_y, along_x = (np.expand_dims(rays, axis) for axis, rays in enumerate(opaque))
+        seen &= along_z & along_y | along_y & along_x | along_x & along_z
+        first = np.where(seen.any(axis=2), seen.argmax(axis=2), np.inf)
+        last = np.where(seen.any(axis=2), seen.shape[2] - seen[:, :, ::-1].argmax(axis=2), -np.inf)
+        ends = _at_edges(first), -_at_edges(-last)
+        edges = np.argwhere(np.isfinite(ends[0]))
+        points = (
+            np.concatenate([np.column_stack([x[tuple(edges.T)], edges[:, ::-1]]) for x in ends])
+            / seen.shape[::-1]
+        )
         inside = ((points >= box.low) & (points <= box.high)).all(axis=1)
         return points[inside] if inside.any() else corners(box)
 
+    def _rays(self, opacity: OpacityTF) -> list[NDArray[np.float64]]:
+        """Opacities of the rays along z, y and x."""
+        depths = -np.log1p(-np.minimum(self._of_levels(opacity), _OPAQUE))[self.levels]
+        return [-np.expm1(-step * depths.sum(axis)) for axis, step in enumerate(self.steps)]
+
     def _of_levels(self, opacity: OpacityTF) -> NDArray[np.float64]:
         return np.append(opacity(np.linspace(*self.scalar_range, LEVELS)), 0.0)
+
+
+def _at_edges(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least number of the up to four rows (z, y) that meet at each of their edges along x."""
+    padded = np.pad(rows, 1, constant_values=np.inf)
+    along_z = np.minimum(padded[:-1], padded[1:])
+    return np.minimum(along_z[:, :-1], along_z[:, 1:])

@@ -12,8 +12,11 @@ from model.scene.axes import AXES, axis_direction
 from model.scene.crop import CropBox
 from model.scene.orientation import (
     FARTHEST_HOME,
+    FILLED,
     MARGIN,
+    NEAREST_HOME,
     STANDARD_VIEWS,
+    WHOLE,
     angles_in,
     corners,
     faces,
@@ -22,7 +25,11 @@ from model.scene.orientation import (
     standard_view,
     view_in,
 )
+from model.scene.region import SQUARE
+from model.scene.thinned_volume import ThinnedVolume
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View, ViewRange
+from model.scene.volume import Volume
 
 WHOLE_BOX = CropBox()
 
@@ -93,8 +100,8 @@ def test_faces_are_what_the_camera_of_vtk_sees(up, front):
         camera.Azimuth(90.0)
 
 
-def projected(view, proportions, box=WHOLE_BOX):
-    """Corners of a box in the image, in halves of its height, by VTK's camera."""
+def projected(view, proportions, box=WHOLE_BOX, places=None):
+    """Places or corners of a box in the image, in halves of its height, by VTK's camera."""
     # The bounding sphere's diameter is 1.
     _, up, back = view.basis()
     camera = vtkCamera()
@@ -105,9 +112,9 @@ def projected(view, proportions, box=WHOLE_BOX):
     camera.SetClippingRange(0.01, 100.0)
     matrix = camera.GetCompositeProjectionTransformMatrix(1.0, -1.0, 1.0)
     rows = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
-    places = np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
-    corners = (places - 0.5) * proportions
-    image = np.column_stack([corners, np.ones(8)]) @ rows.T
+    if places is None:
+        places = np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
+    image = np.column_stack([(places - 0.5) * proportions, np.ones(len(places))]) @ rows.T
     return image[:, :2] / image[:, 3:]
 
 
@@ -121,16 +128,100 @@ def test_a_box_at_the_fit_distance_just_fits(lengths, view):
     assert fit_distance(proportions, view, margin=0.0) <= 1.0 + 1e-12
 
 
-@pytest.mark.parametrize("up", AXES)
-def test_the_home_view_may_be_of_a_part_of_the_volume(up):
-    proportions = proportions_of((1.0, 0.8, 1.3))
-    box = CropBox((0.3, 0.0, 0.25), (0.8, 0.6, 0.75))
-    home = home_view(proportions, up, points=corners(box))
-    assert home.distance < home_view(proportions, up).distance
-    assert np.abs(projected(home, proportions, box)).max() == pytest.approx(1 - MARGIN)
-
-
 @pytest.mark.parametrize("reach", [(1.5, 0.5), (0.5, 0.8), (0.5, 0.5)])
+@pytest.mark.parametrize("up", AXES)
+def test_the_home_view_is_filled_by_the_part_that_is_shown(up, reach):
+    proportions = proportions_of((1.0, 0.8, 1.3))
+    box = CropBox((0.3, 0.2, 0.25), (0.8, 0.6, 0.75))
+    home = home_view(proportions, up, points=corners(box), reach=reach)
+    image = projected(home, proportions, box) + np.array([home.pan_x, home.pan_y])
+    low, high = image.min(axis=0), image.max(axis=0)
+    width, height = (high - low) / (4 * np.array(reach))
+    if reach == SQUARE:
+        # Models' pictures are not panned: what lies beside the middle is all in the image.
+        assert (home.pan_x, home.pan_y) == (0.0, 0.0)
+        filled = (height / FILLED, width / (1 - MARGIN), np.abs(image).max() / (1 - MARGIN))
+    else:
+        np.testing.assert_allclose(low, -high, atol=1e-6)
+        filled = (height / FILLED, width / (1 - MARGIN))
+    assert max(filled) == pytest.approx(1, abs=1e-4)
+
+
+@pytest.mark.parametrize("lengths", BOXES)
+def test_beside_a_model_the_home_view_is_within_its_training(lengths):
+    home = home_view(proportions_of(lengths), points=0.1 * WHOLE + 0.45)
+    assert home.distance == NEAREST_HOME
+    assert home_view(proportions_of(lengths)).distance <= FARTHEST_HOME
+
+
+def grid(shape):
+    z, y, x = np.mgrid[: shape[0], : shape[1], : shape[2]]
+    return x + 0.5, y + 0.5, z + 0.5
+
+
+def ball_in_a_corner():
+    x, y, z = grid((90, 100, 110))
+    return (x - 90) ** 2 + (y - 80) ** 2 + (z - 72) ** 2 < 15**2, (1.0, 1.0, 1.0)
+
+
+def slab_that_lies():
+    x, y, z = grid((60, 80, 100))
+    return (x > 10) & (x < 90) & (y > 5) & (y < 75) & (z > 40) & (z < 44), (1.0, 1.0, 1.0)
+
+
+def slab_that_faces_the_side():
+    x, y, z = grid((80, 80, 60))
+    return (x > 40) & (x < 44) & (y > 5) & (y < 75) & (z > 10) & (z < 70), (1.0, 1.0, 1.0)
+
+
+def bar_of_long_voxels():
+    x, y, z = grid((20, 60, 60))
+    return (abs(x - 30) < 5) & (abs(y - 20) < 5) & (z > 3) & (z < 17), (0.5, 0.5, 3.0)
+
+
+@pytest.mark.parametrize("reach", [(0.7, 0.5), (1.5, 0.5)])
+@pytest.mark.parametrize(
+    ("make", "angles"),
+    [
+        (ball_in_a_corner, (30, 15)),
+        (slab_that_lies, (30, 35)),
+        (slab_that_faces_the_side, (60, 15)),
+        (bar_of_long_voxels, (30, 15)),
+    ],
+)
+def test_what_the_tf_shows_fills_the_height_of_the_image_from_its_best_side(make, angles, reach):
+    shown, spacing = make()
+    volume = Volume(np.where(shown, 200, 20).astype(np.uint8), spacing)
+    opacity = OpacityTF((20.0, 200.0), points=((100.0, 0.0), (200.0, 0.9)))
+    points = ThinnedVolume.of(volume).shown_points(opacity)
+    home = home_view(volume.proportions, points=points, reach=reach)
+    assert (home.azimuth, home.elevation) == angles
+    # All corners of the cells that are shown, in the picture of VTK's camera.
+    places = (np.argwhere(shown)[:, None, ::-1] + WHOLE).reshape(-1, 3) / volume.dimensions
+    image = projected(home, volume.proportions, places=places)
+    image += (home.pan_x, home.pan_y)
+    width, height = np.ptp(image, axis=0) / (4 * np.array(reach))
+    assert height == pytest.approx(FILLED, abs=0.025) or (
+        width == pytest.approx(1 - MARGIN, abs=0.025) and height < FILLED
+    )
+    # Off the middle by a voxel at most: only every second one of the large box is looked at.
+    assert np.abs(image.max(axis=0) + image.min(axis=0)).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("lengths", "angles"),
+    [((1.0, 0.6, 1.2), (0, 15)), ((0.1, 1.0, 1.2), (30, 15)), ((1.0, 1.0, 0.1), (0, 35))],
+)
+def test_a_patient_is_seen_from_the_front_unless_a_neighbour_shows_much_more(lengths, angles):
+    home = home_view(proportions_of(lengths), front="-y")
+    assert (home.azimuth, home.elevation) == angles
+    # The same in another frame.
+    x, y, z = lengths
+    turned = home_view(proportions_of((y, z, x)), "-y", front="+x")
+    assert angles_in("-y", turned, front="+x") == pytest.approx((*angles, 0), abs=1e-6)
+
+
+@pytest.mark.parametrize("reach", [(1.5, 0.5), (0.5, 0.8)])
 @pytest.mark.parametrize("lengths", BOXES)
 def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(lengths, reach):
     proportions = proportions_of(lengths)
@@ -138,20 +229,6 @@ def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(lengths, rea
     at = replace(view, distance=fit_distance(proportions, view, reach=reach))
     across, along = np.abs(projected(at, proportions)).max(axis=0) / (2 * np.array(reach))
     assert max(across, along) == pytest.approx(1 - MARGIN)
-    # From home they are in the middle, and nearer.
-    home = home_view(proportions, reach=reach)
-    fitting = np.clip(at.distance, 0.4, 1.0)
-    if reach == (0.5, 0.5):
-        assert home == replace(view, distance=fitting)
-        return
-    assert home.distance <= fitting
-    image = projected(home, proportions) + np.array([home.pan_x, home.pan_y])
-    np.testing.assert_allclose(image.min(axis=0), -image.max(axis=0), atol=1e-6)
-    filled = (image.max(axis=0) / (2 * np.array(reach))).max()
-    nearest = home.distance == pytest.approx(0.4, abs=1e-5)
-    farthest = home.distance == pytest.approx(FARTHEST_HOME)
-    just_fits = filled == pytest.approx(1 - MARGIN, abs=1e-4)
-    assert just_fits or (nearest and filled < 1 - MARGIN) or (farthest and filled < 1)
 
 
 @pytest.mark.parametrize("name", STANDARD_VIEWS)
