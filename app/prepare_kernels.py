@@ -13,7 +13,8 @@ from collections.abc import Iterable
 
 from model.kernel_cache import KernelGroup
 
-NICENESS = 10
+NICENESS = 3
+"""So that it gives way to what the window draws, but does not starve while a picture refines."""
 
 
 def main(names: Iterable[str]) -> int:
