@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import shutil
+import tempfile
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -22,6 +25,10 @@ SOURCES = (
 )
 """Folders and modules with compiled functions, the functions they call, and constants of both."""
 
+RUN_FOLDER = "TFSCOPE_KERNELS"
+"""Variable of the environment: folder that a program has for itself and its processes, while it
+runs, where the user's cannot be written."""
+
 
 def kernel_folder() -> Path:
     """Return the folder of this state of the sources; it need not exist.
@@ -34,12 +41,27 @@ def kernel_folder() -> Path:
         source = Path(__file__).parent / place
         for file in [source] if source.is_file() else sorted(source.rglob("*.py")):
             digest.update(file.read_bytes())
-    return cache_folder() / "kernels" / digest.hexdigest()[:16]
+    base = os.environ.get(RUN_FOLDER)
+    return (Path(base) if base else cache_folder() / "kernels") / digest.hexdigest()[:16]
 
 
 def keeps_kernels() -> bool:
-    """Return whether compiled kernels can be kept, and so be compiled by another process."""
-    folder = kernel_folder()
+    """Return whether compiled kernels can be kept, and so be compiled by another process.
+
+    Where the user's folder cannot be written, they are kept while the program runs.
+    """
+    if _is_writable(kernel_folder()):
+        return True
+    try:
+        folder = tempfile.mkdtemp(prefix="tfscope-kernels-")
+    except OSError:
+        return False
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ[RUN_FOLDER] = folder
+    return _is_writable(kernel_folder())
+
+
+def _is_writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:

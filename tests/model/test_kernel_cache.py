@@ -2,6 +2,7 @@ import ast
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,23 @@ def test_each_source_changes_the_folder(place, tmp_path, monkeypatch):
     changed = changed if changed.is_file() else changed / "kernel.py"
     changed.write_text("A = 2")
     assert kernel_cache.kernel_folder() != before
+
+
+def test_without_a_folder_to_write_kernels_are_kept_while_the_program_runs(tmp_path, monkeypatch):
+    monkeypatch.setenv(kernel_cache.RUN_FOLDER, "")
+    monkeypatch.setattr(kernel_cache, "cache_folder", lambda: Path(os.devnull))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    assert kernel_cache.keeps_kernels()
+    folder = kernel_cache.kernel_folder()
+    assert folder.is_dir()
+    assert tmp_path in folder.parents
+    # Processes find it by the environment; asked again, it stays.
+    assert os.environ[kernel_cache.RUN_FOLDER] == str(folder.parent)
+    assert kernel_cache.keeps_kernels()
+    assert kernel_cache.kernel_folder() == folder
+    monkeypatch.setenv(kernel_cache.RUN_FOLDER, "")
+    monkeypatch.setattr(tempfile, "tempdir", os.devnull)
+    assert not kernel_cache.keeps_kernels()
 
 
 PROJECT = Path(__file__).parents[2]

@@ -11,9 +11,12 @@ from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.engines import ReferenceSettings
 from app.engines.states import EngineState
-from app.state import reference_work
-from app.window.main_window import MainWindow
+from app.state import generator_work, reference_work
+from app.state.library import Library
+from app.window.main_window import PATH_TITLE, MainWindow
 from model.kernel_cache import KernelGroup
+from model.rendering.path_tracing import denoising
+from model.scene.scene import Scene
 from model.scene.volume import Volume
 
 
@@ -56,10 +59,8 @@ def test_vtk_draws_until_the_kernels_are_compiled(
     qtbot: QtBot, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
-    window = MainWindow(replace(builders.make(), kernels=kernels), None)
-    qtbot.addWidget(window)
+    window = opened(qtbot, builders)
     work, analyst = window.workspace.reference, window.workspace._analyst
-    work.choose(lighting="path")
     preparation = work.preparation
     assert isinstance(preparation, HeldPreparation)
     window.workspace.open_model(None)
@@ -90,3 +91,63 @@ def test_vtk_draws_until_the_kernels_are_compiled(
     work.choose(lighting="soft")
     # They were of another light, or may be of another volume.
     assert not answers.regions
+
+
+def test_one_image_is_shown_until_the_path_tracer_can_draw(
+    qtbot: QtBot, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
+    monkeypatch.setattr(denoising, "installed", lambda: True)
+    monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
+    model_of_ramp = Scene.of(builders.volumes["ramp"], image_size=16)
+    monkeypatch.setattr(Library, "scene_of", lambda *_: model_of_ramp)
+    window = opened(qtbot, builders)
+    work, preparation = window.workspace.reference, window.workspace.reference.preparation
+    assert isinstance(preparation, HeldPreparation)
+    window.workspace.reading.open(Path("ramp"))
+    window.workspace.open_model(Path("model"))
+    window.show()
+    qtbot.waitUntil(lambda: window.reference.client.is_settled, timeout=1000 * PATIENCE_S)
+    assert not window.generator.isVisible()
+    assert "path-traced light follows" in window.reference.status
+    assert not builders.generators
+    preparation.finish(preparation.wanted[0])
+    qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
+    assert window.generator.isVisible()
+    assert window.generator.title == PATH_TITLE
+    assert "follows" not in window.reference.status
+    assert not builders.generators
+    # In another light the model has something to show.
+    preparation.there.clear()
+    work.choose(lighting="none")
+    qtbot.waitUntil(lambda: len(builders.generators) == 1, timeout=1000 * PATIENCE_S)
+    assert window.generator.isVisible()
+
+
+def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
+    qtbot: QtBot, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
+    builders.failing = "direct"
+    window = opened(qtbot, builders)
+    preparation, client = window.workspace.reference.preparation, window.reference.client
+    assert isinstance(preparation, HeldPreparation)
+    window.workspace.reading.open(Path("ramp"))
+    qtbot.waitUntil(lambda: "1 s so far" in client.text, timeout=1000 * PATIENCE_S)
+    assert "no light" in client.text
+    assert client.state is EngineState.WAITING
+    assert not window.errors
+    # It draws in the light that it can first.
+    preparation.there.add(KernelGroup("uint8", "soft", "images"))
+    preparation.finish(KernelGroup("uint8", "soft", "questions"))
+    assert window.workspace.reference.settings.lighting == "soft"
+    preparation.finish(preparation.wanted[0])
+    assert window.workspace.reference.settings.lighting == "path"
+    qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
+
+
+def opened(qtbot: QtBot, builders: FakeBuilders) -> MainWindow:
+    window = MainWindow(replace(builders.make(), kernels=kernels), None)
+    qtbot.addWidget(window)
+    window.workspace.reference.choose(lighting="path")
+    return window
