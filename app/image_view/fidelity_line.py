@@ -40,6 +40,8 @@ class FidelityLine(QLabel):
     state : ViewerState
     whole : callable
         Returns the pixels that an image has where nothing stands against it.
+    passes : callable
+        Returns whether another renderer's image follows the one that is drawn.
     """
 
     judged = Signal()
@@ -50,10 +52,11 @@ class FidelityLine(QLabel):
         pane: EnginePane,
         state: ViewerState,
         whole: Callable[[], Raster],
+        passes: Callable[[], bool],
     ) -> None:
         super().__init__(pane.canvas)
         self._pane, self._state = pane, state
-        self._whole = whole
+        self._whole, self._passes = whole, passes
         self._errors = ImageErrors()
         self._fidelity = Fidelity()
         self.setProperty("role", "on image")
@@ -89,7 +92,7 @@ class FidelityLine(QLabel):
     def _show(self) -> None:
         self._fidelity = Fidelity()
         if self._pane.shows_present:
-            settled = self._pane.client.state is EngineState.SETTLED
+            settled = self._pane.client.state is EngineState.SETTLED and not self._passes()
             state = self._state
             self._fidelity = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
         text = self._fidelity.text

@@ -148,8 +148,9 @@ class MainWindow(QMainWindow):
         self._splitter = DockSplitter(self._images_and_floating(), self.editor)
         self._lay_out()
         self.overlays = Overlays((self.generator, self.reference), self.state, self.preferences)
+        work = self.workspace.reference
         self.fidelity = FidelityLine(
-            self.reference, self.state, self.workspace.reference.whole_raster
+            self.reference, self.state, work.whole_raster, lambda: work.is_preparing
         )
         self.exactness.follow(self.fidelity)
         self._memory = WindowMemory(

@@ -29,7 +29,7 @@ def line(qtbot: QtBot) -> FidelityLine:
     qtbot.addWidget(pane, before_close_func=close)
     pane.resize(700, 500)
     pane.show()
-    return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8))
+    return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: False)
 
 
 def request(line: FidelityLine, sequence: int) -> ImageRequest:
@@ -55,6 +55,9 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot: QtBot, line: FidelityLin
     words = "error .012, as good as it gets here"
     assert not line.isHidden() and line.said == line.text() == line.accessibleName() == words
     assert "1 samples a pixel" in line.toolTip() and "RMSE" in line.toolTip()
+    line._passes = lambda: True
+    pane.statusShown.emit()
+    assert line.said == "error .012, refining"
     # In the upper right corner, below the caption.
     assert line.geometry().right() <= pane.canvas.width() and line.y() > pane.caption.y()
     # Neither of a picture that covers the image, nor of an error.
