@@ -202,7 +202,7 @@ class Dispatcher(QObject):
             if sharp.width >= raster.width and self._takes_not_too_long(self.plan.raster):
                 # A coarse image of VTK's would take the place of a sharper one.
                 final = self._of(self.plan.raster)
-        if self.plan.begins_coarse and is_slow and not stands_in:
+        if self.plan.begins_coarse and is_slow and not (stands_in or self.plan.passes):
             self._ask_reference(self._live("reference"))
         else:
             self._ask_reference(final)

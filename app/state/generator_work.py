@@ -95,7 +95,7 @@ class GeneratorWork(QObject):
         """What the model is worth, as its card has it; empty where that is not known."""
         if self.draws_path:
             return PATH_WORTH
-        return "" if self.folder is None else worth_of(self.folder)
+        return "" if self.folder is None or self.awaits_path else worth_of(self.folder)
 
     @property
     def recorded_agreement(self) -> float | None:

@@ -110,6 +110,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     qtbot.waitUntil(lambda: window.reference.client.is_settled, timeout=1000 * PATIENCE_S)
     assert not window.generator.isVisible()
     assert "path-traced light follows" in window.reference.status
+    assert window.workspace.model.worth == window.status.news == ""
     assert not builders.generators
     preparation.finish(preparation.wanted[0])
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
