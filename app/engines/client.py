@@ -31,6 +31,11 @@ class Channel(QObject):
         Whose engine is asked, now and after it was replaced.
     name : str
         What is asked for, in a few words; each channel of a client has its own.
+
+    Attributes
+    ----------
+    newest : Request or None
+        What was asked last; None where that was called off.
     """
 
     asked = Signal(object)
@@ -45,6 +50,7 @@ class Channel(QObject):
     def __init__(self, client: EngineClient, name: str, parent: QObject) -> None:
         super().__init__(parent)
         self.client, self.name = client, name
+        self.newest: Request | None = None
         self._pending: Request | None = None
         self._cancelled = 0
         client.open(self)
@@ -70,15 +76,17 @@ class Channel(QObject):
         """Call off what was asked: no answer to it is wanted."""
         self._cancelled = next(_numbers)
         self.client.abandon(self.name)
-        self._await(None)
+        self.drop()
 
     def accept(self, request: Request) -> None:
         """Note that the engine will answer a request."""
+        self.newest = request
         self._await(request)
         self.asked.emit(request)
 
     def drop(self) -> None:
-        """Note that nothing will be answered any more, as the engine ends."""
+        """Note that what was asked will not be answered."""
+        self.newest = None
         self._await(None)
 
     def note(self, progress: Progress) -> None:
@@ -252,6 +260,8 @@ class EngineClient(QObject):
             False if an image is still expected.
         """
         self._takes_requests = False
+        for channel in self._channels.values():
+            channel.drop()
         self._enter(EngineState.PAUSED if settled else EngineState.WAITING, text)
 
     def resume(self) -> None:
@@ -336,6 +346,7 @@ class EngineClient(QObject):
         if result.value is None:
             # An older image's error says nothing about the one that is on its way.
             if request.sequence == self._wanted:
+                self.images.drop()
                 self.fail(result.error or "The engine returned no image.")
             return
         if self.state is not EngineState.WORKING:

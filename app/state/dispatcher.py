@@ -117,7 +117,8 @@ class Dispatcher(QObject):
     """Sends image requests to the engines at every change of the viewer's state.
 
     While something is dragged the reference's images are coarser, by as much as the times of
-    those before demand, and come from the ray caster where it draws what VTK does.
+    those before demand, and come from the ray caster where it draws what VTK does. One of them is
+    on its way at most: once it is there, the next is of the newest state.
 
     Parameters
     ----------
@@ -275,9 +276,15 @@ class Dispatcher(QObject):
             self._submit(channel, quality)
 
     def _submit(self, channel: Channel, quality: Quality, stands_in: bool = False) -> None:
-        if channel.client not in self.plan.hidden and self._state.scale == self.plan.scale:
-            request = ImageRequest(self._state.inputs, quality, stands_in=stands_in)
-            self._asked.add(channel.ask(request).sequence)
+        if channel.client in self.plan.hidden or self._state.scale != self.plan.scale:
+            return
+        inputs, newest = self._state.inputs, channel.newest
+        if self._state.live and newest is not None and newest.quality.live:
+            is_on_its_way = channel.is_pending and channel.client.is_ready
+            if is_on_its_way or newest.inputs == inputs:
+                return
+        request = ImageRequest(inputs, quality, stands_in=stands_in)
+        self._asked.add(channel.ask(request).sequence)
 
     def _stands_in(self) -> bool:
         may = self.plan.may_stand_in and not self.plan.draws_live
@@ -308,7 +315,10 @@ class Dispatcher(QObject):
             live = request.quality.live
             pace = self._live_pace if live else self._pace
             pace.note(("stand-in" if stands_in else "reference", live), raster.side, result.seconds)
-        newest = request.sequence in self._asked and not self._state.live
+        if self._state.live:
+            self._send_live()
+            return
+        newest = request.sequence in self._asked
         if stands_in and newest and request.quality.live:
             # What has been traded was shown: the image at rest follows.
             self.send()
@@ -329,6 +339,7 @@ class Dispatcher(QObject):
         request = result.request
         if request.quality.live and self.plan.generator_follows:
             self._live_pace.note(("reference", True), request.quality.pixels.side, result.seconds)
+        self._send_live()
 
     def _finer(self, drawn: Quality) -> Quality | None:
         """Quality of the image that follows one of the reference; None if it was the last."""

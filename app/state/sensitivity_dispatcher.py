@@ -47,8 +47,11 @@ from model.scene.transfer_function import Range
 BAND_REST_MS = 150
 """Time without a change after which a field is asked for at full quality."""
 
+SHARE = 0.2
+"""Part of the time that answers may take while something moves: the images have the rest."""
+
 FOLLOW_S = 0.4
-"""Time between two questions that follow path-traced images: their answers take as long."""
+"""Longest time between two questions while something moves."""
 
 PICK_RADIUS = 0.012
 """Half the edge of the square that a click stands for, as a fraction of the image."""
@@ -109,7 +112,7 @@ class SensitivityDispatcher(QObject):
         self.trials = EditTrials(
             state, sensitivity, self.chooser, both, answers.fields.get, brightness, self
         )
-        self._follows_image, self._followed = False, -math.inf
+        self._follows_image, self._followed, self._took = False, -math.inf, math.inf
         self._problems: dict[Source, str] = {}
         state.inputsChanged.connect(self._ask_live)
         state.inputsChangeFinished.connect(self.ask)
@@ -195,21 +198,15 @@ class SensitivityDispatcher(QObject):
 
     def _ask_live(self) -> None:
         # A change outside a drag is immediately followed by its final question.
-        if not self._state.live:
-            return
-        if self.exact_source == "stand-in":
-            # Path-traced images take longer than the answers, which would hold them up.
-            self._follows_image = True
-        else:
-            self._ask_region(live=True)
-            self._ask_field(live=True)
+        self._follows_image = self._state.live
 
     def follow_image(self, result: Result) -> None:
-        """Ask what waits for a live image, unless something was asked so just before."""
+        """Ask what waits for a live image, as often as the answers take their share of the time."""
         if not (result.request.quality.live and self._follows_image and self._state.live):
             return
-        if time.monotonic() - self._followed >= FOLLOW_S:
+        if time.monotonic() - self._followed >= min(self._took / SHARE, FOLLOW_S):
             self._follows_image, self._followed = False, time.monotonic()
+            self._took = math.inf
             self._ask_region(live=True)
             self._ask_field(live=True)
 
@@ -303,6 +300,7 @@ class SensitivityDispatcher(QObject):
         if result.value is not None:
             timed = request.measure if isinstance(request, RegionSensitivityRequest) else question
             self.chooser.pace.note((name, timed), request.quality.size, result.seconds)
+            self._took = result.seconds + (0.0 if self._took == math.inf else self._took)
             answer = Answer(request, result.value, source, result.seconds)
         take(source, answer)
         # That one can answer about regions says that it is well.

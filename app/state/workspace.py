@@ -95,6 +95,7 @@ class Workspace(QObject):
         super().__init__(parent)
         self._state = state
         self._clients = generator, reference
+        self._images = generator.images, reference.images, stand_in
         self._generator, self._analyst = generator, stand_in.client
         self._preferences = preferences
         self.library = Library(preferences)
@@ -130,7 +131,7 @@ class Workspace(QObject):
 
     def _connect(self) -> None:
         state, work = self._state, self.reference
-        state.inputsChanged.connect(self._update_hint)
+        state.inputsChangeFinished.connect(self._update_hint)
         state.tf_input.changeFinished.connect(self.ranging.follow)
         state.edits.edited.connect(self._keep)
         work.resized.connect(self.sensitivity.show)
@@ -147,8 +148,9 @@ class Workspace(QObject):
         self.reading.problem.connect(self.problem)
         self.reading.news.connect(self.news)
         self._order.done.connect(self.sensitivity.ask)
+        for channel in self._images:
+            channel.answered.connect(self.sensitivity.follow_image)
         for client in self._clients:
-            client.images.answered.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
 
     def _share_patience(self, choices: ReferenceChoices) -> None:

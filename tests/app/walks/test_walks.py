@@ -1,0 +1,254 @@
+"""From the mouse to the pixels: a handle that is dragged, a view that is turned, a region drawn."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from rested_window import rested
+from window_fakes import PATIENCE_S, FakeBuilders
+
+from app.engines.engines import REAL_BUILDERS
+from app.engines.messages import Result
+from app.engines.requests import ImageRequest, RegionSensitivityRequest
+from app.window.main_window import MainWindow
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.view import View
+
+LEFT = Qt.MouseButton.LeftButton
+MOVES = 6
+"""Positions of the mouse that a drag passes after the first."""
+
+
+@dataclass
+class Drag:
+    """A mouse that goes from one place of a widget to another, step by step."""
+
+    widget: QWidget
+    start: QPoint
+    end: QPoint
+    steps: int = 0
+
+    def press(self) -> None:
+        QTest.mousePress(self.widget, LEFT, pos=self.start)
+
+    def step(self) -> None:
+        self.steps += 1
+        QTest.mouseMove(self.widget, self.start + (self.end - self.start) * (self.steps / MOVES))
+
+    def release(self) -> None:
+        QTest.mouseRelease(self.widget, LEFT, pos=self.end)
+
+
+@dataclass
+class Shown:
+    """What the reference's pane has shown, in this order."""
+
+    results: list[Result] = field(default_factory=list)
+
+    @property
+    def inputs(self) -> list[SceneInputs]:
+        return [result.request.inputs for result in self.results]
+
+
+def handle(window: MainWindow) -> Drag:
+    """Drag the point of the first mode upwards."""
+    area = window.editor.area
+    at = [
+        area.widget.mapFromScene(
+            area.opacity.mapViewToScene(QPointF(area.axis.place(130.0), height))
+        )
+        for height in (0.5, 0.8)
+    ]
+    return Drag(area.widget.viewport(), *at)
+
+
+def turn(window: MainWindow) -> Drag:
+    """Turn the view by a drag in its pane."""
+    canvas = window.reference.canvas
+    rect = canvas.image_rect
+    return Drag(canvas, rect.center() - QPoint(40, 0), rect.center() + QPoint(40, 30))
+
+
+WALKS = {"handle": handle, "view": turn}
+
+
+def with_a_mode(qtbot: QtBot, window: MainWindow) -> MainWindow:
+    """Have a TF with a handle where it is dragged."""
+    window.state.tf_input.set(make_tf())
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    return window
+
+
+@pytest.fixture
+def window(qtbot: QtBot, make_window: Callable[..., MainWindow]) -> MainWindow:
+    """A window that one fake ray caster draws."""
+    window = with_a_mode(qtbot, rested(qtbot, make_window))
+    # Questions about the region are another walk.
+    qtbot.waitUntil(lambda: window.workspace.sensitivity.answers.visibility is not None)
+    return window
+
+
+@pytest.fixture
+def real_window(
+    qtbot: QtBot,
+    builders: FakeBuilders,
+    make_window: Callable[..., MainWindow],
+    monkeypatch: pytest.MonkeyPatch,
+) -> MainWindow:
+    """A window that the ray caster draws, in truth, with kernels that are there."""
+    renderer = RaycastRenderer(make_volume(), "direct")
+    renderer.render(SceneInputs.of(View(), make_tf()), 8)
+    renderer.close()
+    monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
+    return with_a_mode(qtbot, rested(qtbot, make_window))
+
+
+@pytest.fixture
+def gate(window: MainWindow, builders: FakeBuilders) -> Iterator[threading.Semaphore]:
+    """Lets the images of the fake ray caster through, one by one."""
+    gate = builders.references[-1].gate = threading.Semaphore(0)
+    yield gate
+    builders.references[-1].gate = None
+    for _ in range(100):
+        gate.release()
+
+
+def watched(window: MainWindow) -> Shown:
+    shown = Shown()
+    window.reference.resultShown.connect(shown.results.append)
+    return shown
+
+
+def let_go(qtbot: QtBot, window: MainWindow, drag: Drag, shown: Shown) -> Result:
+    """End a drag, and return the picture that remains."""
+    drag.release()
+    qtbot.waitUntil(lambda: window.workspace.is_settled and not window.state.live)
+    qtbot.waitUntil(lambda: not shown.results[-1].request.quality.live)
+    return shown.results[-1]
+
+
+@pytest.mark.parametrize("walk", WALKS)
+def test_one_picture_is_on_its_way_and_the_next_is_of_the_newest_state(
+    qtbot: QtBot,
+    window: MainWindow,
+    builders: FakeBuilders,
+    gate: threading.Semaphore,
+    walk: str,
+) -> None:
+    engine, shown = builders.references[-1], watched(window)
+    asked: list[ImageRequest] = []
+    window.reference.client.images.asked.connect(asked.append)
+    drag = WALKS[walk](window)
+    before, drawn = window.state.inputs, len(engine.requests)
+    drag.press()
+    for _ in range(4):
+        drag.step()
+    qtbot.waitUntil(lambda: len(engine.requests) == drawn + 1)
+    newest = window.state.inputs
+    assert newest != before
+    # However often the mouse has moved meanwhile.
+    assert len(asked) == 1 and asked[0].quality.live and asked[0].inputs != newest
+    gate.release()
+    qtbot.waitUntil(lambda: len(asked) == 2)
+    assert asked[1].inputs == newest
+    assert asked[1].quality.pixels.width <= window.workspace.reference.whole_raster().width
+    gate.release()
+    qtbot.waitUntil(lambda: len(shown.results) == 2)
+    # Nothing moves: what is shown is what there is.
+    assert len(asked) == 2 and shown.inputs[-1] == window.state.inputs
+    drag.step()
+    for _ in range(100):
+        gate.release()
+    last = let_go(qtbot, window, drag, shown)
+    assert last.request.inputs == window.state.inputs
+    assert last.request.quality.pixels == window.workspace.reference.whole_raster()
+    numbers = [result.request.sequence for result in shown.results]
+    assert numbers == sorted(numbers)
+
+
+def test_what_is_taken_back_is_not_shown_any_more(
+    qtbot: QtBot, window: MainWindow, gate: threading.Semaphore, builders: FakeBuilders
+) -> None:
+    engine, shown = builders.references[-1], watched(window)
+    before, drawn = window.state.inputs, len(engine.requests)
+    drag = handle(window)
+    drag.press()
+    drag.step()
+    drag.step()
+    qtbot.waitUntil(lambda: len(engine.requests) == drawn + 1)
+    window.state.tf_input.cancel()
+    for _ in range(100):
+        gate.release()
+    qtbot.waitUntil(lambda: window.workspace.is_settled and len(shown.results) > 0)
+    qtbot.waitUntil(lambda: shown.inputs[-1] == before)
+    assert not shown.results[-1].request.quality.live
+    drag.release()
+    qtbot.wait(50)
+    assert shown.inputs[-1] == window.state.inputs == before
+
+
+@pytest.mark.parametrize("walk", WALKS)
+def test_the_last_of_the_ray_casters_pictures_is_the_best(
+    qtbot: QtBot, real_window: MainWindow, walk: str
+) -> None:
+    window = real_window
+    shown = watched(window)
+    drag = WALKS[walk](window)
+    drag.press()
+    for count in range(MOVES):
+        drag.step()
+        qtbot.waitUntil(lambda count=count: len(shown.results) > count)
+    newest = window.state.inputs
+    qtbot.waitUntil(lambda: shown.inputs[-1] == newest, timeout=1000 * PATIENCE_S)
+    last = let_go(qtbot, window, drag, shown)
+    assert last.request.inputs == newest
+    whole = window.workspace.reference.whole_raster()
+    assert last.request.quality.pixels == whole
+    settings = window.workspace.reference.settings
+    renderer = RaycastRenderer(
+        make_volume(), settings.lighting, sample_distance=settings.smooth_distance
+    )
+    try:
+        expected = renderer.render(newest, whole)
+    finally:
+        renderer.close()
+    assert last.value == pytest.approx(expected, abs=1e-6)
+    # The coarse ones came first.
+    assert shown.results[0].request.quality.live
+
+
+def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    canvas, answers = window.reference.canvas, window.workspace.sensitivity.answers
+    engine = builders.analysts[-1]
+    gate = engine.gate = threading.Semaphore(0)
+    rect = canvas.image_rect
+    QTest.keyClick(window, Qt.Key.Key_R)
+    drag = Drag(canvas, rect.center() - QPoint(60, 60), rect.center() + QPoint(60, 60))
+    drag.press()
+    seen: list[RegionSensitivityRequest] = []
+    asked = len(engine.others)
+    for _ in range(MOVES):
+        drag.step()
+        seen = [r for r in engine.others[asked:] if isinstance(r, RegionSensitivityRequest)]
+    # One at most is computed at a time, whatever the mouse does.
+    assert len(seen) <= 1
+    engine.gate = None
+    drag.release()
+    for _ in range(100):
+        gate.release()
+    qtbot.waitUntil(lambda: answers.is_fresh(answers.region))
+    qtbot.waitUntil(lambda: not answers.region.request.quality.live)  # type: ignore[union-attr]
+    assert answers.region is not None
+    assert answers.region.request.region == window.sensitivity_state.outline
+    assert answers.region.request.inputs == window.state.inputs
