@@ -9,8 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.scene import default_scalar_window
-from model.scene.thinned_volume import ThinnedVolume
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.thinned_volume import LEVELS, ThinnedVolume
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    GaussianMode,
+    OpacityTF,
+    Range,
+    TransferFunction,
+)
 from model.scene.volume import Volume
 
 MODE_AMPLITUDES = (0.04, 0.12, 0.5)
@@ -19,17 +26,32 @@ MODE_AMPLITUDES = (0.04, 0.12, 0.5)
 TYPICAL_SHARE = 0.1
 """Fraction of the scalar window's voxels within one width of a typical mode's mean."""
 
-MODE_COLORS = ((0.42, 0.68, 0.93), (0.97, 0.86, 0.55), (0.98, 0.58, 0.36))
-"""Light blue, sand and orange, distinguishable with all common colour blindnesses."""
+MODE_COLORS = ((0.30, 0.60, 0.98), (0.96, 0.47, 0.33), (1.0, 0.78, 0.42))
+"""Blue, coral and gold, distinguishable with all common colour blindnesses."""
 
-END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.93, 0.8))
+END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.95, 0.86))
 """Dark blue for the lowest values, which are hardly shown, and ivory for the highest."""
 
-SEEN_OPACITY = 0.9
-"""Opacity that half of the rays through what the TF shows should have at least."""
+SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75
+"""Opacities that half of the rays through what is shown should have at least; in smoke, less."""
 
 OPAQUE_RAY = 0.5
-"""Opacity from which a ray counts as one through what the TF shows, with modes at their highest."""
+"""Opacity from which a ray counts as one through what is shown, with the mode at its highest."""
+
+RIM_FLANK = 0.2
+"""Height at which the flank of the rim's peak ends, as a fraction of the peak's."""
+
+DISTINCT = 3.0
+"""Flanks from the rim's peak to the scalar range's end from which on that is no noise of the peak,
+but something else to show in its place."""
+
+CALM_RIM = 0.95
+"""Fraction of the rim that has the lowest value, where a simulation's smoke does not reach: a
+scanner's air has noise."""
+
+SMOKE_STEPS, SMOKE_RISE, SMOKE_SPECKS = 16, 1.6, 0.02
+"""Parts of the scalar range; by how much one may have more voxels than an earlier one, in smoke;
+and the fraction of what is not background in which that does not count."""
 
 MOST_FACTOR, FACTORS = 32.0, 41
 """Largest factor by which optical depths are raised, and how many are tried in equal ratios."""
@@ -45,8 +67,9 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     histogram, so that rare values count as well. Opacity increases with the
     value and decreases with the number of voxels near it, so that frequent
     values do not hide the others. The highest mode is wide enough for all values above it.
-    Where the image would be faint nevertheless, all opacities are raised, see
-    :data:`SEEN_OPACITY`.
+    What is most frequent at the volume's rim, as air or resin is, has no mode if there is anything
+    else. Where the image would be faint nevertheless, the strongest mode is raised, see
+    :data:`SEEN_OPACITY`; all are, but less, in smoke, which has no edge to see.
 
     Returns
     -------
@@ -55,7 +78,8 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
     """
     lo, hi = volume.scalar_range
     counts, edges = volume.histogram(256)
-    window_lo, window_hi = default_scalar_window(volume)
+    thinned = ThinnedVolume.of(volume)
+    window_lo, window_hi = _window_beyond_rim(volume, thinned)
     # Bins that lie partly in the window are cut, so that a few wide ones do, too.
     inside = (edges[1:] > window_lo) & (edges[:-1] < window_hi)
     counts, starts, ends = counts[inside], edges[:-1][inside], edges[1:][inside]
@@ -70,7 +94,7 @@ def default_transfer_function(volume: Volume) -> TransferFunction:
         GaussianMode(mean, wide, _amplitude(base, _share(counts, centers, mean, wide)))
         for mean, wide, base in zip(means, (width, width, widest), MODE_AMPLITUDES, strict=True)
     )
-    opacity = _raised(OpacityTF((lo, hi), modes, scale=volume.scale), ThinnedVolume.of(volume))
+    opacity = _raised(OpacityTF((lo, hi), modes, scale=volume.scale), thinned)
     colors = (END_COLORS[0], *MODE_COLORS, END_COLORS[1])
     stops = tuple((value, *color) for value, color in zip((lo, *means, hi), colors, strict=True))
     return TransferFunction(opacity, ColorTF((lo, hi), stops))
@@ -98,24 +122,84 @@ def _amplitude(base: float, share: float) -> float:
     return round(min(max(base * rarity**0.5, LEAST_AMPLITUDE), MOST_AMPLITUDE), 3)
 
 
+def _rim(volume: ThinnedVolume) -> NDArray[np.int64]:
+    """Levels of the voxels at the volume's six faces that are not hidden."""
+    levels = volume.levels
+    faces = [np.take(levels, place, axis).ravel() for axis in range(3) for place in (0, -1)]
+    rim = np.concatenate(faces)
+    return rim[rim < LEVELS].astype(np.int64)
+
+
+def _window_beyond_rim(volume: Volume, thinned: ThinnedVolume) -> Range:
+    """Return the scalar window without the peak that most of the rim belongs to, if any."""
+    window_lo, window_hi = default_scalar_window(volume)
+    bins = np.bincount(_rim(thinned) * TF_SAMPLES // LEVELS, minlength=TF_SAMPLES)
+    counts = np.convolve(bins, np.ones(5), mode="same")
+    peak = int(counts.argmax())
+    flanks = counts < RIM_FLANK * counts[peak]
+    start = peak - int(np.argmax(np.append(flanks[peak::-1], True)))
+    end = peak + int(np.argmax(np.append(flanks[peak:], True)))
+    lo, hi = volume.scalar_range
+    low, high = (lo + place * (hi - lo) / TF_SAMPLES for place in (start + 1, end))
+    if high <= window_lo or 2 * bins[start + 1 : end].sum() < bins.sum():
+        return window_lo, window_hi
+    center = lo + (peak + 0.5) * (hi - lo) / TF_SAMPLES
+    if hi - center >= DISTINCT * (high - center):
+        return high, max(window_hi, (high + hi) / 2)
+    if center - lo >= DISTINCT * (center - low):
+        return lo, 2 * low - center
+    return window_lo, window_hi
+
+
+def is_smoke(volume: ThinnedVolume) -> bool:
+    """Whether a volume is a simulation's smoke: values fade away, and the rim has none at all.
+
+    Walls would be a peak in the histogram: some values more frequent than lower ones.
+    """
+    if np.mean(_rim(volume) == 0) < CALM_RIM:
+        return False
+    shown = volume.levels[volume.levels < LEVELS].astype(np.int64)
+    parts = np.bincount(shown * SMOKE_STEPS // LEVELS, minlength=SMOKE_STEPS)[1:]
+    lowest = np.minimum.accumulate(parts)[:-1]
+    rises = parts[1:] > np.maximum(SMOKE_RISE * lowest, SMOKE_SPECKS * parts.sum())
+    return bool(parts.any() and not rises.any())
+
+
 def _raised(opacity: OpacityTF, volume: ThinnedVolume) -> OpacityTF:
-    """Return the TF with its opacities raised until what it shows is seen, if it is not."""
-    through = volume.ray_opacities(_times(opacity, MOST_FACTOR)) > OPAQUE_RAY
+    """Return the TF with its strongest mode raised until what it shows is seen.
+
+    All are where that is not enough, and in smoke.
+    """
+    everything = slice(None)
+    through = volume.ray_opacities(_times(opacity, everything, MOST_FACTOR)) > OPAQUE_RAY
     if not through.any():
         return opacity
-
-    def is_seen(factor: float) -> bool:
-        rays = volume.ray_opacities(_times(opacity, factor))[through]
-        return bool(np.median(rays) >= SEEN_OPACITY)
-
+    smoke = is_smoke(volume)
+    seen = SMOKE_OPACITY if smoke else SEEN_OPACITY
     factors = np.geomspace(1.0, MOST_FACTOR, FACTORS)
-    return _times(opacity, float(factors[bisect_left(factors, True, hi=FACTORS - 1, key=is_seen)]))
+    for which in (everything,) if smoke else (_strongest(opacity, volume), everything):
+
+        def is_seen(factor: float, start: OpacityTF = opacity, which: slice = which) -> bool:
+            rays = volume.ray_opacities(_times(start, which, factor))[through]
+            return bool(np.median(rays) >= seen)
+
+        place = bisect_left(factors, True, hi=FACTORS - 1, key=is_seen)
+        opacity = _times(opacity, which, float(factors[place]))
+    return opacity
 
 
-def _times(opacity: OpacityTF, factor: float) -> OpacityTF:
-    """Return the TF with optical depths of its modes multiplied by a factor, within the limits."""
-    modes = tuple(
+def _strongest(opacity: OpacityTF, volume: ThinnedVolume) -> slice:
+    """Return which mode but the lowest, a haze, adds most opacity to the volume's voxels."""
+    sums = [volume.ray_opacities(replace(opacity, modes=(mode,))).sum() for mode in opacity.modes]
+    place = 1 + int(np.argmax(sums[1:]))
+    return slice(place, place + 1)
+
+
+def _times(opacity: OpacityTF, which: slice, factor: float) -> OpacityTF:
+    """Return the TF with optical depths of some modes multiplied by a factor, within the limits."""
+    modes = list(opacity.modes)
+    modes[which] = [
         replace(m, amplitude=round(min(1 - (1 - m.amplitude) ** factor, MOST_AMPLITUDE), 3))
-        for m in opacity.modes
-    )
-    return replace(opacity, modes=modes)
+        for m in modes[which]
+    ]
+    return replace(opacity, modes=tuple(modes))

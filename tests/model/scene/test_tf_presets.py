@@ -4,9 +4,10 @@ import itertools
 import numpy as np
 import pytest
 
-from model.scene.default_tf import default_transfer_function
+from model.scene.default_tf import default_transfer_function, is_smoke
 from model.scene.scene import default_scalar_window
 from model.scene.tf_presets import looks_like_hu, presets
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.volume import Volume
 
 
@@ -142,3 +143,38 @@ def test_two_values_are_enough(high):
     scalars[2:] = high
     tf = default_transfer_function(Volume(scalars))
     assert np.isfinite(tf.opacity.sample()).all()
+
+
+def blob():
+    radius = np.linalg.norm(np.indices((48, 48, 48)) - 23.5, axis=0)
+    return np.exp(-((radius / 8) ** 2)), radius
+
+
+def test_smoke_stays_translucent_and_a_body_of_the_same_size_does_not():
+    puff, radius = blob()
+    body = np.where(radius < 14, 0.6, 0.0) + np.random.default_rng(0).normal(0, 0.02, radius.shape)
+    rays = {}
+    for smoke, values in ((True, puff), (False, body)):
+        thinned = ThinnedVolume.of(Volume(values))
+        assert is_smoke(thinned) == smoke
+        opacity = default_transfer_function(Volume(values)).opacity
+        found = 1 - np.prod(1 - opacity(values), axis=2)
+        rays[smoke] = np.median(found[(radius < 12).any(axis=2)])
+    assert rays[False] >= 0.9 > rays[True] > 0.3
+
+
+@pytest.mark.parametrize("noise", [0.0, 3.0])
+def test_a_solid_without_noise_is_no_smoke(noise):
+    _, radius = blob()
+    values = np.clip((14 - radius) * 40, 0, 160) * (1 + noise / 100)
+    assert not is_smoke(ThinnedVolume.of(Volume(values)))
+
+
+@pytest.mark.parametrize("grains", [190.0, 30.0])
+def test_grains_are_shown_without_the_resin_about_them(grains):
+    random = np.random.default_rng(0)
+    values = random.normal(110, 6, (48, 48, 48))
+    values[20:28, 10:20, 30:36] = random.normal(grains, 6, (8, 10, 6))
+    opacity = default_transfer_function(Volume(values)).opacity
+    assert opacity(110.0) < 0.01
+    assert opacity(grains + np.arange(-6, 7)).max() > 0.3
