@@ -18,23 +18,18 @@ CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
 
 
 @pytest.mark.slow
-def test_what_is_prepared_is_not_compiled_again(tmp_path: Path) -> None:
-    prepare = "from app.prepare_kernels import main\n"
-    groups = ["uint8-direct-images", "uint8-direct-questions"]
-    _run(tmp_path, prepare + f"main({groups})")
+@pytest.mark.parametrize("lighting", ["direct", "path"])
+def test_what_is_prepared_is_not_compiled_again(tmp_path: Path, lighting: str) -> None:
+    settings = ReferenceSettings(lighting, renderer="raycast")  # type: ignore[arg-type]
+    names = [group.name for group in REAL_BUILDERS.kernels(preparation._ball("uint8"), settings)]
+    _run(tmp_path, "-m", "app.prepare_kernels", *names)
     compiled = _kernels(tmp_path)
     assert compiled
-    picture = tmp_path / "picture.png"
-    picture_of = f"render --size 32 --lighting direct --renderer raycast --volume {CHEST} --out"
-    _run(
-        tmp_path,
-        "from app.cli import run\n"
-        "from app.engines.preparation import prepare\n"
-        "from model.kernel_cache import KernelGroup\n"
-        f"for group in {groups}: prepare(KernelGroup.named(group))\n"
-        f"assert run({[*picture_of.split(), str(picture)]}) == 0",
-    )
-    assert picture.exists()
+    # The window, with its answers, and a picture to save.
+    picture = str(tmp_path / "picture.png")
+    looks = f"--volume {CHEST} --lighting {lighting} --renderer raycast".split()
+    _run(tmp_path, "main.py", "--screenshot", picture, "--size", "600x400", *looks)
+    _run(tmp_path, "main.py", "render", "--size", "32", "--out", picture, *looks)
     assert _kernels(tmp_path) == compiled
 
 
@@ -48,11 +43,10 @@ def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels: str, kind: str) 
     assert found == (KernelGroup(kind, "soft", "images"), KernelGroup(kind, "soft", "questions"))
 
 
-def _run(cache: Path, script: str) -> None:
-    environment = os.environ | {"XDG_CACHE_HOME": str(cache), "PYTHONPATH": str(ROOT)}
-    subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, env=environment, capture_output=True, check=True
-    )
+def _run(cache: Path, *arguments: str) -> None:
+    environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
+    command = [sys.executable, *arguments]
+    subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True)
 
 
 def _kernels(cache: Path) -> set[str]:
