@@ -28,6 +28,7 @@ from model.scene.light import LightDirection, LightRange
 from model.scene.region import SQUARE, Reach
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
+from model.volume_files.shipped import sample_of
 
 SizeChoice = Literal["pane", "generator"] | int
 """As many pixels as the pane has, as the generator's image has, or a square of a size."""
@@ -299,7 +300,8 @@ class ReferenceWork(QObject):
         if is_new:
             self._slow_lights = SlowLights()
             self._vtk_problem = ""
-            self.light.start(volume.fingerprint)
+            sample = sample_of(volume)
+            self.light.start(volume.fingerprint, None if sample is None else sample.light)
             self._take_light(before)
             # A model that comes or goes with the volume leaves another pane.
             self._follow_pane()

@@ -25,19 +25,23 @@ class LightKeeper(QObject):
         super().__init__(parent)
         self._state, self._preferences = state, preferences
         self._fingerprint = ""
+        self._designed: LightDirection | None = None
         self._keeps = True
         state.light_input.changeFinished.connect(self._keep)
 
     @property
     def known(self) -> LightDirection | None:
-        """The light that the user has moved in this volume; None if it was not moved."""
+        """The light of this volume: where the user has moved it, or else as it was designed.
+
+        None if it was neither.
+        """
         angles = self._preferences.volume(self._fingerprint).light
         found: LightDirection | None = input_of("light", angles)
-        return found
+        return found or self._designed
 
-    def start(self, fingerprint: str) -> None:
-        """Keep that of another volume from now on."""
-        self._fingerprint = fingerprint
+    def start(self, fingerprint: str, designed: LightDirection | None) -> None:
+        """Keep that of another volume from now on, which may have been designed in a light."""
+        self._fingerprint, self._designed = fingerprint, designed
 
     def place(self, light: LightDirection | None) -> None:
         """Set the light's direction without keeping it for the next run."""
@@ -47,7 +51,7 @@ class LightKeeper(QObject):
 
     def _keep(self, light: LightDirection | None) -> None:
         if light is not None and self._keeps and self._fingerprint:
-            moved = None if light == LightDirection() else light
+            moved = None if light == (self._designed or LightDirection()) else light
             self._preferences.note_volume(self._fingerprint, light=numbers_of("light", moved))
 
 

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject
+from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QMenu
 
 from app.controls import add_action
@@ -15,7 +16,10 @@ from app.menu_tips import show_tips
 from app.state.preferences import Preferences, RecentKind
 from app.state.workspace import Workspace
 from app.window.file_opening import FileOpening
-from model.volume_files.shipped import shipped_volumes, title_of
+from model.volume_files.shipped import picture_of, shipped_volumes, title_of
+
+PICTURE = 64
+"""Side of a sample's picture, in pixels."""
 
 
 class SampleMenus(QObject):
@@ -36,9 +40,12 @@ class SampleMenus(QObject):
         """Add a menu of the shipped volumes."""
         samples = menu.addMenu("Sa&mple volumes")
         show_tips(samples)
+        samples.setStyleSheet(f"QMenu {{ icon-size: {PICTURE}px; }}")
         for path in shipped_volumes():
             action = add_action(samples, title_of(path), partial(self._opening.open_volume, path))
-            action.setToolTip("Ships with tfscope, with a model that was trained on it")
+            action.setIcon(QIcon(str(picture_of(path))))
+            action.setIconVisibleInMenu(True)
+            action.setToolTip("Ships with tfscope, with a transfer function, a view and a light")
 
     def add_models(self, menu: QMenu) -> None:
         """Add a menu of the shipped models, which are opened with their volumes."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.volume import Volume
@@ -28,23 +29,33 @@ class Sample:
     angles : tuple of float
         Azimuth and elevation of the home view.
     lighting : {"none", "direct", "soft", "path"}
+    light : LightDirection
     """
 
     title: str
     angles: tuple[float, float]
     lighting: Lighting
+    light: LightDirection
 
 
 SAMPLES = {
-    SCAN.name: Sample("Chest CT (LIDC)", (0.0, 8.0), "path"),
-    DEFAULT_VOLUME.name: Sample("Reacting jet, temperature", (30.0, 8.0), "path"),
+    SCAN.name: Sample("Chest CT (LIDC)", (0.0, 8.0), "path", LightDirection(-50, 40)),
+    DEFAULT_VOLUME.name: Sample(
+        "Reacting jet, temperature", (30.0, 8.0), "path", LightDirection(-60, 35)
+    ),
+    "fly_212x232x144_uint8.nrrd": Sample(
+        "Fly (micro-CT)", (190.0, 22.0), "path", LightDirection(-40, 45)
+    ),
+    "shell_116x48x225_uint8.nrrd": Sample(
+        "Sea shell, cut open (micro-CT)", (150.0, 8.0), "path", LightDirection(45, 35)
+    ),
 }
 """The shipped volumes, by file name."""
 
 
 def shipped_volumes() -> list[Path]:
-    """Return the files of the shipped volumes, in alphabetical order."""
-    return sorted((RESOURCES / "volumes").glob("*.nrrd"))
+    """Return the files of the shipped volumes, in the order in which they are offered."""
+    return [RESOURCES / "volumes" / name for name in SAMPLES]
 
 
 def sample_of(volume: Volume) -> Sample | None:

@@ -21,6 +21,7 @@ from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.window_start import WindowStart
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError
+from model.scene.light import LightDirection
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -79,6 +80,7 @@ def test_a_shipped_volume_is_seen_first_as_it_was_designed_to_be(
     assert inputs.transfer_function == TransferFunction.load(SCAN.with_suffix(".tf.json"))
     # The camera is in front of the patient.
     assert (inputs.view.azimuth, inputs.view.elevation) == sample.angles
+    assert inputs.light == sample.light != LightDirection()
     assert inputs.view.basis()[2] @ [0, -1, 0] > 0.9
 
 

@@ -27,7 +27,7 @@ from model.scene.light import LightDirection
 from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.volume_files.shipped import shipped_volumes
+from model.volume_files.shipped import shipped_volumes, title_of
 
 WindowMaker = Callable[..., MainWindow]
 
@@ -253,8 +253,10 @@ def test_the_menus_act(
     monkeypatch.setattr(
         window.workspace.reading, "open", lambda path, *_, **__: opened.append(path)
     )
-    for name in ("Chest CT (LIDC)", "Reacting jet, temperature"):
-        action(window, name).trigger()
+    for path in shipped_volumes():
+        entry = action(window, title_of(path))
+        assert not entry.icon().isNull() and entry.isIconVisibleInMenu()
+        entry.trigger()
     assert opened == shipped_volumes()
 
 

@@ -8,7 +8,13 @@ from model.scene.transfer_function import TransferFunction
 from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.first_tf import first_transfer_function
-from model.volume_files.shipped import SAMPLES, sample_of, shipped_volumes
+from model.volume_files.shipped import SAMPLES, picture_of, sample_of, shipped_volumes
+
+
+def test_each_volume_in_resources_is_offered_with_a_picture():
+    folder = shipped_volumes()[0].parent
+    assert set(shipped_volumes()) == set(folder.glob("*.nrrd"))
+    assert all(picture_of(path).is_file() for path in shipped_volumes())
 
 
 @pytest.mark.parametrize("path", shipped_volumes(), ids=lambda path: path.name)
