@@ -228,7 +228,12 @@ class FindingsPanel(QFrame):
             self.openChanged.emit(self.is_open)
 
     def refresh(self) -> None:
-        """Show the present values and edits; what is not up to date is dim."""
+        """Show the present values and edits; what is not up to date is dim.
+
+        While something moves it rests: nobody reads it, and the images have the time.
+        """
+        if self._state.live:
+            return
         asked = self._sensitivity
         self.heading.set_full_text(asked.region_name)
         self.rename.setEnabled(asked.active is not None)
@@ -348,6 +353,7 @@ class FindingsPanel(QFrame):
         for changed in (
             self._layer.intervalsChanged, self.values.changed,
             self._dispatcher.answers.regionAnswered, self._state.inputsChanged,
+            self._state.inputsChangeFinished,
             sensitivity.regionsChanged, sensitivity.choicesChanged,
         ):  # fmt: skip
             changed.connect(lambda *_: self.refresh())

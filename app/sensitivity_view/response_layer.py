@@ -205,6 +205,9 @@ class ResponseLayer(QObject):
         }
         self._mark_cut()
         self._mark_stale()
+        if self._state.live:
+            # Flags follow once nothing moves.
+            return
         answer = self._dispatcher.answers.region
         values = self._displayed(answer)
         found: tuple[Interval, ...] = ()
@@ -269,8 +272,9 @@ class ResponseLayer(QObject):
         elif self._sensitivity.dragging or self._state.live:
             # Growing only: a scale that shrinks while dragging hides that the response falls.
             limit = max(limit, self._limit)
-        self._limit = limit
-        self._fit()
+        if limit != self._limit or not self._state.live:
+            self._limit = limit
+            self._fit()
 
     def _fit(self) -> None:
         """Let the scale end where the opacities do: at 1, and where it is signed at 0, too."""

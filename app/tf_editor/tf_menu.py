@@ -107,7 +107,7 @@ class TransferFunctionMenu(QObject):
         self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
-        state.tf_input.changed.connect(lambda _tf: self._show_colors())
+        state.tf_input.changeFinished.connect(lambda _tf: self._show_colors())
         self.set_narrow(False)
 
     def set_narrow(self, is_narrow: bool) -> None:
