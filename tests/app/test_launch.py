@@ -25,7 +25,8 @@ from model.scene.light import LightDirection
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.volume_files.shipped import SAMPLES, SCAN
+from model.volume_files import read_volume
+from model.volume_files.shipped import RESOURCES, SAMPLES, SCAN
 
 START = WindowStart(Path("ramp"), Path("model"))
 
@@ -82,6 +83,20 @@ def test_a_shipped_volume_is_seen_first_as_it_was_designed_to_be(
     assert (inputs.view.azimuth, inputs.view.elevation) == sample.angles
     assert inputs.light == sample.light != LightDirection()
     assert inputs.view.basis()[2] @ [0, -1, 0] > 0.9
+
+
+@pytest.mark.parametrize("file", SAMPLES)
+def test_each_shipped_volume_opens_with_its_tf_view_and_light(
+    builders: FakeBuilders, tmp_path: Path, file: str
+) -> None:
+    path = RESOURCES / "volumes" / file
+    builders.volumes["sample"] = read_volume(path)
+    assert run_window(WindowStart(Path("sample")), "auto", tmp_path / "a.png", builders.make()) == 0
+    inputs, sample = builders.references[-1].requests[-1].inputs, SAMPLES[file]
+    assert inputs.transfer_function == TransferFunction.load(path.with_suffix(".tf.json"))
+    assert builders.settings[-1].lighting == sample.lighting
+    assert inputs.light == sample.light
+    assert (inputs.view.azimuth, inputs.view.elevation) == pytest.approx(sample.angles)
 
 
 @pytest.mark.parametrize("broken", ["volume", "model"])
