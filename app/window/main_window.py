@@ -1,7 +1,4 @@
-"""The main window: two synchronized images and the transfer-function editor below.
-
-The module is long because it puts all parts of the window together, and computes nothing.
-"""
+"""The main window: two synchronized images and the transfer-function editor below."""
 
 from __future__ import annotations
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
@@ -71,6 +70,9 @@ def body_range(volume: Volume) -> Range | None:
 
 def _peaks(counts: NDArray[np.int64]) -> list[int]:
     """Bins of the peaks, ends included, without those of noise."""
+    # Late: the window opens without SciPy.
+    from scipy.signal import find_peaks
+
     smooth = np.convolve(counts, np.ones(SMOOTHING) / SMOOTHING, mode="same")
     heights = np.log10(smooth / counts.sum() + SPECKS)
     places, _ = find_peaks(np.pad(heights, 1, constant_values=-9), prominence=PROMINENCE)
