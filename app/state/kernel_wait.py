@@ -1,4 +1,4 @@
-"""What is said where nothing can draw until the ray caster's first kernel is compiled."""
+"""Text of the reference's pane while nothing can draw before the first kernel is compiled."""
 
 from __future__ import annotations
 

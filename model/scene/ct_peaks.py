@@ -11,7 +11,7 @@ from model.scene.volume import Volume
 AIR_HU, TISSUE_HU = -1000.0, 50.0
 
 FAT_PLACES = (0.75, 0.93)
-"""Where fat may lie between air (0) and soft tissue (1), with contrast agent or without."""
+"""Places of fat between air (0) and soft tissue (1), with contrast agent or without."""
 
 LEAST_SHARE = 0.05
 """Fraction of the voxels above air that fat and soft tissue must each have, about their peaks."""

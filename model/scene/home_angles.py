@@ -1,4 +1,4 @@
-"""From where a volume has the most to see."""
+"""Choice of the angles from which a volume has the most to see."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ELEVATIONS = (15.0, 35.0)
 """The usual elevation, and that of flat things that lie."""
 
 WORTH = 1.3
-"""How many times as much an unusual view must show."""
+"""Factor by which an unusual view must show more."""
 
 NEARLY = 0.9
 """Part of the most that a more usual one of them may show in its place."""

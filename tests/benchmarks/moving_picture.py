@@ -27,7 +27,7 @@ from model.volume_files.shipped import SCAN
 
 SIZE = 1120, 700
 STEP_MS = 80
-"""How long a picture is shown while something moves."""
+"""Time that a picture is shown while something moves."""
 
 LONGEST = 2e6
 """Bytes of the file."""

@@ -50,7 +50,7 @@ class Drag:
 
 @dataclass
 class Shown:
-    """What the reference's pane has shown, in this order."""
+    """Results that the reference's pane has shown, in this order."""
 
     results: list[Result] = field(default_factory=list)
 
