@@ -59,6 +59,7 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
     if name == "region":
         window.sensitivity_state.hover(None)
         window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
+        window.sensitivity_state.finish_region()
     elif name == "value":
         window.latent_state.choose(shown=False)
         window.sensitivity_state.hover(150.0, effect=False)
@@ -73,7 +74,12 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
         qtbot.addWidget(dialog)
         dialog.show()
         return dialog
+    answers = window.workspace.sensitivity.answers
     qtbot.waitUntil(lambda: window.workspace.is_settled)
+    qtbot.waitUntil(lambda: answers.is_fresh(answers.region))
+    qtbot.waitUntil(
+        lambda: answers.visibility is not None and answers.visibility.is_of(window.state.inputs)
+    )
     QApplication.processEvents()
     return window
 
