@@ -7,7 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.benchmarks import accuracy, extremes, networks, path_light, renderers, sensitivity
+from tests.benchmarks import (
+    accuracy,
+    extremes,
+    motion,
+    networks,
+    path_light,
+    renderers,
+    sensitivity,
+)
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +36,14 @@ def test_all_tables_are_printed(small: list[str], capsys: pytest.CaptureFixture[
     assert "Turning" in capsys.readouterr().out
     networks.main(["--preset", "draft", "--backend", "eager", "--seconds", "0"])
     assert "eager" in capsys.readouterr().out
+
+
+def test_a_drag_is_measured(
+    small: list[str], capsys: pytest.CaptureFixture[str], qapp: object
+) -> None:
+    for what in ("view", "handle"):
+        motion.main([*small[:2], "--lighting", "none", "--seconds", "0.5", "--drag", what])
+        assert f"{what} dragged" in capsys.readouterr().out
 
 
 def test_extremes_are_written_into_their_page(tmp_path: Path) -> None:
