@@ -157,12 +157,12 @@ FOLDED_BELOW = 1100
 """Width of the editor below which the chips need less room, in pixels."""
 
 CHANGE_TIP = (
-    "Where in the TF an edit changes the picture: the curve, whose zero lies on half of the plot.\n"
-    "The flags are edits that show most."
+    "The curve: where in the TF an edit changes the region. Its zero lies at half height.\n"
+    "The flags mark the edits that change most. Both come with a region."
 )
 VISIBLE_TIP = (
-    "What the region shows of each value: the green area, with its peaks' values and shares.\n"
-    "In a kept or hovered band, also where in the picture these values are"
+    "The green area: how much of each value the region shows.\n"
+    "Point at a value to see where it is in the image."
 )
 VOXELS_TIP = "How many voxels have each value, on a logarithmic scale"
 
@@ -211,7 +211,7 @@ class ChipBar(QWidget):
         self.more.setProperty("role", "chip")
         self.more.setFixedSize(24, 24)
         self.more.setAccessibleName("Change: measure and engine")
-        self.more.setToolTip("What the curve measures, and who answers")
+        self.more.setToolTip("What the curve measures, and how it is computed")
         self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -229,7 +229,7 @@ class ChipBar(QWidget):
         menu, state = self.change_menu, self._state
         self._groups = [
             _add_choices(menu, "The curve shows", MEASURES, lambda m: state.choose(measure=m)),
-            _add_choices(menu, "Who answers", ENGINES, lambda e: state.choose(engine=e)),
+            _add_choices(menu, "Computed by", ENGINES, lambda e: state.choose(engine=e)),
         ]
         self.said = menu.addAction("")
         self.said.setEnabled(False)
@@ -304,7 +304,7 @@ class ChipBar(QWidget):
         self.region.set_caption(f"{short} ▾")
         self.region.setAccessibleName(f"Region: {name}")
         self.region.setEnabled(choices.shown)
-        self.change.set_on(choices.shown and choices.curve)
+        self.change.set_on(self._state.shows_curve)
         self.visible.set_on(choices.shown and choices.visible)
         self.voxels.set_on(self._histogram.is_shown)
         self.lock.setChecked(choices.locked)

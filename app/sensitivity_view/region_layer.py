@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
@@ -42,6 +42,9 @@ class RegionLayer(QObject):
     A region is moved by its edge, a rectangle resized by its corners; inside a region the
     mouse turns the view, as everywhere else.
     """
+
+    placeClicked = Signal()
+    """Emitted before a click asks which values show at its place."""
 
     def __init__(self, canvas: ImageCanvas, state: SensitivityState) -> None:
         super().__init__(canvas)
@@ -126,6 +129,7 @@ class RegionLayer(QObject):
             place, reach = self._canvas.place_of(position), self._canvas.reach
             inside = all(abs(p - 0.5) < half for p, half in zip(place, reach, strict=True))
             self._place_before = self._state.place
+            self.placeClicked.emit()
             self._state.pick(place if inside else None)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()

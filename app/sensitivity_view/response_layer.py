@@ -97,7 +97,7 @@ UNIT = "  / .01"
 
 
 class ResponseLayer(QObject):
-    """Draws what the dispatcher was told over the opacity plot; its zero lies on half of it."""
+    """Draws the newest responses over the opacity plot; their zero lies on half of it."""
 
     intervalsChanged = Signal()
     """Emitted when other intervals have flags."""
@@ -146,8 +146,9 @@ class ResponseLayer(QObject):
         area.recolored.connect(self._recolor)
         dispatcher.answers.regionAnswered.connect(self.refresh)
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
-        sensitivity.regionsChanged.connect(self._mark_stale)
+        sensitivity.regionsChanged.connect(self._follow_region)
         state.inputsChanged.connect(self._mark_stale)
+        self._was_shown = self._is_shown
         self._recolor()
 
     @property
@@ -243,8 +244,16 @@ class ResponseLayer(QObject):
 
     @property
     def _is_shown(self) -> bool:
-        choices = self._sensitivity.choices
-        return choices.shown and choices.curve
+        return self._sensitivity.shows_curve
+
+    def _follow_region(self) -> None:
+        """Come with a region, and go with it."""
+        if self._is_shown != self._was_shown:
+            self._was_shown = self._is_shown
+            self.refresh()
+            self._fit()
+        else:
+            self._mark_stale()
 
     def _displayed(self, answer: RegionAnswer | None) -> NDArray[np.float64] | None:
         """Responses in the displayed unit; None for those of another measure."""
@@ -284,7 +293,7 @@ class ResponseLayer(QObject):
         self._view.setYRange(low, limit + head * (limit - low), padding=0)
         self._zero.setVisible(self._is_shown and signed and self._area.scale.logarithmic)
         labels: list[tuple[float, str]] = []
-        # Numbers beside no curve would be those of none.
+        # Without a curve, there is nothing that they are of.
         if any(curve.isVisible() for curve in self._curves.values()):
             end = round_below(limit)
             numbers = (-end, 0.0, end) if signed else (0.0, end / 2, end)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from app.sensitivity_view.chip_bar import ChipBar
 from app.sensitivity_view.edit_actions import EditActions
 from app.sensitivity_view.field_cover import FieldCover
 from app.sensitivity_view.findings_panel import FindingsPanel
+from app.sensitivity_view.place_label import PlaceLabel
 from app.sensitivity_view.plot_mouse import PlotMouse
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
@@ -55,10 +57,12 @@ class SensitivityView(QObject):
         self._sensitivity = sensitivity
         self._workspace = workspace
         self._dispatcher = dispatcher = workspace.sensitivity
-        self._opened_by_place = False
         self._editor = editor
         self._panes = generator, reference
         self.regions = [RegionLayer(pane.canvas, sensitivity) for pane in self._panes]
+        self.labels = [
+            PlaceLabel(pane.canvas, state, sensitivity, dispatcher) for pane in self._panes
+        ]
         self.exact = FieldCover(
             reference, state, sensitivity, dispatcher, lambda: self._field("exact")
         )
@@ -96,7 +100,9 @@ class SensitivityView(QObject):
         self._editor.resized.connect(self._fold)
         for asked_for in (sensitivity.regionDrawn, self.chips.regionChosen):
             asked_for.connect(lambda: findings.set_open(True))
-        sensitivity.placeChanged.connect(self._follow_place)
+        for layer, label in zip(self.regions, self.labels, strict=True):
+            layer.placeClicked.connect(partial(self._name_values_at, label))
+            label.openRequested.connect(lambda: findings.set_open(True))
         self.chips.panel.clicked.connect(findings.set_open)
         self.chips.tableRequested.connect(self.show_table)
         QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
@@ -117,6 +123,8 @@ class SensitivityView(QObject):
 
     def show_table(self) -> ResponsesTable:
         """List the curve's numbers."""
+        if not self._sensitivity.shows_curve:
+            self._sensitivity.show_layer("curve", True)
         columns, rows = self.responses.table()
         title = f"Change: {self._sensitivity.region_name}"
         dialog = ResponsesTable(title, columns, rows, self._editor)
@@ -144,14 +152,9 @@ class SensitivityView(QObject):
         self.chips.fold(editor.width(), is_open)
         self.chips.panel.setChecked(is_open)
 
-    def _follow_place(self, place: object) -> None:
-        if place is not None:
-            self._opened_by_place = not self.findings.is_open
-            self.findings.set_open(True)
-        elif self._opened_by_place:
-            self._opened_by_place = False
-            if self._sensitivity.active is None:
-                self.findings.set_open(False)
+    def _name_values_at(self, clicked: PlaceLabel) -> None:
+        for label in self.labels:
+            label.come(label is clicked)
 
     def toggle_pin(self) -> None:
         """Keep the band of values, or the best one, when the mouse leaves; or release it."""

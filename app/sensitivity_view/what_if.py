@@ -119,7 +119,7 @@ class WhatIfQuestion(QObject):
         """Enable the button if there is something to ask; if not, it says what is missing."""
         lacking = ""
         if not self._dispatcher.chooser.available:
-            lacking = "Switch Change or Visible on first"
+            lacking = "Switch Region > Guidance on first"
         elif self._edit() is None:
             lacking = "Point at a value in the plot of the TF first"
         self.button.setEnabled(not lacking)

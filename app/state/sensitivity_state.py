@@ -40,8 +40,10 @@ class Choices:
     ----------
     shown : bool
         Whether sensitivities are computed and shown at all.
-    curve, visible : bool
-        Whether the plot has the curve of changes, and the area of what is visible.
+    curve, whole_curve : bool
+        Whether the plot has the curve of changes: of a region, and of the whole image.
+    visible : bool
+        Whether it has the area of what is visible.
     measure : {"change", "signed"}
     engine : {"automatic", "exact", "learned"}
         Who answers; automatic takes the exact engine where it is fast enough.
@@ -55,6 +57,7 @@ class Choices:
 
     shown: bool = kept(flag, True, in_session=True)
     curve: bool = kept(flag, True, in_session=True)
+    whole_curve: bool = kept(flag, False, in_session=True)
     visible: bool = kept(flag, True, in_session=True)
     measure: Measure = kept(one_of(*get_args(Measure)), "signed", in_session=True)
     engine: EngineChoice = kept(one_of(*get_args(EngineChoice)), "automatic", in_session=True)
@@ -137,16 +140,21 @@ class SensitivityState(QObject):
             self.choices = choices
             self.choicesChanged.emit(choices)
 
+    @property
+    def shows_curve(self) -> bool:
+        """Whether the plot has the curve of changes now."""
+        return self.choices.shown and bool(getattr(self.choices, self._curve_choice))
+
+    @property
+    def _curve_choice(self) -> str:
+        return "whole_curve" if self.active is None else "curve"
+
     def show_layer(self, layer: Layer, on: bool) -> None:
-        """Show the curve or the area in the plot, or not; without both, nothing is computed."""
-        choices = self.choices
-        layers = {name: choices.shown and getattr(choices, name) for name in ("curve", "visible")}
-        layers[layer] = on
-        if any(layers.values()):
-            self.choose(shown=True, **layers)
-        else:
-            # Both come back when all is switched on again.
-            self.choose(shown=False, curve=True, visible=True)
+        """Show the curve or the area in the plot, or not; with guidance off, that one alone."""
+        names = {"curve": self._curve_choice, "visible": "visible"}
+        layers = {name: False for name in names.values() if not self.choices.shown}
+        layers[names[layer]] = on
+        self.choose(shown=True, **layers)
 
     def widen(self, notches: float) -> None:
         """Make edits wider by notches of the mouse wheel, within the limits."""

@@ -1,10 +1,11 @@
-"""The numbers of the selected handle, beside it in the plot."""
+"""The numbers of the selected handle, near it in the plot."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 from PySide6.QtCore import QPoint, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
@@ -26,6 +27,9 @@ HEIGHT = 28
 BESIDE = 18
 """Distance from the handle, in pixels."""
 
+CURVE_PLACES = 129
+"""Places of the opacity curve that the card keeps off."""
+
 BESIDE_PIN = 8
 """Distance to the side of a pin: it lies below the card, too."""
 
@@ -42,8 +46,8 @@ OPACITY_MEANING = (
 class ModeCard(QFrame):
     """Value, width, opacity and colour of the selected handle, to be read and typed.
 
-    It stands beside the handle, inside the plot and over no flag, and hides while a handle is
-    dragged, which then has its numbers alone.
+    It stands near the handle, inside the plot, and covers neither flags nor handles nor the
+    curve. It hides while a handle is dragged, which then has its numbers alone.
     """
 
     removeRequested = Signal()
@@ -241,6 +245,17 @@ class ModeCard(QFrame):
         place = area.axis.place(value)
         return area.pixel(view, place, height) if 0.0 <= place <= 1.0 else None
 
+    def _curve_boxes(self) -> list[QRect]:
+        """Where the opacity curve and its highest values are, in pixels of the plots."""
+        area, tf = self._area, self._state.transfer_function
+        places = np.linspace(0.0, 1.0, CURVE_PLACES)
+        opacities = tf.opacity(area.axis.values(places).clip(*tf.scalar_range))
+        corners = area.pixel(area.opacity, 0.0, 0.0), area.pixel(area.opacity, 1.0, 1.0)
+        (left, bottom), (right, top) = ((corner.x(), corner.y()) for corner in corners)
+        xs = left + (right - left) * places
+        ys = bottom + (top - bottom) * area.scale.heights(opacities)
+        return [QRect(round(x) - 2, round(y) - 2, 4, 4) for x, y in zip(xs, ys, strict=True)]
+
     def place(self) -> None:
         """Go to where the handle is, or hide."""
         at = self._handle_at()
@@ -257,10 +272,8 @@ class ModeCard(QFrame):
             BESIDE_PIN if is_pin else BESIDE,
             area.rect,
             [flag.geometry() for flag in area.flags if not flag.isHidden()],
-            [
-                *(box for box in area.handle_boxes() if not box.contains(at)),
-                *area.label_boxes(),
-            ],
+            [*area.handle_boxes(), *area.label_boxes()],
+            self._curve_boxes(),
         )
         self.setGeometry(QRect(corner, size))
         self.show()

@@ -33,7 +33,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
             "come closer to what is under the mouse, move away",
             ("Wheel", "closer"),
         ),
-        Gesture("Click in an image", "which values show there?", ("Click", "values here")),
+        Gesture("Click in an image", "name the values there", ("Click", "values here")),
         Gesture("R, then drag in an image", "draw a rectangle (L: a lasso)", ("R", "region")),
         Gesture("Right drag, or Ctrl and drag; Page up, down", "roll"),
         Gesture("Middle drag, or Shift and drag; Ctrl and arrow keys", "pan"),

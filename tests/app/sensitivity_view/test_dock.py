@@ -157,6 +157,9 @@ def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(
     qtbot: QtBot, window: MainWindow
 ) -> None:
     area = window.editor.area
+    # Without a region, the curve is there on purpose only.
+    assert area.second_labels.labels == ()
+    window.sensitivity.chips.change.click()
     labels = {text: place for place, text in area.second_labels.labels}
     (unit,) = (text for text in labels if ".01" in text and "/" in text)
     numbers = {text: place for text, place in labels.items() if text != unit}
@@ -198,18 +201,43 @@ def test_the_numbers_at_the_right_are_round_and_not_far_from_the_end(limit: floa
     assert end == pytest.approx(float(f"{end:.0e}"))
 
 
-def test_without_a_layer_nothing_is_asked_and_both_come_back() -> None:
+def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot: QtBot, window: MainWindow) -> None:
+    state, responses = window.sensitivity_state, window.sensitivity.responses
+
+    def is_there() -> bool:
+        flags = any(not flag.isHidden() for flag in responses.flags)
+        numbers = bool(window.editor.area.second_labels.labels)
+        has_curve = bool(responses.curve("exact").size)
+        chip = window.sensitivity.chips.change.isChecked()
+        return flags and numbers and has_curve and chip
+
+    def is_away() -> bool:
+        numbers = bool(window.editor.area.second_labels.labels)
+        return all(flag.isHidden() for flag in responses.flags) and not numbers
+
+    assert is_away()
+    state.add_region(Outline.rectangle(0.2, 0.2, 0.4, 0.4))
+    state.finish_region()
+    qtbot.waitUntil(is_there)
+    state.activate(None)
+    assert is_away()
+    # On purpose, it is there without a region, too; each of the two is remembered.
+    window.sensitivity.chips.change.click()
+    qtbot.waitUntil(is_there)
+    state.activate(0)
+    window.sensitivity.chips.change.click()
+    assert is_away()
+    state.activate(None)
+    qtbot.waitUntil(is_there)
+
+
+def test_a_layer_that_is_chosen_brings_back_the_guidance_alone() -> None:
     state = SensitivityState()
-    state.show_layer("curve", False)
-    assert state.choices.shown and not state.choices.curve and state.choices.visible
     state.show_layer("visible", False)
-    assert not state.choices.shown
-    # As by Ctrl+E.
-    state.choose(shown=True)
-    assert state.choices.curve and state.choices.visible
-    state.choose(shown=False)
-    state.show_layer("visible", True)
-    assert (state.choices.shown, state.choices.curve, state.choices.visible) == (True, False, True)
+    assert state.choices.shown and not state.shows_curve
+    state.choose(shown=False, visible=True)
+    state.show_layer("curve", True)
+    assert state.shows_curve and not state.choices.visible
 
 
 MACHADO_DEUTERANOPIA = np.array(
@@ -278,6 +306,7 @@ def test_a_peaks_label_covers_no_handle(
     # Nor does the tag of a band cover flags, card or handles.
     resize(qtbot, window, 1280, 720)
     window.editor.select_strongest()
+    window.sensitivity_state.show_layer("curve", True)
     flag, card, tag = (
         window.sensitivity.responses.flags[0], window.editor.card, window.sensitivity.band.tag,
     )  # fmt: skip

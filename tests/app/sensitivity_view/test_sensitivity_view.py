@@ -106,6 +106,7 @@ def asked(builders: FakeBuilders, kind: type) -> list:
 
 def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> None:
     responses = window.sensitivity.responses
+    window.sensitivity_state.show_layer("curve", True)
     expected = shown_responses(
         256 * np.exp(-((np.arange(256) - 100) ** 2) / 200),
         256,
@@ -203,8 +204,16 @@ def test_a_click_names_the_values_there_and_edits_them(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     canvas, findings = window.reference.canvas, window.sensitivity.findings
+    label, plot = window.sensitivity.labels[1], window.editor.area.rect
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
-    qtbot.waitUntil(lambda: "100 %" in findings.value_rows[0].text)
+    qtbot.waitUntil(lambda: "100 %" in label.text.text())
+    # It is there and nothing has moved; its button opens the panel.
+    assert label.isVisible() and not window.sensitivity.labels[0].isVisible()
+    assert canvas.rect().contains(label.geometry())
+    assert not label.geometry().contains(at(canvas, 0.3, 0.6))
+    assert findings.isHidden() and window.editor.area.rect == plot
+    label.button.click()
+    assert findings.isVisible() and "100 %" in findings.value_rows[0].text
     asked = [r for r in builders.analysts[-1].others if r.channel == "sensitivity: pick"]
     square = asked[-1].regions[0]
     xs, ys = zip(*square.points, strict=True)
@@ -229,7 +238,8 @@ def test_a_click_names_the_values_there_and_edits_them(
         assert window.state.transfer_function == before
     assert findings.isVisible() and findings.values_heading.text() == "Values here"
     QTest.keyClick(canvas, Qt.Key.Key_Escape)
-    assert window.sensitivity_state.place is None and findings.isHidden()
+    assert window.sensitivity_state.place is None and label.isHidden()
+    assert findings.isVisible()
     qtbot.waitUntil(lambda: findings.edit_rows[0].text.startswith("1 "))
 
 
@@ -454,6 +464,7 @@ def test_an_error_is_said_and_forgotten(
 ) -> None:
     analyst = builders.analysts[-1]
     analyst.error = RenderError("Out of order; wait.")
+    window.sensitivity_state.show_layer("curve", True)
     window.sensitivity_state.activate(None)
     qtbot.waitUntil(lambda: "Out of order" in window.sensitivity.source.said)
     assert window.sensitivity.responses.curve("exact").size == 0
@@ -608,9 +619,7 @@ def test_switched_off_nothing_is_asked_or_shown(
 ) -> None:
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    window.sensitivity.chips.change.click()
-    assert window.sensitivity_state.choices.shown
-    window.sensitivity.chips.visible.click()
+    QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
     assert not window.sensitivity_state.choices.shown
     assert window.reference.canvas.cover is None
     assert not window.sensitivity.findings.isVisible()
@@ -625,7 +634,7 @@ def test_switched_off_nothing_is_asked_or_shown(
     # A button that is grey says why.
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
-    assert button.toolTip().startswith("Switch Change or Visible on")
+    assert button.toolTip().startswith("Switch Region > Guidance on")
 
 
 def _is_of(answer: Any, inputs: SceneInputs) -> bool:

@@ -81,8 +81,13 @@ def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(
         editor.area.flagsMoved.emit()
         box = card.geometry()
         assert card.isVisible() and plot.contains(box)
-        assert distance(box, handle) <= 30 and not box.contains(handle)
+        assert distance(box, handle) <= 150 and not box.contains(handle)
         assert not any(box.intersects(flag.geometry()) for flag in flags)
+        # Nor over the peak: the curve within two widths of the mean.
+        for value in np.linspace(mean - 16, mean + 16, 65).clip(100.0, 200.0):
+            place = editor.area.axis.place(float(value))
+            at = editor.area.pixel(editor.area.opacity, place, float(opacity(value)))
+            assert not box.contains(at), (mean, amplitude, value)
 
 
 def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerState) -> None:
