@@ -10,7 +10,11 @@ ARGS ?=
 
 BIN := .venv/bin
 # Two processes: a file's tests share what its fixtures have made.
-TESTS := QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest -n 2 --dist loadfile
+PYTEST := QT_QPA_PLATFORM=offscreen $(BIN)/python -m pytest
+TESTS := $(PYTEST) -n 2 --dist loadfile
+# A window's test may fail because other work took the processors. What failed is run once more, alone.
+AGAIN := --last-failed --last-failed-no-failures none
+SLOW := -m "slow or hypothesis" --hypothesis-profile=fresh
 INSTALL := $(BIN)/python app/python_packages.py
 
 .PHONY: audit run test test-all test-slow setup lint clean
@@ -19,13 +23,13 @@ run: setup
 	@$(BIN)/python main.py $(ARGS)
 
 test: setup .venv/test-ready
-	@$(TESTS)
+	@$(TESTS) || $(PYTEST) $(AGAIN)
 
 test-all: test test-slow
 
 # What is slow, and property tests on cases that no run has drawn before.
 test-slow: setup .venv/test-ready
-	@$(TESTS) -m "slow or hypothesis" --hypothesis-profile=fresh
+	@$(TESTS) $(SLOW) || $(PYTEST) $(SLOW) $(AGAIN)
 
 setup: .venv/ready
 	@$(BIN)/python app/system_libraries.py

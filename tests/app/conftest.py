@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 from shiboken6 import getAllValidWrappers
@@ -62,6 +62,12 @@ def still_alive(before: set[QWidget]) -> list[str]:
     threads = [w for w in wrappers if isinstance(w, QThread) and w.loopLevel()]
     alive += [repr(thread) for thread in threads if thread.isRunning()]
     return alive + [repr(w) for w in set(QApplication.topLevelWidgets()) - before]
+
+
+@pytest.fixture(autouse=True)
+def no_question_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Answer what a window asks when it is closed in the middle of something."""
+    monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
 
 
 @pytest.fixture
