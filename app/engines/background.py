@@ -1,4 +1,4 @@
-"""A single call in its own thread, with its result delivered to the window."""
+"""Calls in threads of their own, with their results delivered to the window."""
 
 from __future__ import annotations
 
@@ -68,3 +68,70 @@ class BackgroundCall(QObject):
             else:
                 self.failed.emit(error)
         self.finished.emit()
+
+
+class LatestCall(QObject):
+    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next.
+
+    Parameters
+    ----------
+    name : str
+        Name of the threads, for debuggers.
+    """
+
+    done = Signal(object)
+    failed = Signal(str)
+
+    def __init__(self, name: str, parent: QObject) -> None:
+        super().__init__(parent)
+        self._name = name
+        self._running: BackgroundCall | None = None
+        self._next: Callable[[], Any] | None = None
+        self._stopped = False
+
+    @property
+    def is_running(self) -> bool:
+        """True while a result is expected."""
+        return self._running is not None
+
+    def ask(self, function: Callable[[], Any]) -> None:
+        """Call a function as soon as the present call has ended, unless a newer one is asked."""
+        if self._stopped:
+            return
+        self._next = function
+        if self._running is None:
+            self._start()
+
+    def forget(self) -> None:
+        """Discard the results of what was asked so far."""
+        self._next = None
+        if self._running is not None:
+            self._running.abandon()
+
+    def stop(self) -> None:
+        """Start nothing any more, and discard results."""
+        self._stopped = True
+        self.forget()
+
+    def join(self) -> None:
+        """Wait until the present call has returned."""
+        if self._running is not None:
+            self._running.join()
+
+    def _start(self) -> None:
+        function, self._next = self._next, None
+        assert function is not None
+        call = BackgroundCall(function, self._name, self)
+        call.done.connect(self.done)
+        call.failed.connect(self.failed)
+        call.finished.connect(self._end)
+        self._running = call
+        call.start()
+
+    def _end(self) -> None:
+        call, self._running = self._running, None
+        if call is not None:
+            call.join()
+            call.deleteLater()
+        if self._next is not None and not self._stopped:
+            self._start()

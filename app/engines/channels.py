@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from functools import partial
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from PySide6.QtCore import QObject
 
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
+
+EngineName = Literal["exact", "learned"]
+"""The ray caster, or a generator."""
 
 _K = TypeVar("_K", bound=Hashable)
 

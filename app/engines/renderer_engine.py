@@ -164,9 +164,11 @@ class RendererEngine:
         from model.sensitivity.exact import visibility
 
         renderer, size = self._ray_caster(), request.quality.pixels
-        return np.stack(
-            [visibility(renderer, request.inputs, size, region) for region in request.regions]
-        )
+        found = {
+            region: visibility(renderer, request.inputs, size, region)
+            for region in dict.fromkeys(request.regions)
+        }
+        return np.stack([found[region] for region in request.regions])
 
     def value_visibility(self, request: ValueVisibilityRequest) -> Array:
         """Return how much of each pixel shows some values; not offered by VTK."""

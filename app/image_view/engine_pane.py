@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
+from app.engines.channels import EngineName
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
 from app.engines.states import EngineState
@@ -19,7 +20,6 @@ from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.lateness import Lateness
 from app.short_numbers import short
 from app.state.brightness import Brightness
-from app.state.engine_chooser import EngineName
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""

@@ -12,7 +12,7 @@ from app import theme
 from app.icons import IconButton
 from app.sensitivity_view.panel_rows import AddButton
 from app.sensitivity_view.visible_layer import VisibleLayer
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
@@ -73,7 +73,7 @@ class BandLayer(QObject):
         area: PlotArea,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         visible: VisibleLayer,
     ) -> None:
         super().__init__(area)
@@ -89,7 +89,7 @@ class BandLayer(QObject):
         self.tag = BandTag(area)
         self.tag.release.clicked.connect(lambda: sensitivity.unpin())
         signals = area.axisChanged, area.heightChanged, area.recolored
-        for changed in (*signals, dispatcher.answers.visibilityAnswered):
+        for changed in (*signals, asker.visibilityAnswered):
             changed.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.bandChangeFinished.connect(self.refresh)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.scene.tf_emphasis import (
@@ -41,13 +41,13 @@ class EditActions:
         self,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         layer: ResponseLayer,
         shown_colors: Callable[[], NDArray[np.float32]],
     ) -> None:
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._layer = layer
         self._shown_colors = shown_colors
         self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
@@ -56,7 +56,7 @@ class EditActions:
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out."""
         intervals = self._layer.intervals
-        fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.region)
+        fresh = self._asker.is_fresh(self._asker.region)
         if index < len(intervals) and fresh:
             self._add(intervals[index].value, self._width, striking)
 

@@ -16,8 +16,8 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import ColorBar
 from app.short_numbers import short
-from app.state.sensitivity_answers import SOURCE_NAMES, Answer, WhatIfAnswer
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_answers import Answer, WhatIfAnswer
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
@@ -61,14 +61,14 @@ class FieldCover(QObject):
         pane: EnginePane,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         choose: Callable[[], Answer[Any] | None],
     ) -> None:
         super().__init__(pane)
         self._pane = pane
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._choose = choose
         self._images: OrderedDict[SceneInputs, NDArray[np.float32]] = OrderedDict()
         self._scale = FLOOR
@@ -79,7 +79,7 @@ class FieldCover(QObject):
         self.bar = ColorBar(pane.canvas, sensitivity)
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self._check_stop)
-        dispatcher.answers.fieldAnswered.connect(self.refresh)
+        asker.fieldAnswered.connect(self.refresh)
         sensitivity.bandChanged.connect(lambda _band: self.refresh())
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
 
@@ -136,7 +136,7 @@ class FieldCover(QObject):
         colored = overlay(what_if.image, difference, self._scale, "signed")
         self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by {edit}"
         self._show(colored, "signed", "by the edit")
-        detail = f"{edit}: changes {short(what_if.rmse)}, {SOURCE_NAMES[answer.source]}"
+        detail = f"{edit}: changes {short(what_if.rmse)}, {answer.source}"
         self._pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
@@ -181,13 +181,12 @@ class FieldCover(QObject):
         field = self._shown(answer)
         if not self._keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, so that their colours can be compared.
-            others = [each for each in self._dispatcher.answers.both_fields if each is not None]
-            every = (self._shown(each) for each in (answer, *others))
+            every = (self._shown(each) for each in (answer, *self._asker.both_fields))
             self._scale = max(scale_of(middle_square(each)) for each in every)
         field, image = _square_together(field, image)
         colored = overlay(image, _resized(field, image), self._scale, measure)
         self._caption = self._described(answer)
-        self._show(colored, measure, f"per .01, {SOURCE_NAMES[answer.source]}")
+        self._show(colored, measure, f"per .01, {answer.source}")
         band = self._sensitivity.band
         if band is not None:
             values = range_text(band.values, self._state.scalar_range, self._state.scale)
@@ -207,7 +206,7 @@ class FieldCover(QObject):
 
     def _name(self, title: str, answer: Answer[Any]) -> None:
         """Have the image's caption say what covers it, and who found it."""
-        self._pane.name_cover(title, SOURCE_NAMES[answer.source], self._caption)
+        self._pane.name_cover(title, answer.source, self._caption)
 
     @property
     def _keeps_scale(self) -> bool:
@@ -230,7 +229,7 @@ class FieldCover(QObject):
     def _described(self, answer: Answer[Any]) -> str:
         """Text about a field under its colour bar."""
         end = " (brighter)" if self._sensitivity.choices.measure == "signed" else ""
-        text = f"{self._scale:.2g}{end}: slope per +.01 opacity, {SOURCE_NAMES[answer.source]}"
+        text = f"{self._scale:.2g}{end}: slope per +.01 opacity, {answer.source}"
         if answer.source == "learned" and self._hint:
             text += ", outside what it was trained on"
         return text + self._way_back

@@ -25,7 +25,7 @@ from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.what_if import WhatIfQuestion
 from app.short_numbers import short
 from app.state.sensitivity_answers import VisibilityAnswer
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import HEADER_HEIGHT
@@ -49,20 +49,19 @@ class ListedValues(QObject):
         self,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         count: int,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._count = count
         self._place: ImageRegion | None = None
         self._holds = False
         self.found: tuple[Contribution, ...] = ()
-        dispatcher.answers.pickAnswered.connect(self._find)
-        dispatcher.answers.visibilityAnswered.connect(self._find)
+        asker.visibilityAnswered.connect(self._find)
         sensitivity.placeChanged.connect(lambda _place: self._find())
         sensitivity.regionsChanged.connect(self._find)
 
@@ -92,8 +91,8 @@ class ListedValues(QObject):
     def _answer(self) -> VisibilityAnswer | None:
         """Visibility of the values that are listed; None while it is not known."""
         if self._sensitivity.place is not None:
-            return self._dispatcher.answers.pick
-        answer, outline = self._dispatcher.answers.visibility, self._sensitivity.outline
+            return self._asker.pick
+        answer, outline = self._asker.visibility, self._sensitivity.outline
         return answer if answer is not None and answer.request.regions[0] == outline else None
 
     def _find(self) -> None:
@@ -137,7 +136,7 @@ class FindingsPanel(QFrame):
         self,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         layer: ResponseLayer,
         actions: EditActions,
         what_if: WhatIfQuestion,
@@ -147,14 +146,14 @@ class FindingsPanel(QFrame):
         super().__init__(parent)
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._layer = layer
         self._actions = actions
         self._what_if = what_if
         self._wanted: bool | None = None
         """Whether the user wants it open; None for where there is room."""
         self._has_room = False
-        self.values = ListedValues(state, sensitivity, dispatcher, ROWS, self)
+        self.values = ListedValues(state, sensitivity, asker, ROWS, self)
         self.setProperty("role", "side")
         self.setFixedWidth(PANEL_WIDTH)
         self.heading, self.values_heading, self.edits_heading = ElidedLabel(), QLabel(), QLabel()
@@ -245,7 +244,7 @@ class FindingsPanel(QFrame):
             if index < len(self.values.found):
                 self._show_value(index)
         self._note(self.values_note, "" if self.values.found else self._no_value_text(fresh))
-        fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.region)
+        fresh = self._asker.is_fresh(self._asker.region)
         effects = []
         for index, row in enumerate(self.edit_rows):
             row.setVisible(index < len(self._layer.intervals))
@@ -263,7 +262,7 @@ class FindingsPanel(QFrame):
     def _no_value_text(self, fresh: bool) -> str:
         if fresh:
             return "nothing: it is black"
-        return "computing …" if self._dispatcher.chooser.available else ""
+        return "computing …" if self._asker.engines else ""
 
     def _edits_note(self, fresh: bool) -> str:
         """Sentence about peaks without a flag, or about there being none; or nothing."""
@@ -276,7 +275,7 @@ class FindingsPanel(QFrame):
         if fresh:
             # Or it only rises towards values that hardly any voxel has: see the curve.
             return "no edit shows here" if layer.is_flat else "no value stands out: see the curve"
-        if not self._dispatcher.is_waiting:
+        if not self._asker.is_waiting:
             return ""
         return "computing …"
 
@@ -352,7 +351,7 @@ class FindingsPanel(QFrame):
         self._layer.peakClicked.connect(self._actions.add_mode)
         for changed in (
             self._layer.intervalsChanged, self.values.changed,
-            self._dispatcher.answers.regionAnswered, self._state.inputsChanged,
+            self._asker.regionAnswered, self._state.inputsChanged,
             self._state.inputsChangeFinished,
             sensitivity.regionsChanged, sensitivity.choicesChanged,
         ):  # fmt: skip

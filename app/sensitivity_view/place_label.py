@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel
 from app import theme
 from app.icons import IconButton
 from app.image_view.image_canvas import ImageCanvas
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.scene.value_text import range_text
@@ -32,11 +32,11 @@ class PlaceLabel(QFrame):
         canvas: ImageCanvas,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
     ) -> None:
         super().__init__(canvas)
         self._canvas, self._state = canvas, state
-        self._sensitivity, self._dispatcher = sensitivity, dispatcher
+        self._sensitivity, self._asker = sensitivity, asker
         self._is_here = False
         self.setProperty("role", "card")
         self.setCursor(Qt.CursorShape.ArrowCursor)
@@ -53,7 +53,7 @@ class PlaceLabel(QFrame):
         canvas.installEventFilter(self)
         sensitivity.placeChanged.connect(lambda _place: self.refresh())
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
-        dispatcher.answers.pickAnswered.connect(self.refresh)
+        asker.visibilityAnswered.connect(self.refresh)
 
     def come(self, is_here: bool) -> None:
         """Say whether this canvas is the one that was clicked."""
@@ -62,7 +62,7 @@ class PlaceLabel(QFrame):
 
     def refresh(self) -> None:
         """Show the values at the place, once they are known."""
-        place, answer = self._sensitivity.place, self._dispatcher.answers.pick
+        place, answer = self._sensitivity.place, self._asker.pick
         is_known = place is not None and answer is not None
         if not (self._is_here and is_known and self._sensitivity.choices.shown):
             self.hide()

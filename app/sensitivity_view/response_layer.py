@@ -17,7 +17,7 @@ from app import theme
 from app.sensitivity_view.visible_layer import STALE
 from app.short_numbers import short
 from app.state.sensitivity_answers import RegionAnswer, displayed
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
@@ -108,13 +108,13 @@ class ResponseLayer(QObject):
         area: PlotArea,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
     ) -> None:
         super().__init__(area)
         self._area = area
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._view = area.second
         self._limit = FLOOR
         self.intervals: tuple[Interval, ...] = ()
@@ -144,7 +144,7 @@ class ResponseLayer(QObject):
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._fit)
         area.recolored.connect(self._recolor)
-        dispatcher.answers.regionAnswered.connect(self.refresh)
+        asker.regionAnswered.connect(self.refresh)
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
         sensitivity.regionsChanged.connect(self._follow_region)
         state.inputsChanged.connect(self._mark_stale)
@@ -185,9 +185,9 @@ class ResponseLayer(QObject):
     def refresh(self) -> None:
         """Draw the newest responses."""
         answers = {
-            name: self._dispatcher.answers.regions.get(source)
+            name: self._asker.regions.get(source)
             for name, source in (
-                ("exact", self._dispatcher.exact_source),
+                ("exact", self._asker.exact_source),
                 ("learned", "learned"),
             )
         }
@@ -209,7 +209,7 @@ class ResponseLayer(QObject):
         if self._state.live:
             # Flags follow once nothing moves.
             return
-        answer = self._dispatcher.answers.region
+        answer = self._asker.region
         values = self._displayed(answer)
         found: tuple[Interval, ...] = ()
         self.left_out = None
@@ -264,7 +264,7 @@ class ResponseLayer(QObject):
     @property
     def _interest(self) -> Range:
         """The values of interest, and all above: it is below them that the background lies."""
-        return self._dispatcher.window[0], self._state.scalar_range[1]
+        return self._asker.window[0], self._state.scalar_range[1]
 
     def _inside(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Responses of the values of interest; those of the background may be 100 times as high."""
@@ -330,11 +330,11 @@ class ResponseLayer(QObject):
 
     def _mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""
-        for name, source in (("exact", self._dispatcher.exact_source), ("learned", "learned")):
-            fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.regions.get(source))
+        for name, source in (("exact", self._asker.exact_source), ("learned", "learned")):
+            fresh = self._asker.is_fresh(self._asker.regions.get(source))
             self._curves[name].setOpacity(1.0 if fresh else STALE)
 
-        fresh = self._dispatcher.answers.is_fresh(self._dispatcher.answers.region)
+        fresh = self._asker.is_fresh(self._asker.region)
         for item in (self._stems, self._tops):
             item.setOpacity(1.0 if fresh else STALE)
         for flag in self.flags:

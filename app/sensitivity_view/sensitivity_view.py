@@ -12,6 +12,7 @@ from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import QWidget
 
 from app.controls import order_focus
+from app.engines.channels import EngineName
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer
 from app.sensitivity_view.chip_bar import ChipBar
@@ -23,11 +24,11 @@ from app.sensitivity_view.plot_mouse import PlotMouse
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.responses_table import ResponsesTable
+from app.sensitivity_view.shown_result import shown_result
 from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.visible_layer import VisibleLayer
 from app.sensitivity_view.what_if import WhatIfQuestion
-from app.state.sensitivity_answers import Answer, Source, WhatIfAnswer
-from app.state.sensitivity_export import shown_result
+from app.state.sensitivity_answers import Answer, WhatIfAnswer
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
@@ -56,34 +57,28 @@ class SensitivityView(QObject):
         self._state = state
         self._sensitivity = sensitivity
         self._workspace = workspace
-        self._dispatcher = dispatcher = workspace.sensitivity
+        self._asker = asker = workspace.sensitivity
         self._editor = editor
         self._panes = generator, reference
         self.regions = [RegionLayer(pane.canvas, sensitivity) for pane in self._panes]
-        self.labels = [
-            PlaceLabel(pane.canvas, state, sensitivity, dispatcher) for pane in self._panes
-        ]
-        self.exact = FieldCover(
-            reference, state, sensitivity, dispatcher, lambda: self._field("exact")
-        )
+        self.labels = [PlaceLabel(pane.canvas, state, sensitivity, asker) for pane in self._panes]
+        self.exact = FieldCover(reference, state, sensitivity, asker, lambda: self._field("exact"))
         self.learned = FieldCover(
-            generator, state, sensitivity, dispatcher, lambda: self._field("learned")
+            generator, state, sensitivity, asker, lambda: self._field("learned")
         )
         area = editor.area
         self.mouse = PlotMouse(area, state, sensitivity)
-        self.visible = VisibleLayer(area, state, sensitivity, dispatcher)
-        self.responses = ResponseLayer(area, state, sensitivity, dispatcher)
-        self.band = BandLayer(area, state, sensitivity, dispatcher, self.visible)
+        self.visible = VisibleLayer(area, state, sensitivity, asker)
+        self.responses = ResponseLayer(area, state, sensitivity, asker)
+        self.band = BandLayer(area, state, sensitivity, asker, self.visible)
         self.chips = ChipBar(sensitivity, area.histogram)
-        self.source = SourceLabel(sensitivity, dispatcher, workspace)
-        self.what_if = WhatIfQuestion(state, sensitivity, dispatcher, self.responses, self)
-        self.actions = EditActions(
-            state, sensitivity, dispatcher, self.responses, self._shown_colors
-        )
+        self.source = SourceLabel(sensitivity, asker, workspace)
+        self.what_if = WhatIfQuestion(state, sensitivity, asker, self.responses, self)
+        self.actions = EditActions(state, sensitivity, asker, self.responses, self._shown_colors)
         self.findings = FindingsPanel(
             state,
             sensitivity,
-            dispatcher,
+            asker,
             self.responses,
             self.actions,
             self.what_if,
@@ -194,23 +189,21 @@ class SensitivityView(QObject):
         if opened is None:
             return None
         return shown_result(
-            self._state, self._sensitivity, self._dispatcher, self._image(), opened.volume.units
+            self._state, self._sensitivity, self._asker, self._image(), opened.volume.units
         )
 
-    def _field(self, wanted: Source) -> Answer[Any] | None:
+    def _field(self, wanted: EngineName) -> Answer[Any] | None:
         band = self._sensitivity.band
         if band is not None and not band.effect:
             # Of the data, whoever draws: one image shows it, and the other stays as it is.
-            return self._dispatcher.answers.seen if wanted == self._left else None
-        fields, exact = self._dispatcher.answers.fields, self._dispatcher.exact_source
-        if wanted == "learned" and "learned" in self._dispatcher.chooser.available:
-            # Not the ray caster's meanwhile: it would be taken for the model's.
-            return fields.get("learned")
-        order = (exact, "learned") if wanted == "exact" else ("learned", exact)
-        return next((fields[source] for source in order if source in fields), None)
+            return self._asker.seen if wanted == self._left else None
+        # Each image has its own engine's, not meanwhile the other's, which would be taken for it.
+        other: EngineName = "learned" if wanted == "exact" else "exact"
+        name = wanted if wanted in self._asker.engines else other
+        return self._asker.fields.get(self._asker.source(name))
 
     @property
-    def _left(self) -> Source:
+    def _left(self) -> EngineName:
         """Whose pane is the left one of those that are shown."""
         shown = [pane for pane in self._panes if not pane.isHidden()] or self._panes
         left = min(shown, key=lambda pane: pane.x())

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 from app import theme
 from app.glosses import explain, gloss, without_links
 from app.state.sensitivity_answers import Agreement, Source
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.workspace import Workspace
 
@@ -40,16 +40,15 @@ class SourceLabel(QLabel):
     def __init__(
         self,
         state: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         workspace: Workspace,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
         self._state = state
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._workspace = workspace
         self._hint = ""
-        self._problem = ""
         self.setProperty("role", "dim")
         self.setTextFormat(Qt.TextFormat.RichText)
         self.setWordWrap(True)
@@ -58,10 +57,9 @@ class SourceLabel(QLabel):
         flags = Qt.TextInteractionFlag
         self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        for signal in (dispatcher.answers.regionAnswered, dispatcher.answers.fieldAnswered):
+        for signal in (asker.regionAnswered, asker.fieldAnswered):
             signal.connect(self.refresh)
         state.choicesChanged.connect(lambda _choices: self.refresh())
-        dispatcher.problem.connect(self._take_problem)
         workspace.hintChanged.connect(self._take_hint)
         workspace.modelChanged.connect(self.refresh)
         self.refresh()
@@ -75,36 +73,32 @@ class SourceLabel(QLabel):
         self._hint = hint
         self.refresh()
 
-    def _take_problem(self, problem: str) -> None:
-        self._problem = problem
-        self.refresh()
-
     def refresh(self) -> None:
         """Say who answered, and how far learned and exact agree."""
-        dispatcher, choices = self._dispatcher, self._state.choices
+        asker, choices = self._asker, self._state.choices
         if not choices.shown:
             text = ""
-        elif choices.engine == "learned" and not dispatcher.learned_fits:
+        elif choices.engine == "learned" and asker.learned_size is None:
             text = "no model of this volume: open one, or choose Exact"
         else:
             text = self._source_text()
-        if self._problem and choices.shown:
-            text = f"<span style='color:{theme.WARNING}'>{self._problem}</span>"
+        if asker.problem and choices.shown:
+            text = f"<span style='color:{theme.WARNING}'>{asker.problem}</span>"
         self.setText(text)
         self.saidChanged.emit(self.said)
 
     def _source_text(self) -> str:
-        dispatcher = self._dispatcher
-        exact, learned = dispatcher.exact_source, "learned"
+        asker = self._asker
+        exact, learned = asker.exact_source, "learned"
         parts = []
-        if exact in dispatcher.answers.regions:
+        if exact in asker.regions:
             parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {gloss(GLOSSES[exact])}")
-        if learned in dispatcher.answers.regions:
+        if learned in asker.regions:
             parts.append(f"<span style='color:{theme.CHANGE}'>╍</span> {gloss('Learned')}")
-            agreement = dispatcher.region_agreement
+            agreement = asker.region_agreement
             if agreement is not None:
                 parts.append(self._agreement_text(agreement))
-            elif exact not in dispatcher.answers.regions and not self._hint:
+            elif exact not in asker.regions and not self._hint:
                 recorded = self._workspace.model.recorded_agreement
                 parts.append(
                     "agreement not measured"
@@ -112,8 +106,8 @@ class SourceLabel(QLabel):
                     else f"{gloss('Cosine')} on its test images {recorded:.2f}, "
                     f"{_trust_word(recorded)}"
                 )
-            wanted = dispatcher.chooser.order(self._state.choices.measure, live=False)
-            if "exact" in wanted and exact not in dispatcher.answers.regions:
+            wanted = asker.order("region")
+            if "exact" in wanted and exact not in asker.regions:
                 parts.append(f"{gloss(GLOSSES[exact])} …")
             if self._hint:
                 color = theme.WARNING
@@ -135,9 +129,9 @@ class SourceLabel(QLabel):
         """Say why a model of this volume gives no answer; empty if it does, or need not."""
         if self._state.choices.engine == "exact":
             return ""
-        if self._hint and not self._dispatcher.learned_fits:
+        if self._hint and self._asker.learned_size is None:
             return f"{gloss('Learned')}: not over this range"
-        if self._dispatcher.learned_fits and not self._state.outline.is_in_square:
+        if self._asker.learned_size and not self._state.outline.is_in_square:
             return f"{gloss('Learned')}: not beside the model's image"
         return ""
 

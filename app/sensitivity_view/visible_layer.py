@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QPoint, QRect
 from PySide6.QtGui import QColor
 
 from app import theme
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
@@ -38,19 +38,19 @@ class VisibleLayer(QObject):
         area: PlotArea,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
     ) -> None:
         super().__init__(area)
         self._area = area
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._curve: Any = pg.PlotCurveItem(fillLevel=0, antialias=True)
         self._curve.setZValue(-5)
         area.back.addItem(self._curve, ignoreBounds=True)
         self._labels: list[Any] = []
         self._peaks: list[tuple[float, float]] = []
-        dispatcher.answers.visibilityAnswered.connect(self.refresh)
+        asker.visibilityAnswered.connect(self.refresh)
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._place_labels)
@@ -78,7 +78,7 @@ class VisibleLayer(QObject):
         width : float
             Standard deviation of its ends, in bins.
         """
-        answer = self._dispatcher.answers.visibility
+        answer = self._asker.visibility
         if answer is None:
             return None
         part = answer.value[0].astype(np.float64)
@@ -87,7 +87,7 @@ class VisibleLayer(QObject):
 
     def refresh(self) -> None:
         """Draw the newest answer."""
-        answer, choices = self._dispatcher.answers.visibility, self._sensitivity.choices
+        answer, choices = self._asker.visibility, self._sensitivity.choices
         is_shown = answer is not None and choices.shown and choices.visible
         self._curve.setVisible(is_shown)
         self._peaks = []
@@ -117,7 +117,7 @@ class VisibleLayer(QObject):
 
     def _mark_stale(self) -> None:
         """Dim what is not of the present image."""
-        answer = self._dispatcher.answers.visibility
+        answer = self._asker.visibility
         fresh = answer is not None and answer.is_of(self._state.inputs)
         for item in (self._curve, *self._labels):
             item.setOpacity(1.0 if fresh else STALE)

@@ -11,12 +11,12 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.short_numbers import short
-from app.state.sensitivity_answers import SOURCE_NAMES, WhatIfAnswer
-from app.state.sensitivity_dispatcher import BAND_REST_MS, SensitivityDispatcher
+from app.state.sensitivity_answers import WhatIfAnswer
+from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.mode_card import WIDTHS
-from model.scene.tf_perturbation import edit_around
+from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_text import range_text
 
@@ -87,14 +87,14 @@ class WhatIfQuestion(QObject):
         self,
         state: ViewerState,
         sensitivity: SensitivityState,
-        dispatcher: SensitivityDispatcher,
+        asker: SensitivityAsker,
         layer: ResponseLayer,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state = state
         self._sensitivity = sensitivity
-        self._dispatcher = dispatcher
+        self._asker = asker
         self._layer = layer
         self._answers: dict[str, WhatIfAnswer] = {}
         self.edit_text = self._at = ""
@@ -105,8 +105,7 @@ class WhatIfQuestion(QObject):
         self._band_rest.timeout.connect(self.start)
         self.button.turnedOn.connect(self.start)
         self.button.turnedOff.connect(self.end)
-        dispatcher.trials.whatIfAnswered.connect(self._take)
-        dispatcher.trials.dropped.connect(self._say)
+        asker.whatIfAnswered.connect(self._take)
         sensitivity.bandChanged.connect(lambda _band: self._follow_band())
         sensitivity.choicesChanged.connect(lambda _choices: self._say(""))
         for changed in (state.inputsChanged, sensitivity.regionsChanged, layer.intervalsChanged):
@@ -118,7 +117,7 @@ class WhatIfQuestion(QObject):
     def enable(self) -> None:
         """Enable the button if there is something to ask; if not, it says what is missing."""
         lacking = ""
-        if not self._dispatcher.chooser.available:
+        if not self._asker.engines:
             lacking = "Switch Region > Guidance on first"
         elif self._edit() is None:
             lacking = "Point at a value in the plot of the TF first"
@@ -129,7 +128,7 @@ class WhatIfQuestion(QObject):
     def start(self) -> None:
         """Have the edit at the band, or at the best interval, rendered."""
         edit = self._edit()
-        if edit is not None and self._dispatcher.trials.ask_what_if(edit):
+        if edit is not None and self._asker.ask_what_if(edit):
             self._note_edit(edit)
             self.button.setChecked(True)
             self._answers.clear()
@@ -163,12 +162,12 @@ class WhatIfQuestion(QObject):
         )
 
     def _edit(self) -> NDArray[np.float32] | None:
-        edit, layer = self._dispatcher.edit(), self._layer
+        band, layer = self._sensitivity.band, self._layer
+        scalar_range, width = self._state.scalar_range, self._sensitivity.choices.width
+        if band is not None:
+            return edit_over(band.values, scalar_range, width)
         value = layer.intervals[0].value if layer.intervals else layer.strongest
-        if edit is None and value is not None:
-            width = self._sensitivity.choices.width
-            edit = edit_around(value, self._state.scalar_range, width)
-        return edit
+        return None if value is None else edit_around(value, scalar_range, width)
 
     def _follow_band(self) -> None:
         """Have what is asked for at another value rendered, and forget what was not."""
@@ -182,8 +181,11 @@ class WhatIfQuestion(QObject):
         self.result = result
         self.resultChanged.emit(result)
 
-    def _take(self, answer: WhatIfAnswer) -> None:
-        self._answers[SOURCE_NAMES[answer.source]] = answer
+    def _take(self, answer: WhatIfAnswer | str) -> None:
+        if isinstance(answer, str):
+            self._say(answer)
+            return
+        self._answers[answer.source] = answer
         texts = []
         for name, one in self._answers.items():
             predicted = one.what_if.predicted

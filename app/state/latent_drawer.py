@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.channels import Channels
+from app.engines.channels import Channels, EngineName
 from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest, Request
-from app.state.engine_chooser import EngineName
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
 from app.state.pace import Pace

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from app.engines.channels import EngineName
 from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest, Request
 from app.state.at_work import AtWork
-from app.state.engine_chooser import EngineName
 from app.state.latent_drawer import CELL_SIZE, LatentDrawer, look_of
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
@@ -138,7 +138,6 @@ class LatentPictures(QObject):
         self._grid_key: object = None
         self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
-        state.inputsChanged.connect(self._ask_live)
         state.inputsChangeFinished.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.brushChangeFinished.connect(self._ask_grid)
@@ -203,10 +202,6 @@ class LatentPictures(QObject):
         if not cells.count.flat[index]:
             place = map_.places[cells.nearest.flat[index]]
         return float(place[0]), float(place[1])
-
-    def _ask_live(self) -> None:
-        if self._state.live:
-            self._ask_grid(live=True)
 
     def _ask_grid(self, live: bool = False) -> None:
         space, map_ = self._session.space, self._session.chosen

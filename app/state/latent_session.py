@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Qt, Signal
 
+from app.engines.background import LatestCall
 from app.state.latent_state import LatentChoices, LatentState
-from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
 from model.latent.interpolation import inside_polygon

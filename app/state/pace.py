@@ -1,11 +1,6 @@
-"""Sizes of live images that keep up with the mouse, by the time that they took before."""
+"""Sizes of images that keep up with the mouse, by the time that they took before."""
 
 from __future__ import annotations
-
-LIVE_SECONDS = 0.07
-"""Time that a live answer usually may take: 10 a second, beside what else is drawn."""
-
-LIVE_SIZES = (256, 192, 128, 96, 64)
 
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)
 """Sizes of a picture, as fractions of the whole one."""
@@ -49,14 +44,6 @@ class Pace:
         """Return the expected seconds of an answer; None if unknown."""
         per_pixel = self._per_pixel.get(kind)
         return None if per_pixel is None else per_pixel * self._pixels(size)
-
-    def live_size(self, kind: object, largest: int, seconds: float) -> int:
-        """Return the largest size, at most `largest`, at which an answer takes some seconds."""
-        per_pixel = self._per_pixel.get(kind)
-        sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]
-        if per_pixel is None:
-            return min(128, sizes[0])
-        return next((s for s in sizes if per_pixel * self._pixels(s) <= seconds), sizes[-1])
 
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
         """Return the largest of :data:`SCALES` at which a picture takes at most some seconds.

@@ -25,12 +25,6 @@ Source = Literal["exact", "stand-in", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
 light's, or the generator."""
 
-SOURCE_NAMES: dict[Source, str] = {
-    "exact": "exact",
-    "stand-in": "stand-in",
-    "learned": "learned",
-}
-
 NEGLIGIBLE = 1e-6
 """Norm of responses, per unit of opacity, up to which they are rounding."""
 
@@ -39,19 +33,11 @@ _R = TypeVar("_R", bound=Request)
 
 @dataclass(frozen=True, eq=False)
 class Answer(Generic[_R]):
-    """An engine's answer.
-
-    Attributes
-    ----------
-    source : {"exact", "stand-in", "learned"}
-    seconds : float
-        Time that it took.
-    """
+    """An engine's answer."""
 
     request: _R
     value: NDArray[np.float32]
     source: Source
-    seconds: float
 
     def is_of(self, inputs: SceneInputs) -> bool:
         """Whether it is about the image of these inputs."""

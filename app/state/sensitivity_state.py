@@ -38,19 +38,14 @@ class Choices:
 
     Attributes
     ----------
-    shown : bool
-        Whether sensitivities are computed and shown at all.
+    shown, visible : bool
+        Whether sensitivities are computed at all; whether the plot has the area of what is visible.
     curve, whole_curve : bool
         Whether the plot has the curve of changes: of a region, and of the whole image.
-    visible : bool
-        Whether it has the area of what is visible.
-    measure : {"change", "signed"}
     engine : {"automatic", "exact", "learned"}
         Who answers; automatic takes the exact engine where it is fast enough.
-    width : float
-        Standard deviation of edits in bins.
-    height : float
-        Opacity of the modes whose effect is predicted, 0 to 1.
+    width, height : float
+        Standard deviation of edits in bins, and opacity of the modes whose effect is predicted.
     locked : bool
         Whether scales stay as they are.
     """
@@ -68,23 +63,14 @@ class Choices:
 
 @dataclass(frozen=True)
 class Band:
-    """Scalar values whose field is shown.
-
-    Attributes
-    ----------
-    low, high : float
-        In the data's units; equal for a single value.
-    pinned : bool
-        Whether it stays when the mouse leaves.
-    effect : bool
-        Whether the field is what an edit there would change, instead of where the values are
-        visible.
-    """
+    """Scalar values, equal or an interval, whose field is shown."""
 
     low: float
     high: float
     pinned: bool = False
+    """Whether it stays when the mouse leaves."""
     effect: bool = True
+    """Whether the field is what an edit there would change, or where the values are visible."""
 
     @property
     def values(self) -> tuple[float, float]:
@@ -120,7 +106,8 @@ class SensitivityState(QObject):
         self.place: tuple[float, float] | None = None
         self.tool: Tool | None = None
         self.dragging = False
-        self._count = 0
+        self.count = 0
+        """Number of the last region that was numbered."""
         self._series: object = None
 
     @property
@@ -169,21 +156,15 @@ class SensitivityState(QObject):
 
     def add_region(self, outline: Outline) -> None:
         """Add a region with a name of its own, and make it the active one."""
-        self._count += 1
-        self.regions = (*self.regions, NamedRegion(f"Region {self._count}", outline))
+        self.count += 1
+        self.regions = (*self.regions, NamedRegion(f"Region {self.count}", outline))
         self.active = len(self.regions) - 1
         self._end_pick()
         self.regionsChanged.emit()
         self.regionDrawn.emit()
 
     def change_region(self, outline: Outline, reach: Reach = SQUARE) -> None:
-        """Move or reshape the active region during a drag; some of it stays in the image.
-
-        Parameters
-        ----------
-        reach : tuple of float
-            The image's, see :data:`model.scene.region.Reach`.
-        """
+        """Move or reshape the active region during a drag; some of it stays within reach."""
         outline = outline.kept_inside(reach)
         if self.active is not None and outline != self.outline:
             self._replace_active(replace(self.regions[self.active], outline=outline))
@@ -256,11 +237,6 @@ class SensitivityState(QObject):
         if self.place is not None:
             self.pick(None)
 
-    @property
-    def count(self) -> int:
-        """Number of the last region that was numbered."""
-        return self._count
-
     def start_volume(
         self,
         series: object,
@@ -268,23 +244,13 @@ class SensitivityState(QObject):
         active: int | None = None,
         count: int = 0,
     ) -> None:
-        """Forget what belongs to the volume before.
+        """Take the regions of another volume, and forget what belongs to the one before.
 
-        Parameters
-        ----------
-        series
-            The new one's. Regions are kept for another time step of the same series, unless it
-            has its own.
-        regions : tuple of NamedRegion
-            The new one's own.
-        active : int or None
-            Which of them is active.
-        count : int
-            Number of the last one that was numbered.
+        Its regions are kept for another time step of the same series that has none of its own.
         """
         before, self._series = self._series, series
         if regions or series != before:
-            had_any, self.regions, self._count = bool(self.regions), regions, count
+            had_any, self.regions, self.count = bool(self.regions), regions, count
             if had_any or regions:
                 self.activate(active)
         self._set_band(None)

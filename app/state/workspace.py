@@ -19,7 +19,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.sensitivity_answers import Source
-from app.state.sensitivity_dispatcher import SensitivityDispatcher
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.start_order import StartOrder
 from app.state.transfer_function_keeper import TransferFunctionKeeper, TransferFunctionStore
@@ -104,8 +104,8 @@ class Workspace(QObject):
         self.model = GeneratorWork(generator, builders, device, self)
         self._order = StartOrder(generator, reference, stand_in, self.model, self)
         self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
-        self.sensitivity = SensitivityDispatcher(
-            state, sensitivity, self._analyst, generator, self._order, brightness, self
+        self.sensitivity = SensitivityAsker(
+            state, sensitivity, self._analyst, generator, self._is_starting, brightness, self
         )
         self.latent = LatentWork(
             state, latent, self._analyst, generator, builders.latent_space, self
@@ -154,10 +154,12 @@ class Workspace(QObject):
             client.settled.connect(self._report_settled)
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
-        """Have all live answers be as fast as the images are to be."""
-        patience = STOPS[choices.stop].patience
-        self.sensitivity.allow(patience)
-        self.latent.drawer.allow(patience)
+        """Have pictures of the map be as fast as the images are to be."""
+        self.latent.drawer.allow(STOPS[choices.stop].patience)
+
+    def _is_starting(self) -> bool:
+        """Whether a volume's first pictures are still to be drawn."""
+        return self._order.is_under_way
 
     @property
     def opened(self) -> OpenedVolume | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from app.state.sensitivity_export import at_size_of
+from model.rendering.resizing import at_size_of
 from model.sensitivity.display import LEAST_DIFFERENCE, overlay, scale_of
 
 Image = NDArray[np.float32]

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QDialog, QDoubleSpinBox, QFormLayout, QSpinBox, QWidget
 
+from app.engines.background import LatestCall
 from app.engines.channels import Channels
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import PictureRequest
 from app.engines.states import EngineState
-from app.state.latest_call import LatestCall
 from app.state.viewer_state import ViewerState
 from app.wheel_guard import WheelGuard
 from app.window.figure import FigureLook, Subject, Which, figure, pixels_of

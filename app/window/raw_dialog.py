@@ -22,8 +22,8 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.controls import list_box
+from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
-from app.state.latest_call import LatestCall
 from model.volume_files.checks import readable_size
 from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout
 from model.volume_files.raw_name import guess_layout

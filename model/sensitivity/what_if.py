@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.inputs import SceneInputs
-from model.scene.region import Mask
+from model.scene.region import ImageRegion, Mask
 from model.scene.tf_perturbation import with_opacity
+from model.sensitivity.display import SMALL_EDIT, shown_field
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,3 +61,18 @@ def compare(
     difference = other - one
     rmse = float(np.sqrt(np.square(difference[mask], dtype=np.float64).mean()))
     return WhatIf(other, difference, rmse, predicted)
+
+
+def predicted_rmse(
+    field: NDArray[np.float32], edit: NDArray[np.floating], height: float, region: ImageRegion
+) -> float:
+    """Root mean square of a region's changes by an edit of a height, to first order.
+
+    Parameters
+    ----------
+    field : ndarray of float32, shape (H, W, 3)
+        Change of each pixel per unit of the edit.
+    """
+    shown = shown_field(field, edit, "change")
+    inside = shown[region.mask(shown.shape)]
+    return height / SMALL_EDIT * float(np.sqrt(np.square(inside).mean()))

@@ -36,9 +36,9 @@ SIZES = [(1000, 640), (1280, 720), (1440, 900), (2560, 1440)]
 @pytest.fixture
 def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
     window = make_window()
-    dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: set(dispatcher.answers.regions) == {"exact", "learned"})
-    qtbot.waitUntil(lambda: dispatcher.answers.visibility is not None)
+    asker = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: set(asker.regions) == {"exact", "learned"})
+    qtbot.waitUntil(lambda: asker.visibility is not None)
     return window
 
 
@@ -295,7 +295,7 @@ def test_a_peaks_label_covers_no_handle(
     for height in (0.1, 0.3, 0.38, 0.45, 0.6):
         modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
         visible = window.sensitivity.visible
-        with qtbot.waitSignal(window.workspace.sensitivity.answers.visibilityAnswered):
+        with qtbot.waitSignal(window.workspace.sensitivity.visibilityAnswered):
             window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
         (label,) = [each for each in visible._labels if each.isVisible()]
         view = window.editor.area.widget

@@ -47,9 +47,9 @@ WindowMaker = Callable[..., MainWindow]
 def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
     """A window with a model, whose engines have both answered."""
     window = make_window()
-    dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: set(dispatcher.answers.regions) == {"exact", "learned"})
-    qtbot.waitUntil(lambda: dispatcher.answers.visibility is not None)
+    asker = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: set(asker.regions) == {"exact", "learned"})
+    qtbot.waitUntil(lambda: asker.visibility is not None)
     return window
 
 
@@ -177,9 +177,7 @@ def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
     assert window.sensitivity.chips.region.caption == "lung ▾"
     state.activate(0)
     qtbot.waitUntil(
-        lambda: window.workspace.sensitivity.answers.is_fresh(
-            window.workspace.sensitivity.answers.region
-        )
+        lambda: window.workspace.sensitivity.is_fresh(window.workspace.sensitivity.region)
     )
     choose_in_region_menu(window, "Remove")
     assert regions_listed(window) == ["Whole image", "lung"]
@@ -313,10 +311,10 @@ def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
     state.set_tool("rectangle")
     drag(canvas, at(canvas, 1.1, 0.2), at(canvas, 1.2, 0.3), at(canvas, 1.3, 0.6))
     assert np.ravel(state.outline.points[::2]) == pytest.approx([1.1, 0.2, 1.3, 0.6], abs=0.01)
-    dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.region))
-    answer = dispatcher.answers.region
-    assert answer is not None and not dispatcher.chooser.learned_size
+    asker = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: asker.is_fresh(asker.region))
+    answer = asker.region
+    assert answer is not None and not asker.learned_size
     rows, columns = answer.request.quality.pixels.shape
     assert columns / rows == pytest.approx(shape[1] / shape[0], abs=0.02)
     # The fake answers with the region's number of pixels.
@@ -336,11 +334,11 @@ def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
 def test_a_region_beside_the_square_is_the_ray_casters_alone(
     qtbot: QtBot, window: MainWindow
 ) -> None:
-    dispatcher, state = window.workspace.sensitivity, window.sensitivity_state
+    asker, state = window.workspace.sensitivity, window.sensitivity_state
     state.add_region(Outline.rectangle(0.8, 0.2, 1.2, 0.4))
     state.finish_region()
-    qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.regions.get("exact")))
-    assert set(dispatcher.answers.regions) == {"exact"}
+    qtbot.waitUntil(lambda: asker.is_fresh(asker.regions.get("exact")))
+    assert set(asker.regions) == {"exact"}
     label = window.sensitivity.source
     qtbot.waitUntil(lambda: "learned: not beside the model's image" in label.said)
     state.choose(engine="exact")
@@ -430,7 +428,7 @@ def test_a_field_is_never_over_another_image(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
     window.sensitivity_state.pin(150.0)
-    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.answers.fields)
+    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.fields)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     analyst = builders.analysts[-1]
     analyst.gate = threading.Semaphore(0)
@@ -438,7 +436,7 @@ def test_a_field_is_never_over_another_image(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     qtbot.waitUntil(lambda: window.sensitivity.exact.image_of(window.state.inputs) is not None)
     # The image is there, its field is not: what the pane shows is the last pair, or no field.
-    field = window.workspace.sensitivity.answers.fields["exact"]
+    field = window.workspace.sensitivity.fields["exact"]
     assert not field.is_of(window.state.inputs)
     old = window.sensitivity.exact.image_of(field.request.inputs)
     cover = window.reference.canvas.cover
@@ -451,9 +449,7 @@ def test_a_field_is_never_over_another_image(
     assert window.sensitivity.visible.is_marked_stale
     for _ in range(40):
         analyst.gate.release()
-    qtbot.waitUntil(
-        lambda: window.workspace.sensitivity.answers.fields["exact"].is_of(window.state.inputs)
-    )
+    qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
     qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
     qtbot.waitUntil(lambda: not window.sensitivity.visible.is_marked_stale)
     analyst.gate = None
@@ -488,10 +484,10 @@ def test_another_volume_forgets_the_answers(
     assert window.sensitivity_state.place is None
     assert window.reference.canvas.cover is None
     qtbot.waitUntil(lambda: old.closed)
-    dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: "exact" in dispatcher.answers.regions)
-    assert "learned" not in dispatcher.answers.regions
-    assert dispatcher.answers.regions["exact"].request.inputs.opacity_tf.scalar_range == (
+    asker = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: "exact" in asker.regions)
+    assert "learned" not in asker.regions
+    assert asker.regions["exact"].request.inputs.opacity_tf.scalar_range == (
         100.0,
         500.0,
     )
@@ -642,7 +638,7 @@ def _is_of(answer: Any, inputs: SceneInputs) -> bool:
 
 
 def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWindow) -> None:
-    state, dispatcher = window.state, window.workspace.sensitivity
+    state, asker = window.state, window.workspace.sensitivity
     window.sensitivity_state.pick((0.5, 0.5))
     for change in (
         lambda: state.set_view(View(azimuth=77.0)),
@@ -651,8 +647,8 @@ def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWin
         state.edits.undo,
     ):
         change()
-        qtbot.waitUntil(lambda: dispatcher.answers.is_fresh(dispatcher.answers.region))
-        qtbot.waitUntil(lambda: _is_of(dispatcher.answers.pick, state.inputs))
+        qtbot.waitUntil(lambda: asker.is_fresh(asker.region))
+        qtbot.waitUntil(lambda: _is_of(asker.pick, state.inputs))
         qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
 
 
@@ -713,8 +709,8 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     choose("region.csv")
     assert (tmp_path / "region.csv").read_text().count("\n") == 257
     window.sensitivity_state.pin(150.0)
-    dispatcher = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: dispatcher.answers.field is not None)
+    asker = window.workspace.sensitivity
+    qtbot.waitUntil(lambda: asker.field is not None)
     choose("value.npz")
     with np.load(tmp_path / "value.npz") as file:
         assert file["sensitivity"].shape[2] == 3
@@ -749,7 +745,7 @@ def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWin
     window.sensitivity_state.pin(199.0)
 
     def is_answered() -> bool:
-        field = window.workspace.sensitivity.answers.fields.get("exact")
+        field = window.workspace.sensitivity.fields.get("exact")
         return field is not None and field.request.values == (199.0, 199.0)
 
     qtbot.waitUntil(is_answered)

@@ -21,7 +21,7 @@ def answered(size: int, strength: float, shift: float = 0.0) -> RegionAnswer:
     curve = np.exp(-((np.arange(256) - 120 - shift) ** 2) / 200)
     # The change of a norm grows with the root of the number of pixels.
     value = (strength * size * curve).astype(np.float32)
-    return Answer(request, value, "exact", 0.1)
+    return Answer(request, value, "exact")
 
 
 def test_strengths_are_compared_whatever_the_numbers_of_pixels() -> None:

@@ -93,7 +93,7 @@ def window(qtbot: QtBot, make_window: Callable[..., MainWindow]) -> MainWindow:
     """A window that one fake ray caster draws."""
     window = with_a_mode(qtbot, rested(qtbot, make_window))
     # Questions about the region are another walk.
-    qtbot.waitUntil(lambda: window.workspace.sensitivity.answers.visibility is not None)
+    qtbot.waitUntil(lambda: window.workspace.sensitivity.visibility is not None)
     return window
 
 
@@ -229,7 +229,7 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(
 def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
-    canvas, answers = window.reference.canvas, window.workspace.sensitivity.answers
+    canvas, answers = window.reference.canvas, window.workspace.sensitivity
     engine = builders.analysts[-1]
     gate = engine.gate = threading.Semaphore(0)
     rect = canvas.image_rect

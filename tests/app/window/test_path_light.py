@@ -91,7 +91,7 @@ def test_live_questions_follow_live_images_and_leave_time_for_them(
         window.generator.imageShown.emit(inputs, drawn)
         window.reference.imageShown.emit(inputs, truth)
         assert window.generator.note == note
-    qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.answers.regions))
+    qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.regions))
     asked = builders.analysts[-1].others
 
     def live() -> int:

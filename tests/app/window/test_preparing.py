@@ -85,7 +85,7 @@ def test_vtk_draws_until_the_kernels_are_compiled(
     qtbot.waitUntil(lambda: analyst.is_ready, timeout=1000 * PATIENCE_S)
     assert window.status.preparation == ""
 
-    answers = window.workspace.sensitivity.answers
+    answers = window.workspace.sensitivity
     qtbot.waitUntil(lambda: bool(answers.regions), timeout=1000 * PATIENCE_S)
     preparation.there.clear()
     work.choose(lighting="soft")

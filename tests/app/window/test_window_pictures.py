@@ -74,7 +74,7 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
         qtbot.addWidget(dialog)
         dialog.show()
         return dialog
-    answers = window.workspace.sensitivity.answers
+    answers = window.workspace.sensitivity
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     qtbot.waitUntil(lambda: answers.is_fresh(answers.region))
     qtbot.waitUntil(

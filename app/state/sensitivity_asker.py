@@ -1,0 +1,489 @@
+"""Questions about sensitivities: who is asked, when and how finely, and the newest answers.
+
+The ray caster answers exactly on any volume, a generator for its own. While something moves, the
+one that keeps up is asked, as often as :mod:`app.state.answer_pace` says; at rest both.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from app.engines.channels import Channels, EngineName
+from app.engines.client import EngineClient
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import (
+    BatchRequest,
+    RegionSensitivityRequest,
+    Request,
+    ValueSensitivityRequest,
+    ValueVisibilityRequest,
+    VisibilityRequest,
+)
+from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
+from app.state.brightness import Brightness
+from app.state.sensitivity_answers import (
+    Agreement,
+    Answer,
+    FieldAnswer,
+    RegionAnswer,
+    Source,
+    ValueVisibilityAnswer,
+    VisibilityAnswer,
+    WhatIfAnswer,
+    agreement,
+    same_question,
+)
+from app.state.sensitivity_state import Choices, SensitivityState
+from app.state.viewer_state import ViewerState
+from model.rendering.brightness import brighten
+from model.rendering.raster import Raster
+from model.scene.region import Outline
+from model.scene.tf_perturbation import edit_over
+from model.scene.transfer_function import Range
+from model.sensitivity.what_if import compare, edited, predicted_rmse
+
+Question = Literal["region", "visibility", "field", "seen", "pick"]
+"""A region's changes, what is visible in it, what an edit changes in each pixel, where values are
+seen, what shows at a place."""
+
+REST_SIZE = 256
+"""Largest shorter edge for regions at rest: their numbers hardly depend on it."""
+
+REST_SECONDS = 1.5
+"""Time that a region at rest may take, where fewer pixels would do."""
+
+SLOW_SECONDS = 0.5
+"""Expected time at rest from which the generator answers first, if there is one."""
+
+DRAG_SECONDS = 0.07
+"""Time that answers may take while a region or a band is dragged: no image waits for it."""
+
+BAND_REST_MS = 150
+"""Time without a change after which a field is asked for at full quality."""
+
+PICK_RADIUS = 0.012
+"""Half the edge of the square that a click stands for, as a fraction of the image."""
+
+
+class SensitivityAsker(QObject):
+    """Asks engines about sensitivities whenever the state or the questions change.
+
+    Parameters
+    ----------
+    exact, learned : EngineClient
+        Clients of a ray caster and of the generator.
+    is_starting : callable
+        Tells whether a volume's first pictures are still to be drawn: all is asked after them.
+    brightness : Brightness
+        In which edits are measured.
+
+    Attributes
+    ----------
+    window : tuple of float
+        The scalar values of interest.
+    exact_source : {"exact", "stand-in"}
+        How the ray caster answers under the present light.
+    learned_size : int or None
+        Image size of a generator that fits the volume.
+    regions, fields : dict
+        Newest answer of each source about a region, and about edits of the band of values. It
+        may be about another image or place than the present one: see :meth:`is_fresh`.
+    seen, visibility, pick : Answer or None
+        Newest one about where the band is visible, about all values in the active region and in
+        the whole image, and about those at the clicked place.
+    """
+
+    regions: dict[Source, RegionAnswer]
+    fields: dict[Source, FieldAnswer]
+    seen: ValueVisibilityAnswer | None
+    visibility: VisibilityAnswer | None
+    pick: VisibilityAnswer | None
+    _problems: dict[Source, str]
+
+    regionAnswered = Signal()
+    """Emitted when :attr:`regions` or :attr:`problem` has changed."""
+    fieldAnswered = Signal()
+    visibilityAnswered = Signal()
+    whatIfAnswered = Signal(object)
+    """Emitted with a :class:`WhatIfAnswer`, or a sentence, or nothing, on why there is none."""
+
+    def __init__(
+        self,
+        state: ViewerState,
+        sensitivity: SensitivityState,
+        exact: EngineClient,
+        learned: EngineClient,
+        is_starting: Callable[[], bool],
+        brightness: Brightness,
+        parent: QObject,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(parent)
+        self.window: Range = (0.0, 1.0)
+        self.exact_source: Source = "exact"
+        self.learned_size: int | None = None
+        self.pace = AnswerPace(clock)
+        self._state, self._asked = state, sensitivity
+        self._is_starting, self._brightness = is_starting, brightness
+        self._is_open = self._moves = self._has_moved = False
+        self._picture = Raster(REST_SIZE, REST_SIZE)
+        both: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        alone: dict[EngineName, EngineClient] = {"exact": exact}
+        self._channels = {
+            question: Channels(
+                both if question in ("region", "field") else alone,
+                f"sensitivity: {question}", partial(self._take, question), self,
+            )
+            for question in get_args(Question)
+        }  # fmt: skip
+        self._trials = Channels(both, "what if", self._take_trial, self)
+        self._tried: tuple[Outline, NDArray[np.float32]] | None = None
+        self._before = sensitivity.choices
+        self._clear()
+        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
+        self._due = QTimer(self, singleShot=True)
+        self._due.timeout.connect(self._ask_if_due)
+        state.inputsChanged.connect(self._follow_inputs)
+        state.inputsChangeFinished.connect(self.ask)
+        sensitivity.regionsChanged.connect(self._follow_region)
+        sensitivity.regionChangeFinished.connect(lambda: self._ask("region", "visibility"))
+        sensitivity.bandChanged.connect(self._follow_band)
+        for rests in (sensitivity.bandChangeFinished, self._band_rest.timeout):
+            rests.connect(lambda: self._ask("field", "seen"))
+        sensitivity.placeChanged.connect(self._follow_place)
+        sensitivity.choicesChanged.connect(self._follow_choices)
+
+    @property
+    def engines(self) -> list[EngineName]:
+        """Engines that may answer, the exact one first; none while nothing is shown."""
+        choice = self._asked.choices.engine
+        names: list[EngineName] = []
+        if self._is_open and choice != "learned":
+            names.append("exact")
+        if self.learned_size is not None and choice != "exact":
+            names.append("learned")
+        return names if self._asked.choices.shown else []
+
+    @property
+    def problem(self) -> str:
+        """Sentence about a question that could not be answered; empty if there is none."""
+        return next(filter(None, self._problems.values()), "")
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether an answer about the region is still to come."""
+        return bool(self.engines) and not (self.problem or self.is_fresh(self.region))
+
+    @property
+    def region(self) -> RegionAnswer | None:
+        """The answer about the region that is shown first."""
+        return max(
+            self.regions.values(), key=lambda a: (self.is_fresh(a), a.source != "learned"),
+            default=None,
+        )  # fmt: skip
+
+    @property
+    def field(self) -> FieldAnswer | None:
+        """The answer about the band that is shown first."""
+        inputs = self._state.inputs
+        return max(
+            self.fields.values(), key=lambda a: (a.is_of(inputs), a.source != "learned"),
+            default=None,
+        )  # fmt: skip
+
+    @property
+    def both_fields(self) -> list[FieldAnswer]:
+        """Exact and learned field of the band, if both are there."""
+        return self._both(self.fields)
+
+    @property
+    def region_agreement(self) -> Agreement | None:
+        """Agreement of learned and exact responses of the region, over the values of interest."""
+        both = self._both(self.regions)
+        if not (both and self.is_fresh(both[0])):
+            return None
+        return agreement(both[1], both[0], self._state.scalar_range, self.window)
+
+    def is_fresh(self, answer: RegionAnswer | None) -> bool:
+        """Whether an answer is about the present image, region and edits."""
+        if answer is None or not answer.is_of(self._state.inputs):
+            return False
+        request, choices = answer.request, self._asked.choices
+        asked = self._asked.outline, choices.width, choices.measure
+        return (request.region, request.width, request.measure) == asked
+
+    def start_volume(self, window: Range, source: Source) -> None:
+        """Forget all answers, for another volume or light, under which the ray caster is a source.
+
+        Parameters
+        ----------
+        window : tuple of float
+            The scalar values of interest.
+        """
+        self.window, self.exact_source, self._is_open = window, source, True
+        self.pace.forget()
+        self._forget()
+
+    def show(self, picture: Raster) -> None:
+        """Answer for a reference image of these pixels, from the next answer on."""
+        self._picture = picture
+
+    def set_learned(self, size: int | None) -> None:
+        """Set the image size of a generator that fits the volume; None without one."""
+        if size != self.learned_size:
+            self.learned_size = size
+            self._forget()
+            self.ask()
+
+    def stop(self) -> None:
+        """Ask nothing any more."""
+        self._band_rest.stop()
+        self._due.stop()
+
+    def ask(self) -> None:
+        """Ask everything anew, at full quality; while something moves, after it."""
+        self._moves = self._state.live
+        self._ask("region", "visibility", "field", "seen", "pick")
+
+    def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
+        """Have an edit rendered by all engines; return False if there is none."""
+        self._tried = self._asked.outline, edit
+        inputs, size = self._state.inputs, min(REST_SIZE, self._picture.shorter)
+        after = edited(inputs, edit, self._asked.choices.height)
+        for name in self.engines:
+            self._trials[name].ask(BatchRequest(inputs, self._sized(name, size), (after,)))
+        return bool(self.engines)
+
+    def follow_image(self, result: Result) -> None:
+        """Ask what waits for a live image that is shown, if it is time."""
+        if result.request.quality.live and self._moves:
+            self.pace.note_picture()
+            self._ask_if_due()
+
+    def _follow_inputs(self) -> None:
+        # A change outside a drag is immediately followed by its final question.
+        if self._state.live and not self._moves:
+            self._band_rest.stop()
+            for channels in self._channels.values():
+                channels.cancel()
+            self.pace.begin()
+        self._moves = self._has_moved = self._state.live
+
+    def _ask_if_due(self) -> None:
+        """Ask about what has moved, or see to it that it is asked in time."""
+        is_pending = any(channels.is_pending for channels in self._channels.values())
+        if is_pending or not (self._moves and self._has_moved):
+            return
+        wait = self.pace.wait
+        if wait > 0:
+            # Another image may not come by then: the mouse may rest in the midst of a drag.
+            self._due.start(int(1000 * wait) + 1)
+        else:
+            self._has_moved = False
+            self._ask("region", "visibility", "field", "seen", seconds=self.pace.start())
+
+    def _follow_region(self) -> None:
+        if self._asked.dragging:
+            self._ask("region", "visibility", seconds=DRAG_SECONDS)
+
+    def _follow_band(self, band: object) -> None:
+        self._has_moved = True
+        if band is None:
+            self._band_rest.stop()
+            self._ask("field", "seen", seconds=DRAG_SECONDS)
+            self.fields, self.seen = {}, None
+            self.fieldAnswered.emit()
+        elif not self._moves:
+            self._ask("field", "seen", seconds=DRAG_SECONDS)
+            self._band_rest.start()
+
+    def _follow_place(self) -> None:
+        # What shows at the place before says nothing about another one.
+        self.pick = None
+        self.visibilityAnswered.emit()
+        self._ask("pick")
+
+    def _follow_choices(self, choices: Choices) -> None:
+        before, self._before = self._before, choices
+        if any(getattr(before, n) != getattr(choices, n) for n in ("shown", "measure", "engine")):
+            # Answers by another measure or engine would be read as the new one's.
+            self._forget()
+            self.ask()
+        elif before.width != choices.width:
+            self.ask()
+
+    def order(self, question: Question, live: bool = False) -> list[EngineName]:
+        """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
+        names, band = self.engines, self._asked.band
+        if question in ("field", "seen") and (band is None or band.effect != (question == "field")):
+            return []
+        if question not in ("region", "field"):
+            # It is of the data, whoever draws, in whatever light, and is cheap.
+            is_asked = self._asked.place is not None or question != "pick"
+            return ["exact"] if self._is_open and self._asked.choices.shown and is_asked else []
+        if question == "region" and self._moves and not self._asked.shows_curve:
+            # The panel's numbers rest until the hand does.
+            return []
+        takes_passes = question == "region" and self._asked.choices.measure == "change"
+        if len(names) == 2:
+            if takes_passes or (question == "region" and not self._asked.outline.is_in_square):
+                # The generator's takes a pass for each of many edits; its image is the square only.
+                names = ["exact"]
+            elif self._takes("exact", question, SLOW_SECONDS):
+                names = ["learned", "exact"]
+        if not live:
+            return names
+        # Where the ray caster could answer, of fewer pixels, the generator has to be as fast.
+        most = SLOW_SECONDS if len(names) == 1 else SHARE * OLDEST_S
+        is_slow = takes_passes or self._takes("learned", question, most)
+        return [name for name in names if name == "exact" or not is_slow][:1]
+
+    def quality(self, name: EngineName, question: Question) -> Quality:
+        """Quality of an engine's answer at rest."""
+        size, kind = self._picture.shorter, self._kind(name, question)
+        if question not in ("field", "seen"):
+            size = min(REST_SIZE, size)
+        if question == "region" and self.pace.expected(kind, size) is not None:
+            size = self.pace.size([kind], size, REST_SECONDS)
+        return self._sized(name, size)
+
+    def _sized(self, name: EngineName, size: int, live: bool = False) -> Quality:
+        """Quality of the generator's square, or of the reference's proportions."""
+        if name == "learned":
+            return Quality(self.learned_size or size, live=live)
+        if self._picture.width == self._picture.height:
+            return Quality(size, live=live)
+        raster = self._picture.scaled(size / self._picture.shorter)
+        return Quality(size, live=live, raster=raster)
+
+    def _kind(self, name: EngineName, question: Question) -> object:
+        """Kind of an answer, by which its times are kept."""
+        return name, self._asked.choices.measure if question == "region" else question
+
+    def _takes(self, name: EngineName, question: Question, seconds: float) -> bool:
+        """Whether an answer at rest is known to take more than some seconds."""
+        size = self.quality(name, question).size
+        expected = self.pace.expected(self._kind(name, question), size)
+        return expected is not None and expected > seconds
+
+    def _ask(self, *questions: Question, seconds: float | None = None) -> None:
+        """Ask some questions, or call off what is not to be asked any more.
+
+        Parameters
+        ----------
+        seconds : float, optional
+            Time that the answers may take together; by default as long as they do at rest.
+        """
+        live = seconds is not None
+        if self._is_starting() or (self._state.live and not live):
+            return
+        orders = {question: self.order(question, live) for question in questions}
+        kinds = [self._kind("exact", each) for each in questions if "exact" in orders[each]]
+        largest = min(REST_SIZE, self._picture.shorter)
+        for question, order in orders.items():
+            for name, channel in self._channels[question].items():
+                if name not in order:
+                    channel.cancel()
+            for name in order:
+                if seconds is not None:
+                    quality = self._sized(name, self.pace.size(kinds, largest, seconds), live=True)
+                else:
+                    quality = self.quality(name, question)
+                if question == "region" and len(order) == 2 and not self._asked.outline.points:
+                    # Two that shall agree about all of the image are asked about the square.
+                    quality = Quality(quality.size)
+                self._channels[question][name].ask(self._request(question, quality))
+        if "region" in questions and not live:
+            # Who is not asked any more would answer an older question.
+            asked = {self.source(name) for name in orders["region"]}
+            self.regions = {key: self.regions[key] for key in self.regions if key in asked}
+            self.regionAnswered.emit()
+
+    def _request(self, question: Question, quality: Quality) -> Request:
+        inputs, outline, choices = self._state.inputs, self._asked.outline, self._asked.choices
+        width, band, place = choices.width, self._asked.band, self._asked.place
+        if question == "region":
+            return RegionSensitivityRequest(inputs, quality, outline, width, choices.measure)
+        if question == "visibility":
+            return VisibilityRequest(inputs, quality, (outline, Outline()))
+        if question == "pick" and place is not None:
+            (x, y), r = place, PICK_RADIUS
+            square = Outline.rectangle(x - r, y - r, x + r, y + r)
+            return VisibilityRequest(inputs, quality, (square,))
+        assert band is not None
+        if question == "field":
+            return ValueSensitivityRequest(inputs, quality, band.values, width)
+        return ValueVisibilityRequest(inputs, quality, band.values, width)
+
+    def _take(self, question: Question, name: EngineName, result: Result) -> None:
+        """Keep an answer; in the place of one that failed, forget the one before."""
+        request, source, answer = result.request, self.source(name), None
+        if request.quality.live and self._moves:
+            self.pace.note_live(result.seconds)
+        if result.value is not None:
+            self.pace.note(self._kind(name, question), request.quality.size, result.seconds)
+            answer = Answer(request, result.value, source)
+        if question in ("region", "field"):
+            answers: dict[Source, Any] = self.regions if question == "region" else self.fields
+            answers.pop(source, None)
+            if answer is not None:
+                answers[source] = answer
+        else:
+            setattr(self, question, answer)
+        # That one can answer about regions says that it is well.
+        if answer is None or question == "region":
+            self._problems[source] = result.error or ""
+            self.regionAnswered.emit()
+        if question in ("field", "seen"):
+            self.fieldAnswered.emit()
+        elif question != "region":
+            self.visibilityAnswered.emit()
+        self._ask_if_due()
+
+    def _take_trial(self, name: EngineName, result: Result) -> None:
+        if self._trials[name].is_pending or self._tried is None:
+            return
+        if result.value is None or result.request.inputs != self._state.inputs:
+            self.whatIfAnswered.emit(result.error or "")
+            return
+        source, (outline, edit), predicted = self.source(name), self._tried, None
+        field = self.fields.get(source)
+        if self._brightness.value == 1 and field and field.is_of(self._state.inputs):
+            of = field.request
+            if np.array_equal(edit_over(of.values, self._state.scalar_range, of.width), edit):
+                height = self._asked.choices.height
+                predicted = predicted_rmse(field.value, edit, height, outline)
+        # As they are shown: the brightness decides which parts fade, and so count.
+        colors = np.clip(result.value[..., :3], 0, 1)
+        brighten(colors, self._brightness.of(name))
+        what_if = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
+        self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
+
+    def source(self, name: EngineName) -> Source:
+        """Return as what an engine answers."""
+        return self.exact_source if name == "exact" else "learned"
+
+    def _both(self, answers: dict[Source, Any]) -> list[Any]:
+        """Exact and learned answer to the same question; none unless both are there."""
+        both = [answers.get(self.exact_source), answers.get("learned")]
+        return both if same_question(*both) else []
+
+    def _forget(self) -> None:
+        """Call off all that was asked, and forget all answers."""
+        for channels in (self._trials, *self._channels.values()):
+            channels.cancel()
+        self._clear()
+        for changed in (self.regionAnswered, self.fieldAnswered, self.visibilityAnswered):
+            changed.emit()
+
+    def _clear(self) -> None:
+        self._problems, self.regions, self.fields = {}, {}, {}
+        self.seen = self.visibility = self.pick = None

@@ -1,0 +1,318 @@
+"""Questions about sensitivities, by the times that their answers take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QObject
+from pytestqt.qtbot import QtBot
+
+from app.engines.client import Channel
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import (
+    ImageRequest,
+    RegionSensitivityRequest,
+    Request,
+    ValueSensitivityRequest,
+    VisibilityRequest,
+)
+from app.state.pace import Pace
+from app.state.sensitivity_asker import REST_SIZE, SensitivityAsker
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+
+SLOW = ("exact", 512), ("learned", 128)
+BOTH, EXACT, LEARNED = ["exact", "learned"], ["exact"], ["learned"]
+OLDEST, SHARE = 0.5, 0.2
+UNPAID = 0.015
+"""Part of a drag that its last answers may take more: what follows it makes up for them."""
+
+
+class Clock:
+    """Seconds that pass when the test says so."""
+
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+class Client(QObject):
+    """Keeps what it is asked for on its channels until the test has it answered."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.channels: dict[str, Channel] = {}
+        self.waiting: dict[str, Request] = {}
+
+    def open(self, channel: Channel) -> None:
+        self.channels[channel.name] = channel
+
+    def submit(self, request: Request) -> None:
+        self.waiting[request.channel] = request
+        self.channels[request.channel].accept(request)
+
+    def abandon(self, channel: str) -> None:
+        self.waiting.pop(channel, None)
+
+
+@dataclass
+class Asking:
+    """An asker whose engines take as long as the test says."""
+
+    state: ViewerState
+    asked: SensitivityState = field(default_factory=SensitivityState)
+    clock: Clock = field(default_factory=Clock)
+    exact: Client = field(default_factory=Client)
+    learned: Client = field(default_factory=Client)
+    cost: Callable[[Request], float] = lambda _request: 0.01
+
+    def __post_init__(self) -> None:
+        self.asker = SensitivityAsker(
+            self.state, self.asked, self.exact, self.learned, lambda: False,  # type: ignore[arg-type]
+            Brightness(), self.state, self.clock,  # type: ignore[arg-type]
+        )  # fmt: skip
+        self.asked.choose(whole_curve=True)
+        self.asker.start_volume((100.0, 200.0), "exact")
+        self.asker.show(Raster(720, 512))
+        self.asker.ask()
+
+    def answer(self, most: float = np.inf) -> float:
+        """Answer all that waits for the ray caster, and return the seconds that it took."""
+        took = 0.0
+        while self.exact.waiting:
+            name = next(iter(self.exact.waiting))
+            request = self.exact.waiting.pop(name)
+            seconds = min(self.cost(request), most)
+            took += seconds
+            self.clock.now += seconds
+            value = np.ones(1, np.float32)
+            self.exact.channels[name].deliver(Result(request, value, None, seconds))
+        return took
+
+    def drag(self, seconds: float, picture: float) -> tuple[float, float]:
+        """Turn the view, and return the answers' share and the greatest age of one that is shown.
+
+        Parameters
+        ----------
+        picture : float
+            Time of a picture by the same engine, which comes before what is asked beside it.
+        """
+        began, spent, oldest = self.clock.now, 0.0, 0.0
+        while self.clock.now < began + seconds:
+            self.turn()
+            inputs = self.state.inputs
+            self.clock.now += picture
+            oldest = max(oldest, self.age(began))
+            shown = ImageRequest(inputs, Quality(180, live=True))
+            self.turn()
+            self.asker.follow_image(Result(shown, np.ones(1), None, picture))
+            if self.exact.waiting:
+                # The next picture, which was asked for at once, is drawn first.
+                self.clock.now += picture
+                oldest = max(oldest, self.age(began))
+                spent += self.answer_one_by_one(lambda: self.age(began), (ages := []))
+                oldest = max(oldest, *ages)
+        return spent / (self.clock.now - began), oldest
+
+    def answer_one_by_one(self, age: Callable[[], float], ages: list[float]) -> float:
+        """Answer all that waits, and note how old what was there is just before each."""
+        cost = self.cost
+
+        def noted(request: Request) -> float:
+            seconds = cost(request)
+            ages.append(age() + seconds)
+            return seconds
+
+        self.cost = noted
+        try:
+            return self.answer()
+        finally:
+            self.cost = cost
+
+    def turn(self) -> None:
+        """Move the view to where it tells the time."""
+        self.state.move_view(replace(self.state.view, azimuth=self.clock.now))
+
+    def age(self, began: float) -> float:
+        """Age of the oldest answer that is shown, since what it shows was there last."""
+        shown = self.asker.region, self.asker.visibility, self.asker.field
+        times = [answer.request.inputs.view.azimuth for answer in shown if answer is not None]
+        return self.clock.now - min(max(time, began) for time in times)
+
+
+class Brightness:
+    """Changes nothing."""
+
+    value = 1.0
+
+    def of(self, _engine: str) -> float:
+        return 1.0
+
+
+@pytest.fixture
+def asking(state: ViewerState) -> Iterator[Asking]:
+    """Of a volume without a model."""
+    asking = Asking(state)
+    yield asking
+    asking.asker.stop()
+
+
+def costs(pixel: float, fixed: float) -> Callable[[Request], float]:
+    """Time of answers by their pixels, and beside them: a derivative's is the longest."""
+    weights = {RegionSensitivityRequest: 1.0, ValueSensitivityRequest: 0.5, VisibilityRequest: 0.3}
+
+    def cost(request: Request) -> float:
+        pixels = request.quality.pixels
+        return weights[type(request)] * (pixel * pixels.width * pixels.height + fixed)
+
+    return cost
+
+
+@pytest.mark.parametrize("picture", [0.02, 0.07, 0.12])
+@pytest.mark.parametrize(
+    ("pixel", "fixed"),
+    [(2e-8, 2e-4), (5e-7, 1e-3), (3e-6, 2e-3), (9e-6, 2e-3), (1e-6, 0.018)],
+)
+def test_while_something_moves_answers_take_a_fifth_and_none_gets_old(
+    asking: Asking, picture: float, pixel: float, fixed: float
+) -> None:
+    asking.cost = costs(pixel, fixed)
+    asking.asked.pin(140.0)
+    asking.answer()
+    share, oldest = asking.drag(6.0, picture)
+    assert share <= SHARE + UNPAID
+    assert oldest <= OLDEST
+    # What is cheap has as many pixels as at rest, and is there with nearly each picture.
+    answer = asking.asker.region
+    assert answer is not None and answer.request.quality.live
+    sizes = {2e-8: 256, 9e-6: 48}
+    assert answer.request.quality.size == sizes.get(pixel, answer.request.quality.size)
+    asking.state.finish_view()
+    asking.answer()
+    assert asking.asker.is_fresh(asking.asker.region)
+    assert asking.asker.region is not None and not asking.asker.region.request.quality.live
+
+
+def test_a_share_is_kept_even_where_the_smallest_answers_take_too_long(asking: Asking) -> None:
+    asking.cost = costs(1e-6, 0.2)
+    asking.answer()
+    share, oldest = asking.drag(20.0, 0.05)
+    assert share <= SHARE + UNPAID
+    assert oldest > OLDEST
+
+
+def test_one_slow_answer_makes_those_after_it_smaller_and_not_older(asking: Asking) -> None:
+    asking.cost = costs(3e-6, 1e-3)
+    asking.asked.pin(140.0)
+    asking.answer()
+    asking.drag(2.0, 0.05)
+    cost = asking.cost
+    asking.cost = lambda request: 5 * cost(request)
+    asking.drag(0.3, 0.05)
+    asking.cost = cost
+    began = asking.clock.now
+    share, oldest = asking.drag(6.0, 0.05)
+    assert asking.clock.now > began
+    assert share <= SHARE + UNPAID and oldest <= OLDEST
+
+
+def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking: Asking, qtbot: QtBot) -> None:
+    asking.cost = costs(3e-6, 1e-3)
+    asking.answer()
+    asking.drag(1.0, 0.05)
+    asking.turn()
+    shown = ImageRequest(asking.state.inputs, Quality(180, live=True))
+    asking.asker.follow_image(Result(shown, np.ones(1), None, 0.05))
+    assert not asking.exact.waiting
+    asking.clock.now += OLDEST
+    # No other image comes.
+    qtbot.waitUntil(lambda: bool(asking.exact.waiting))
+    asking.answer()
+    assert asking.asker.is_fresh(asking.asker.region)
+
+
+def test_while_something_moves_a_curve_that_nobody_sees_is_not_asked_for(asking: Asking) -> None:
+    asking.asked.choose(whole_curve=False)
+    asking.answer()
+    before = asking.asker.region
+    assert before is not None and asking.asker.is_fresh(before)
+    asking.drag(1.0, 0.05)
+    assert asking.asker.region is before
+    answer = asking.asker.visibility
+    assert answer is not None and answer.request.quality.live
+    asking.state.finish_view()
+    asking.answer()
+    assert asking.asker.is_fresh(asking.asker.region)
+
+
+@pytest.mark.parametrize(
+    ("engine", "has_model", "slow", "question", "rest", "live"),
+    [
+        ("automatic", True, 0, "signed", BOTH, EXACT),
+        ("automatic", True, 0, "field", BOTH, EXACT),
+        # Of the generator, it is made on demand only.
+        ("automatic", True, 0, "change", EXACT, EXACT),
+        ("learned", True, 0, "change", LEARNED, []),
+        ("learned", True, 0, "signed", LEARNED, LEARNED),
+        ("learned", False, 0, "signed", [], []),
+        ("exact", False, 0, "field", EXACT, EXACT),
+        # Where the ray caster is slow, the generator comes first.
+        ("automatic", True, 1, "field", BOTH[::-1], LEARNED),
+        ("automatic", True, 1, "signed", BOTH, EXACT),
+        ("automatic", False, 1, "field", EXACT, EXACT),
+        # Where neither keeps up, the exact one answers with fewer pixels.
+        ("automatic", True, 2, "field", BOTH[::-1], EXACT),
+    ],
+)
+def test_who_answers(
+    asking: Asking,
+    engine: str,
+    has_model: bool,
+    slow: int,
+    question: Any,
+    rest: list[str],
+    live: list[str],
+) -> None:
+    asker = asking.asker
+    asking.asked.pin(140.0)
+    asking.asked.choose(engine=engine)
+    if question != "field":
+        asking.asked.choose(measure=question)
+        question = "region"
+    if has_model:
+        asker.set_learned(128)
+    for name, size in SLOW[:slow]:
+        asker.pace.note((name, "field"), size, 2.0)
+    assert asker.order(question) == rest
+    assert asker.order(question, live=True) == live
+    asking.asked.choose(shown=False)
+    assert asker.order(question) == []
+
+
+def test_answers_at_rest_are_as_wide_as_the_reference(asking: Asking) -> None:
+    asker = asking.asker
+    asker.show(Raster(1280, 320))
+    asker.set_learned(128)
+    assert asker.quality("exact", "field").pixels == Raster(1280, 320)
+    assert asker.quality("exact", "region").pixels == Raster(4 * REST_SIZE, REST_SIZE)
+    assert asker.quality("learned", "field").pixels == Raster(128, 128)
+    # The numbers of a region that takes long hardly depend on its pixels.
+    asker.pace.note(("exact", "signed"), REST_SIZE, 6.0)
+    assert asker.quality("exact", "region").size < REST_SIZE
+    assert asker.quality("exact", "field").size == 320
+
+
+def test_the_first_answer_with_what_is_loaded_for_it_counts_no_more_than_once() -> None:
+    pace = Pace()
+    for seconds, expected in ((15.0, 15.0), (0.05, 0.05), (0.15, 0.1)):
+        pace.note("field", 100, seconds)
+        assert pace.expected("field", 100) == pytest.approx(expected)
+    pace.forget()
+    assert pace.expected("field", 100) is None
