@@ -53,7 +53,7 @@ class Watched(QObject):
         super().__init__(window)
         self._window, self._new = window, 0
         self.begin()
-        answers = window.workspace.sensitivity.answers
+        answers = window.workspace.sensitivity
         answers.regionAnswered.connect(lambda: self._take("curve", answers.region))
         answers.visibilityAnswered.connect(lambda: self._take("area", answers.visibility))
         window.state.inputsChanged.connect(self._note_state)
@@ -65,8 +65,9 @@ class Watched(QObject):
         self.painted: list[tuple[float, int]] = []
         self.oldest = 0.0
         self._states: list[tuple[SceneInputs, float]] = [(self._window.state.inputs, now)]
-        shown = self._window.sensitivity_state.choices.shown
-        self._born = dict.fromkeys(("curve", "area"), now) if shown else {}
+        asked = self._window.sensitivity_state
+        shown = {"curve": asked.shows_curve, "area": asked.choices.shown}
+        self._born = {name: now for name, is_shown in shown.items() if is_shown}
 
     def look(self) -> None:
         ages = (time.perf_counter() - born for born in self._born.values())
