@@ -98,6 +98,13 @@ class CaptionButton(QToolButton):
         self.setMenu(menu)
         return menu
 
+    def set_menu(self, menu: QMenu | None) -> None:
+        """Open this menu by a click; None for nothing."""
+        if menu is not self.menu():
+            self.setMenu(menu)  # type: ignore[arg-type]
+            self.updateGeometry()
+            self.update()
+
     def sizeHint(self) -> QSize:
         """Return the size of all of its words."""
         width = 2 * PADDING + self._width_of(self._title, True)

@@ -1,4 +1,4 @@
-"""Pane of one engine's image: the canvas and, over it, the caption that says how true it is."""
+"""Pane of one engine's image: the canvas and, over it, a caption."""
 
 from __future__ import annotations
 
@@ -24,17 +24,14 @@ from app.state.brightness import Brightness
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
 
-STOOD_IN = (EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED)
-"""States in which another engine may stand in."""
+PREVIEWED = (EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED)
+"""States in which another engine's image may be shown until this one's is there."""
 
 PLACE = 8
 """Distance of the caption to the canvas's left and upper edge, in pixels."""
 
 CUBE_ROOM = 76
 """Width beside the caption that is the orientation cube's, in pixels."""
-
-WIDE = 590
-"""Width of a pane from which on its caption names the light, too, in pixels."""
 
 PREPARING = "Preparing …"
 DRAWING = "drawing …"
@@ -45,7 +42,7 @@ MOST_PROGRESS = 0.94
 
 
 class EnginePane(QWidget):
-    """Shows one engine's image, and over it who drew it, and how true it is.
+    """Shows one engine's image. Its caption says how it was drawn; of a single image, its light.
 
     Parameters
     ----------
@@ -87,7 +84,9 @@ class EnginePane(QWidget):
         self._rgba: NDArray[np.float32] | None = None
         # The generator's images have one size, in a drag and at rest.
         self._refines = stand_in is not None
-        self._facts = self._who = self._light = ""
+        self._facts = self._who = self._light = self._coming = ""
+        self._most_samples = self._samples = 0
+        self._is_alone = False
         self._note = self._note_tip = self._hint = self._tip = ""
         self._speed = ""
         self._name = title
@@ -130,14 +129,27 @@ class EnginePane(QWidget):
         """Distance of the image from the truth, in words; empty if that is not known."""
         return self._note
 
-    def set_light(self, text: str) -> None:
-        """Say in which light the image is drawn."""
-        self._light = text
+    def set_light(self, light: str, coming: str = "", most_samples: int = 0) -> None:
+        """Name the light of the image.
+
+        Parameters
+        ----------
+        coming : str
+            Light that follows once it can be drawn; empty for none.
+        most_samples : int
+            Of each pixel in path-traced light; 0 in other lights.
+        """
+        self._light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 
-    def set_title(self, title: str, tip: str = "") -> None:
-        """Name who draws the pane's images; the tooltip tells more."""
-        self._name, self._tip = title, tip
+    def set_alone(self, is_alone: bool) -> None:
+        """Say whether this is the only image: its caption is the light then."""
+        self._is_alone = is_alone
+        self._show_status()
+
+    def set_drawer(self, who: str, tip: str = "") -> None:
+        """Say what draws the pane's images; the tooltip says more."""
+        self._who, self._tip = who, tip
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
@@ -174,7 +186,7 @@ class EnginePane(QWidget):
         if state in WITHOUT_IMAGE:
             self._newest = -1
             self._rgba = None
-            self._facts = self._who = ""
+            self._facts = ""
             self._is_finer_next = False
             self.canvas.show_image(None)
             self.canvas.show_message(self.client.text or PREPARING)
@@ -192,7 +204,7 @@ class EnginePane(QWidget):
         self._show(result, self.client.description)
 
     def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
-        if result.value is not None and self.client.state in STOOD_IN:
+        if result.value is not None and self.client.state in PREVIEWED:
             self._is_finer_next = not result.request.quality.live
             self._show(result, stand_in.description)
 
@@ -211,7 +223,10 @@ class EnginePane(QWidget):
         cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
         self._facts = "   ".join(fact for fact in facts if fact)
-        self._who = by
+        if self.engine == "exact":
+            self._who = by
+            is_own = by == self.client.description
+            self._samples = request.quality.samples if is_own else 0
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
         self._lateness.note(request.inputs)
@@ -229,7 +244,8 @@ class EnginePane(QWidget):
         tone: Tone = "dim"
         lines = tip.splitlines()
         if not title:
-            title = self._name
+            is_light = self._is_alone and self._light
+            title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self._name
             text, tone = self._status()
             note = self._note_tip if self._note else ""
             lines = [self._tip, self._hint, note, self._facts, self.client.remark]
@@ -252,16 +268,26 @@ class EnginePane(QWidget):
             return "", "dim"
         if self._is_late:
             return DRAWING, "change"
+        coming = f"{self._coming} follows" if self._coming else ""
+        if self._is_alone and self._light:
+            return coming, "dim"
         if self._speed:
             return self._speed, "dim"
-        facts = [self._note] if self.engine == "learned" else [self._who]
-        if self.engine == "exact" and self.width() >= WIDE:
-            facts.append(self._light)
+        facts = [self._drawn_text(), coming, self._note]
         tone: Tone = "dim"
         if self._hint:
             facts.append(OUTSIDE)
             tone = "attention"
         return ", ".join(fact for fact in facts if fact), tone
+
+    def _drawn_text(self) -> str:
+        """How the image was drawn, and how far it is: "path traced, 8 of 64 samples"."""
+        count, most = self._samples, self._most_samples
+        if not (count and most):
+            return self._who
+        if self._is_finer_next and count < most:
+            return f"path traced, {count} of {most} samples"
+        return f"path traced, {count} sample{'s' * (count > 1)}"
 
     def _progress(self) -> float | None:
         """Part of the pixels that are there, of an image that is not there in full; else None."""

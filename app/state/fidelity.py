@@ -5,22 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 REFINING = "refining"
-AS_CHOSEN = "as exact as chosen"
-AT_BEST = "as good as it gets here"
 MOVING = "coarser while moving"
+COARSE = "{} of {} pixels across"
 
-LET_GO = "Coarser while something moves: let go for the finer image."
-WAIT = "It is being refined: wait for it."
-ESTIMATED = "Its error is estimated from how the samples of its pixels differ."
+LET_GO = "The image is coarser while something moves."
+WAIT = "The image becomes finer from here on."
+ESTIMATED = "The error is estimated from the differences between samples."
 ENDS = (
-    "Refining ends at {} samples a pixel. Move the slider above the image towards exact, or have "
-    "the command render draw on, with --samples or --error."
+    "Refining ends at {} samples per pixel. Choose Exact in the bar above for more, or use the "
+    "command render with --samples or --error."
 )
-MORE = "Move the slider above the image towards exact."
-TOO_LONG = (
-    "It has {} of {} pixels across: all of them take too long here. Make the window smaller, or "
-    "choose a faster light."
-)
+MORE = "Choose Exact in the bar above for a smaller error."
+TOO_LONG = "All pixels take too long here. Make the window smaller, or choose a faster light."
 LEAST_SAID = 1e-4
 """Error below which no figure is more than noise."""
 
@@ -47,7 +43,7 @@ class Fidelity:
     error : float or None
         Root mean square of the colours' errors; None if it is not known.
     state : str
-        What becomes of it, in words; may be empty while something moves.
+        What becomes of it, in words; may be empty.
     reasons : tuple of str
         Sentences on where the error comes from, and how to get better.
     """

@@ -35,9 +35,11 @@ NO_MODEL = "No model of this volume yet."
 
 LOADING = "Loading the model …"
 
+PATH_WHO = "1 sample, denoised by a network"
+
 PATH_WORTH = (
-    "This volume's model knows no path-traced light. Here one sample of each pixel is denoised, "
-    "and finished by a network that serves all volumes; the ground truth has many samples."
+    "This volume's model was trained in another light. This image has one path-traced sample per "
+    "pixel; a network that serves all volumes removes its noise. The ground truth has many samples."
 )
 
 
@@ -91,8 +93,15 @@ class GeneratorWork(QObject):
         return self.folder is not None
 
     @property
+    def who(self) -> str:
+        """What draws in few words; empty for a model of this volume."""
+        if self.draws_path:
+            return PATH_WHO
+        return "networks of the paper" if self.draws_codes else ""
+
+    @property
     def worth(self) -> str:
-        """What the model is worth, as its card has it; empty where that is not known."""
+        """Errors of the model, as its card has them; empty where they are not known."""
         if self.draws_path:
             return PATH_WORTH
         return "" if self.folder is None or self.awaits_path else worth_of(self.folder)

@@ -11,8 +11,7 @@ from app.engines.messages import Result
 from app.engines.quality import GOOD_ENOUGH
 from app.engines.requests import ImageRequest, Request
 from app.state.fidelity import (
-    AS_CHOSEN,
-    AT_BEST,
+    COARSE,
     ENDS,
     ESTIMATED,
     LET_GO,
@@ -152,7 +151,7 @@ def _are_alike(moved: Request, rests: Request) -> bool:
 
 
 def _is_own(result: Result) -> bool:
-    """Whether the reference itself has drawn an image, not who stands in for it."""
+    """Whether the reference itself has drawn an image, not a preview's engine."""
     return not (isinstance(result.request, ImageRequest) and result.request.stands_in)
 
 
@@ -170,13 +169,9 @@ def _is_full(result: Result, whole: Raster) -> bool:
 def _at_rest(last: Result, whole: Raster) -> Fidelity:
     quality, own = last.request.quality, last.image_error
     if quality.pixels.width < whole.width:
-        return _best(None, TOO_LONG.format(quality.pixels.width, whole.width))
+        return Fidelity(None, COARSE.format(quality.pixels.width, whole.width), (TOO_LONG,))
     if own is None or own <= GOOD_ENOUGH:
         return Fidelity()
     if own <= quality.error:
-        return Fidelity(own, AS_CHOSEN, (MORE, ESTIMATED))
-    return _best(own, ENDS.format(quality.samples), ESTIMATED)
-
-
-def _best(error: float | None, *reasons: str) -> Fidelity:
-    return Fidelity(error, AT_BEST, reasons)
+        return Fidelity(own, "", (MORE, ESTIMATED))
+    return Fidelity(own, "", (ENDS.format(quality.samples), ESTIMATED))

@@ -28,6 +28,7 @@ from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.brightness import Brightness
+from app.state.exactness import STOPS
 from app.state.generator_work import LIGHTS
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
@@ -66,13 +67,9 @@ from app.window.up_axis_question import UpAxisCard, UpAxisQuestion
 from app.window.window_memory import WindowMemory, size_on
 from model.rendering.scale_bar import Scale
 
-PAPER_TITLE = "Paper's networks"
-PATH_TITLE = "Generator of one sample"
-"""Title of the generator's pane with them."""
-
 
 class MainWindow(QMainWindow):
-    """Shows a generator's image beside the reference while the user edits view and TF.
+    """Shows a generator's image and the ground truth while the user edits view and TF.
 
     Parameters
     ----------
@@ -303,8 +300,9 @@ class MainWindow(QMainWindow):
         """Say in which light the reference is drawn, and which one follows once it can."""
         work = self.workspace.reference
         shown, coming = work.settings.lighting, work.wanted.lighting
-        follows = "" if coming == shown else f"; {LIGHTS[coming]} follows"
-        self.reference.set_light(LIGHTS[shown] + follows)
+        follows = "" if coming == shown else LIGHTS[coming]
+        samples = STOPS[work.choices.stop].samples if shown == "path" else 0
+        self.reference.set_light(LIGHTS[shown], follows, samples)
 
     @property
     def errors(self) -> list[str]:
@@ -423,6 +421,7 @@ class MainWindow(QMainWindow):
     def _arrange(self) -> None:
         """Put cube, tools and cards over the images that are there."""
         images = self.panes.images
+        self.reference.set_alone(len(images) == 1)
         self.overlays.lie_over(images[-1].canvas)
         self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
         self._floating.set_corner_of(images[-1] if self.panes.is_browsing else None)
@@ -455,10 +454,7 @@ class MainWindow(QMainWindow):
         """Make room for the generator's image, or give it to the reference."""
         # Until it draws something else, one image is enough.
         self.panes.set_model(self.workspace.model.is_open and not self.workspace.model.awaits_path)
-        title = PAPER_TITLE if self.workspace.model.draws_codes else "Generator"
-        if self.workspace.model.draws_path:
-            title = PATH_TITLE
-        self.generator.set_title(title, self.workspace.model.worth)
+        self.generator.set_drawer(self.workspace.model.who, self.workspace.model.worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         self.browser.bar.set_model(self.workspace.latent.drawer.learned_size is not None)
 

@@ -106,13 +106,13 @@ def _is_letter(keys: QKeySequence) -> bool:
 
 def fill_captions(generator: CaptionButton, reference: CaptionButton, panes: PaneLayout) -> None:
     """Offer to see one of the images alone, and what the generator's error means."""
-    _add_alone(generator, panes, "generator")
+    menu = _add_alone(generator, panes, "generator")
     _add_alone(reference, panes, "reference")
     explain = partial(open_glossary, generator.window(), "RMSE")
-    add_action(generator.menu(), "What is the error (RMSE)?", explain)
+    add_action(menu, "What is the error (RMSE)?", explain)
 
 
-def _add_alone(caption: CaptionButton, panes: PaneLayout, shown: Shown) -> None:
+def _add_alone(caption: CaptionButton, panes: PaneLayout, shown: Shown) -> QMenu:
     """Add an entry that shows one image alone, or both again."""
     menu = caption.add_menu()
     alone = add_action(
@@ -123,10 +123,13 @@ def _add_alone(caption: CaptionButton, panes: PaneLayout, shown: Shown) -> None:
     alone.setCheckable(True)
 
     def show_state() -> None:
-        alone.setEnabled(panes.can_compare)
+        # Of one image, there is nothing to choose.
+        caption.set_menu(menu if panes.can_compare else None)
         alone.setChecked(panes.can_compare and panes.shown == shown)
 
-    menu.aboutToShow.connect(show_state)
+    panes.arranged.connect(show_state)
+    show_state()
+    return menu
 
 
 THEMES: dict[ThemeChoice, str] = {"system": "As the s&ystem", "dark": "&Dark", "light": "&Light"}
@@ -323,6 +326,9 @@ class Menus(QObject):
         )
 
         def show_images() -> None:
+            for action in (compare, difference, swap):
+                action.setVisible(panes.can_compare)
+            bar.show_comparison(panes.can_compare)
             compare.setEnabled(panes.can_compare)
             compare.setChecked(len(panes.images) > 1)
             difference.setEnabled(len(panes.images) > 1)

@@ -54,6 +54,7 @@ class TopBar(QWidget):
         for button in (self.compare, self.difference, self.browse):
             button.setCheckable(True)
         QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
+        self._comparison = [self.compare, self.difference, _line()]
         self._is_folded: bool | None = None
         self._lay_out()
         self._fold(False)
@@ -62,6 +63,11 @@ class TopBar(QWidget):
     def is_folded(self) -> bool:
         """Whether the menus are behind one button."""
         return bool(self._is_folded)
+
+    def show_comparison(self, is_shown: bool) -> None:
+        """Show what compares two images, or leave it out."""
+        for widget in self._comparison:
+            widget.setVisible(is_shown)
 
     def take_menus(self) -> None:
         """Have the menus of the menu bar behind the one button, too."""
@@ -95,9 +101,8 @@ class TopBar(QWidget):
         row.addWidget(self.ball)
         row.addWidget(self.light)
         row.addWidget(_line())
-        row.addWidget(self.compare)
-        row.addWidget(self.difference)
-        row.addWidget(_line())
+        for widget in self._comparison:
+            row.addWidget(widget)
         row.addWidget(self.browse)
         row.addWidget(_line())
         row.addWidget(self.save)

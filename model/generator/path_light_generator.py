@@ -174,4 +174,4 @@ class FinishedPicture:
 
     def deed(self, samples: int) -> str:
         """Say what is done to a picture of so many samples."""
-        return "denoised" if samples > MOST_SAMPLES else "finished by the network"
+        return "denoised" if samples > MOST_SAMPLES else "denoised by the network"

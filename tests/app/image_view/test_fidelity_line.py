@@ -52,9 +52,9 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot: QtBot, line: FidelityLin
     engine.image_error = 0.0123
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(request(line, 2))
-    words = "error .012, as good as it gets here"
+    words = "error .012"
     assert not line.isHidden() and line.said == line.text() == line.accessibleName() == words
-    assert "1 samples a pixel" in line.toolTip() and "RMSE" in line.toolTip()
+    assert "1 samples per pixel" in line.toolTip() and "RMSE" in line.toolTip()
     line._passes = lambda: True
     pane.statusShown.emit()
     assert line.said == "error .012, refining"

@@ -76,7 +76,7 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     assert found.text == "error .012, refining"
     errors.note(result(0.5, replace(quality, samples=64), 0.0062), WHOLE)
     found = errors.fidelity(INPUTS, False, True, WHOLE)
-    assert found.text == "error .0062, as good as it gets here"
+    assert found.text == "error .0062"
     assert "64 samples" in found.reasons[0] and "--samples" in found.reasons[0]
     errors.note(result(0.5, replace(quality, samples=64), 0.0029), WHOLE)
     assert said(errors, settled=True) == ""

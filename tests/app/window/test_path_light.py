@@ -12,7 +12,8 @@ from window_fakes import FakeBuilders
 
 from app.engines.requests import VisibilityRequest
 from app.state import generator_work
-from app.window.main_window import PATH_TITLE, MainWindow
+from app.state.generator_work import PATH_WHO
+from app.window.main_window import MainWindow
 from model.rendering.path_tracing import denoising
 from model.scene.view import View
 
@@ -36,10 +37,10 @@ def test_it_draws_while_the_light_is_path_traced(
     window = make_window()
     reference = window.workspace.reference
     model = builders.generators[-1]
-    assert window.generator.title != PATH_TITLE
+    assert PATH_WHO not in window.generator.status
     reference.choose(lighting="path")
     settle(qtbot, window)
-    assert window.generator.title == PATH_TITLE
+    assert PATH_WHO in window.generator.status
     assert "serves all volumes" in window.workspace.model.worth
     # One engine for each pane, of one sample and of many.
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
@@ -56,7 +57,7 @@ def test_it_draws_while_the_light_is_path_traced(
     assert len(model.requests) == asked
     reference.choose(lighting="none")
     settle(qtbot, window)
-    assert window.generator.title != PATH_TITLE
+    assert PATH_WHO not in window.generator.status
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.pictures.drawer.learned_size == 16
@@ -64,12 +65,12 @@ def test_it_draws_while_the_light_is_path_traced(
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
     reference.choose(lighting="path")
     settle(qtbot, window)
-    assert window.generator.title != PATH_TITLE
+    assert PATH_WHO not in window.generator.status
     assert "Trained with no light" in window.generator.hint
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
     reference.choose(denoises=False)
     settle(qtbot, window)
-    assert window.generator.title != PATH_TITLE
+    assert PATH_WHO not in window.generator.status
     # And without a model there is one pane still.
     window.workspace.open_model(None)
     reference.choose(denoises=True)

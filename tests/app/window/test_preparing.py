@@ -12,8 +12,9 @@ from window_fakes import PATIENCE_S, FakeBuilders
 from app.engines.engines import ReferenceSettings
 from app.engines.states import EngineState
 from app.state import generator_work, reference_work
+from app.state.generator_work import PATH_WHO
 from app.state.library import Library
-from app.window.main_window import PATH_TITLE, MainWindow
+from app.window.main_window import MainWindow
 from model.kernel_cache import KernelGroup
 from model.rendering.path_tracing import denoising
 from model.scene.scene import Scene
@@ -110,13 +111,16 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
     qtbot.waitUntil(lambda: window.reference.client.is_settled, timeout=1000 * PATIENCE_S)
     assert not window.generator.isVisible()
     assert "path-traced light follows" in window.reference.status
+    # One image is named by its light, two by what they are.
+    assert window.reference.caption.title.endswith("light")
     assert window.workspace.model.worth == window.status.news == ""
     assert not builders.generators
     preparation.finish(preparation.wanted[0])
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
     assert window.generator.isVisible()
-    assert window.generator.title == PATH_TITLE
+    qtbot.waitUntil(lambda: PATH_WHO in window.generator.status)
     assert "follows" not in window.reference.status
+    assert window.reference.caption.title == "Ground truth"
     assert not builders.generators
     # In another light the model has something to show.
     preparation.there.clear()
