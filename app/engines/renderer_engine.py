@@ -146,9 +146,10 @@ class RendererEngine:
 
         _go_on_if(watch)
         renderer, size = self._of_curves(), request.quality.pixels
-        return region_responses(
-            renderer, request.inputs, size, request.region, request.width, request.measure
-        )
+        with renderer.coarsely_lit(request.quality.live):
+            return region_responses(
+                renderer, request.inputs, size, request.region, request.width, request.measure
+            )
 
     def value_sensitivity(
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
@@ -157,7 +158,8 @@ class RendererEngine:
         _go_on_if(watch)
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
-        return renderer.change(request.inputs, request.quality.pixels, edit)
+        with renderer.coarsely_lit(request.quality.live):
+            return renderer.change(request.inputs, request.quality.pixels, edit)
 
     def visibility(self, request: VisibilityRequest) -> Array:
         """Return the visibility of each scalar value; not offered by VTK."""

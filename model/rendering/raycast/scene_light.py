@@ -61,8 +61,8 @@ class SceneLight:
 
     Attributes
     ----------
-    grid : Illumination or None
-        The grid of soft light; None under another one.
+    is_coarse : bool
+        Whether soft light is that of a coarse grid now: what moves has no time for a finer one.
     """
 
     def __init__(
@@ -75,8 +75,14 @@ class SceneLight:
     ) -> None:
         self._volume, self._lighting, self._default = volume, lighting, default
         self._noise = noise_of(scalars) if lighting == "direct" else 0.0
-        self.grid = light_grid() if lighting == "soft" else None
+        self._grid = light_grid() if lighting == "soft" else None
+        self.is_coarse = False
         self.coarse_grid = lru_cache(lambda: light_grid(longest=COARSE))
+
+    @property
+    def grid(self) -> Illumination | None:
+        """The grid of soft light; None under another one."""
+        return self.coarse_grid() if self._grid is not None and self.is_coarse else self._grid
 
     def of(self, inputs: SceneInputs, classification: Classification) -> Lit:
         """Return the light of a scene."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from test_exact import COLOR, RANGE, REGION, SIZE, VIEW, random_opacity, small_volume, tf_of
 
 from model.rendering.raycast import renderer as ray_caster
+from model.rendering.raycast import scene_light
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.crop import CropBox
@@ -20,6 +21,7 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around
 from model.scene.volume import Volume
+from model.sensitivity.cosine import cosine
 from model.sensitivity.exact import change_norms, region_sensitivity
 from tests import reference_light
 
@@ -130,3 +132,19 @@ def test_edits_together_are_as_edits_alone_and_windows_together_as_their_sum(ren
     gradient, energy = renderer.differentiate_together(inputs, SIZE, windows)
     np.testing.assert_allclose(gradients.sum(axis=0), gradient, rtol=1e-5, atol=1e-6)
     assert energies.sum() == pytest.approx(energy)
+
+
+def test_by_a_coarse_grid_of_light_all_derivatives_are_of_the_same_image(volume, monkeypatch):
+    monkeypatch.setattr(scene_light, "COARSE", 5)
+    renderer = RaycastRenderer(volume, "soft", LIGHT, threads=1)
+    inputs = replace(SceneInputs.of(VIEW, tf_of(TFS["random"], COLOR)), light=LIGHT)
+    fine = region_sensitivity(renderer, inputs, SIZE, REGION)
+    with renderer.coarsely_lit():
+        coarse = region_sensitivity(renderer, inputs, SIZE, REGION)
+        seen = renderer.render(inputs, SIZE)[PART][..., :3]
+        moved = np.array([renderer.change(inputs, SIZE, edit)[PART] for edit in EDITS])
+    expected = (seen * moved).sum(axis=(1, 2, 3)) / np.linalg.norm(seen)
+    np.testing.assert_allclose(EDITS @ coarse, expected, rtol=1e-3)
+    assert 0.9 < cosine(coarse, fine) < 0.99999
+    np.testing.assert_array_equal(region_sensitivity(renderer, inputs, SIZE, REGION), fine)
+    renderer.close()
