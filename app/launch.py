@@ -18,8 +18,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.engines.engines import REAL_BUILDERS, Builders
 from app.figures.picture import save_image
-from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_keeper import TransferFunctionStore
+from app.state.preferences import Preferences, user_folder
 from app.state.window_start import WindowStart
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
@@ -72,13 +71,12 @@ def run_window(
     # With other busy threads, OpenMP's busy-waiting would slow down all of them.
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = _application()
-    store = TransferFunctionStore.of_user() if screenshot is None else None
-    preferences = Preferences(PreferencesStore.of_user() if screenshot is None else None)
-    apply_theme(application, preferences.value("theme"))
+    preferences = Preferences(user_folder() if screenshot is None else None)
+    apply_theme(application, preferences.settings.theme)
     application.styleHints().colorSchemeChanged.connect(
-        lambda _scheme: apply_theme(application, preferences.value("theme"))
+        lambda _scheme: apply_theme(application, preferences.settings.theme)
     )
-    window = MainWindow(builders, store, device, preferences)
+    window = MainWindow(builders, device, preferences)
     if start.size is not None:
         window.resize(*start.size)
     _open(window, start)

@@ -13,7 +13,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
-from app.state.remembered import ThemeChoice
+from app.state.settings import ThemeChoice
 
 
 @dataclass(frozen=True)

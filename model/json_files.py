@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 import msgspec
+
+from model.errors import TfscopeError
 
 MOST_BYTES = 64 << 20
 """Length of the longest file that is read; the longest that tfscope writes has a hundredth."""
@@ -81,6 +83,48 @@ def build(kind: type[T], data: Any, exact: bool = False) -> T:
         raise MalformedError(_told(str(error))) from error
     except UnicodeEncodeError:
         raise MalformedError("a text that is not valid Unicode") from None
+
+
+def build_valid(kind: type[T], data: dict[str, Any]) -> tuple[T, list[str]]:
+    """Build a dataclass whose fields have defaults, each of which stands for a wrong value.
+
+    Of a tuple of any length, only wrong elements are left out; a field that is a dataclass is
+    built alike.
+
+    Returns
+    -------
+    object
+        The dataclass.
+    list of str
+        Names of the fields with wrong values.
+    """
+    found: dict[str, Any] = {}
+    wrong: list[str] = []
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        if name not in data:
+            continue
+        if is_dataclass(hint) and isinstance(hint, type) and isinstance(data[name], dict):
+            found[name], wrong_inside = build_valid(hint, data[name])
+            wrong += wrong_inside
+            continue
+        values = _valid(hint, data[name])
+        if values:
+            found[name] = values[0]
+            continue
+        wrong.append(name)
+        if get_origin(hint) is tuple and get_args(hint)[-1] is ... and type(data[name]) is list:
+            found[name] = tuple(v for each in data[name] for v in _valid(get_args(hint)[0], each))
+    return kind(**found), wrong
+
+
+def _valid(hint: Any, value: Any) -> list[Any]:
+    """Return a value as another type in a list, or an empty list if it is none."""
+    try:
+        # Neither infinite nor undefined numbers are of use.
+        json.dumps(value, allow_nan=False)
+        return [build(hint, value)]
+    except (ValueError, OverflowError, TfscopeError):
+        return []
 
 
 def _path(kind: type, value: Any) -> Any:

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from app.cli.console import warn
 from app.cli.render_order import RenderOrder
-from app.state.kept_inputs import KEPT_INPUTS, input_of
-from app.state.known_volume import FORMER_LIGHT, FORMER_TOLD
 from app.state.session import Session
 from model.errors import RenderError
 from model.volume_files.choice import Choice
@@ -35,37 +33,35 @@ def of_session(order: RenderOrder, path: Path, has_view: bool) -> RenderOrder:
     if order.volume.is_placed:
         raise RenderError("A session has its own range and scale; leave --range and --scale out.")
     session = Session.load(path)
-    look = session.look
+    memory, settings = session.content.memory, session.content.settings
+    if session.wrong:
+        names = ", ".join(f"'{name}'" for name in session.wrong)
+        warn(f"{path}: what is wrong in it is left out: {names}.")
     lighting = order.lighting
-    if lighting is None and look.get("lighting", "auto") != "auto":
-        lighting = look["lighting"]
-        if lighting == FORMER_LIGHT:
-            lighting = "soft"
-            warn(FORMER_TOLD)
+    if lighting is None and memory.lighting != "auto":
+        lighting = memory.lighting
     is_lit = lighting not in (None, "none")
-    seen = {name: input_of(name, look.get(name, ())) for name in KEPT_INPUTS}
     is_model = order.renderer == "generator"
     filled = replace(
         order,
         volume=_source(order.volume, session, path),
         model=order.model or (session.model if is_model else None),
-        view=seen["view"] if seen["view"] and not has_view else order.view,
-        known_tf=None if order.tf else session.transfer_function,
+        view=memory.view if memory.view and not has_view else order.view,
+        known_tf=None if order.tf else memory.tf,
         fingerprint=session.fingerprint,
-        up=str(look.get("up_axis", "")),
+        up=memory.up_axis,
         lighting=None if is_model else lighting,
-        light=order.light or (seen["light"] if is_lit else None),
-        crop=order.crop or seen["crop"],
-        brightness=order.brightness or look.get("brightness"),
-        draws_missing=order.draws_missing or bool(look.get("draws_missing")),
+        light=order.light or (memory.light if is_lit else None),
+        crop=order.crop or memory.crop,
+        brightness=order.brightness or memory.brightness,
+        draws_missing=order.draws_missing or memory.draws_missing,
     )
     if filled.is_array:
         return filled
-    shown = session.window
     return replace(
         filled,
-        legend=order.legend or bool(shown.get("legend")),
-        scale_bar=order.scale_bar or bool(shown.get("scale_bar")),
+        legend=order.legend or settings.legend,
+        scale_bar=order.scale_bar or settings.scale_bar,
     )
 
 
@@ -75,11 +71,12 @@ def _source(given: VolumeSource, session: Session, path: Path) -> VolumeSource:
             f"{path} shows {session.volume}, which is not there any more; give its new place.",
             volume="FILE",
         )
-    choice = Choice.parse(str(session.look.get("choice", "")))
+    memory = session.content.memory
+    choice = Choice.parse(memory.choice)
     return replace(
         given,
         path=given.path or session.volume,
-        raw=given.raw or str(session.look.get("raw_layout", "")) or None,
+        raw=given.raw or memory.raw_layout or None,
         component=given.component or choice.component,
         series=given.series or choice.series,
         array=given.array or choice.array,

@@ -38,16 +38,6 @@ class DelayedWriter(QObject):
         self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
         self._pause.timeout.connect(self._write)
 
-    @property
-    def is_writing(self) -> bool:
-        """True while a thread is writing."""
-        return self._writing is not None
-
-    @property
-    def has_failed(self) -> bool:
-        """True once a write has failed; nothing more is written then."""
-        return self._has_failed
-
     def note(self) -> None:
         """Have a change written soon; returns at once."""
         # Not anew at every change: a long drag would then be written at its end only.

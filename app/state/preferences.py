@@ -1,292 +1,137 @@
-"""What the window remembers between runs: kept in a file, and told to whoever listens."""
+"""What the window remembers between runs: settings, and a memory of each volume."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
-from itertools import chain, count
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from filelock import FileLock, Timeout
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QStandardPaths, Signal
 
 from app.state.delayed_writer import DelayedWriter
-from app.state.known_volume import KnownVolume, changed_volume
-from app.state.remembered import MOST_VOLUMES, Remembered
-from app.state.remembered_merge import merged
-from app.state.user_folder import user_folder
-from model.errors import TfscopeError, reason
-from model.files import write_atomically
-from model.json_files import read_json
+from app.state.former_files import former_memory, former_settings
+from app.state.kept_file import KeptFile
+from app.state.settings import RecentKind, Settings
+from app.state.volume_memory import VolumeMemory
 
-LOCK_PATIENCE_S = 5.0
-"""Time after which the file is written without a lock: who holds it that long hangs."""
+MOST_RECENT = 10
+"""Number of recent files of each kind, and of remembered models of a volume."""
 
-RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
+MOST_PLACES = 300
+"""Number of paths of volumes that are remembered."""
 
 
-class PreferencesError(TfscopeError):
-    """The file of what is remembered cannot be read or written."""
+def user_folder() -> Path:
+    """Return the folder for what is kept between runs; it may not exist yet."""
+    return Path(QStandardPaths.writableLocation(QStandardPaths.StandardLocation.AppDataLocation))
 
 
-def _unwritten(path: Path, error: OSError) -> str:
-    return (
-        f"{path}: the window's settings cannot be written ({reason(error)}); "
-        "they are not kept for the next start."
-    )
+def settings_file(folder: Path | None) -> KeptFile[Settings]:
+    """Return the file of settings in a user's folder; None keeps them in memory."""
+    if folder is None:
+        return KeptFile(None, Settings)
+    return KeptFile(folder / "settings.json", Settings, partial(former_settings, folder))
 
 
-class PreferencesStore:
-    """The file of what is remembered.
-
-    Parameters
-    ----------
-    path : Path
-        A JSON file; its folder is made by the first save.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    @classmethod
-    def of_user(cls) -> PreferencesStore:
-        """Return the store in the user's application data folder."""
-        return cls(user_folder() / "preferences.json")
-
-    def load(self) -> Remembered:
-        """Read the file; return defaults if there is none.
-
-        Raises
-        ------
-        PreferencesError
-            When the file is damaged or another program's, and has been renamed. A file
-            that cannot be read or renamed stays in place.
-        """
-        if not self.path.exists():
-            return Remembered()
-        try:
-            return Remembered.from_json(read_json(self.path))
-        except OSError as error:
-            raise PreferencesError(
-                f"{self.path}: the window's settings cannot be read ({reason(error)}), so it "
-                "starts with the usual ones and keeps none; check your permissions."
-            ) from error
-        except ValueError as error:
-            raise PreferencesError(
-                f"{self.path}: the window's settings are damaged ({error}), so it starts with the "
-                f"usual ones; {self._set_aside()}."
-            ) from error
-
-    def update(self, base: Remembered, mine: Remembered) -> Remembered:
-        """Write what was changed into the file, and return all that is in it then.
-
-        What other windows have written meanwhile stays; see :func:`merged`.
-
-        Parameters
-        ----------
-        base : Remembered
-            What was in the file when it was read last.
-        mine : Remembered
-            What shall be in it, as far as that differs.
-
-        Raises
-        ------
-        PreferencesError
-            When it cannot be written.
-        """
-        with self._locked():
-            try:
-                theirs = self.load() if self.path.exists() else base
-            except PreferencesError as error:
-                if isinstance(error.__cause__, OSError):
-                    raise PreferencesError(_unwritten(self.path, error.__cause__)) from error
-                # What is damaged has nothing to be kept, and was set aside.
-                theirs = base
-            result = merged(base, mine, theirs)
-            self.save(result)
-        return result
-
-    @contextmanager
-    def _locked(self) -> Iterator[None]:
-        """Keep other windows from writing; where there are no locks, it is a little less sure."""
-        lock = None
-        with suppress(OSError, NotImplementedError, Timeout):
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            lock = FileLock(self.path.with_suffix(".lock"), timeout=LOCK_PATIENCE_S)
-            lock.acquire()
-        try:
-            yield
-        finally:
-            if lock is not None:
-                lock.release()
-
-    def save(self, remembered: Remembered) -> None:
-        """Write the file, whole or not at all.
-
-        Raises
-        ------
-        PreferencesError
-            When it cannot be written.
-        """
-        content = json.dumps(remembered.to_json(), indent=1).encode()
-        try:
-            self.path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(self.path, content)
-        except OSError as error:
-            raise PreferencesError(_unwritten(self.path, error)) from error
-
-    def _set_aside(self) -> str:
-        """Rename the file, and say what has become of it."""
-        first = self.path.with_suffix(".damaged")
-        names = chain([first], (first.with_suffix(f".{i}.damaged") for i in count(2)))
-        aside = next(name for name in names if not name.exists())
-        with suppress(OSError):
-            self.path.replace(aside)
-            return f"the file is kept as {aside.name}"
-        return "it could not be renamed, so nothing is kept for the next start"
+def volume_file(folder: Path | None, fingerprint: str) -> KeptFile[VolumeMemory]:
+    """Return the file of a volume's memory in a user's folder; None keeps it in memory."""
+    if folder is None:
+        return KeptFile(None, VolumeMemory)
+    # Cards of models say fingerprints, too: theirs may be any text.
+    name = "".join(filter(str.isalnum, fingerprint))[:32]
+    former = partial(former_memory, folder, fingerprint)
+    return KeptFile(folder / "volumes" / f"{name}.json", VolumeMemory, former)
 
 
 class Preferences(QObject):
-    """Remembers choices, files and volumes between runs.
+    """Remembers settings, recent files and volumes.
 
     What is changed is written shortly afterwards, in a thread of its own, and by :meth:`finish`.
-    Other windows may write into the same file; what they remember comes with :meth:`refresh`.
 
     Parameters
     ----------
-    store : PreferencesStore or None
-        None keeps everything in memory.
+    folder : Path or None
+        Folder of the files; None keeps everything in memory.
 
     Attributes
     ----------
     start_problem : str
-        A sentence for the user if the file could not be read at the start; mostly empty.
+        A sentence for the user if the settings could not be read at the start; mostly empty.
     """
 
-    changed = Signal(object)
-    """Emitted with the set of the changed values' names."""
     problem = Signal(str)
-    """Emitted with a sentence when the file cannot be written."""
+    """Emitted with a sentence when a file cannot be written."""
 
-    def __init__(
-        self, store: PreferencesStore | None = None, parent: QObject | None = None
-    ) -> None:
+    def __init__(self, folder: Path | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self._store = store
-        self._values = Remembered()
-        self._base = self._values
-        """Content of the file when it was read or written last."""
-        self._written: tuple[Remembered, Remembered] | None = None
-        """What the last write was given, and what is in the file since."""
-        self._writer = DelayedWriter(self._take, "preferences", self)
+        self.folder = folder
+        self._settings = settings_file(folder)
+        self.start_problem = self._settings.problem
+        self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
+        self._writer = DelayedWriter(self._unwritten, "preferences", self)
         self._writer.problem.connect(self.problem)
-        self.start_problem = ""
-        if store is not None:
-            try:
-                self._values = self._base = store.load()
-            except PreferencesError as error:
-                self.start_problem = str(error)
-                if store.path.exists():
-                    # It could not even be set aside, and must not be overwritten.
-                    self._store = None
 
     @property
-    def folder(self) -> Path | None:
-        """Folder of the file; None where everything is in memory only."""
-        return None if self._store is None else self._store.path.parent
-
-    @property
-    def values(self) -> Remembered:
-        """Everything that is remembered now."""
-        return self._values
-
-    def value(self, name: str) -> Any:
-        """Return one value, by its name in :class:`Remembered`."""
-        return getattr(self._values, name)
+    def settings(self) -> Settings:
+        """The present settings."""
+        return self._settings.values
 
     def set(self, **changes: Any) -> None:
-        """Change some values, by their names in :class:`Remembered`.
+        """Change some settings, by their names in :class:`Settings`."""
+        self._change_settings(partial(replace, **changes))
 
-        Raises
-        ------
-        ValueError
-            For a name that there is not, or a value outside its range.
+    def volume(self, fingerprint: str) -> VolumeMemory:
+        """Return what is remembered of a volume."""
+        return self._volume(fingerprint).values
+
+    def volume_at(self, path: Path) -> VolumeMemory:
+        """Return what is remembered of the volume that was opened at a path last."""
+        fingerprint = self.settings.places.get(str(path.absolute()))
+        return VolumeMemory() if fingerprint is None else self.volume(fingerprint)
+
+    def refresh(self, fingerprint: str) -> str:
+        """Take in what other windows have written of a volume, and their settings.
+
+        Returns
+        -------
+        str
+            A sentence for the user if the volume's file could not be read; mostly empty.
         """
-        before = self._values
-        after = before.with_changes(changes)
-        names = {n for n in changes if getattr(before, n) != getattr(after, n)}
-        if not names and list(before.volumes) == list(after.volumes):
-            return
-        self._values = after
-        if self._store is not None:
-            self._writer.note()
-        if names:
-            self.changed.emit(frozenset(names))
+        file = self._volume(fingerprint)
+        problem = file.problem
+        self._settings.refresh()
+        file.refresh()
+        return problem or file.problem
 
-    def refresh(self) -> None:
-        """Take in what other windows have written since."""
-        if self._store is None or not self._store.path.exists():
-            return
-        self._absorb()
-        try:
-            theirs = Remembered.from_json(read_json(self._store.path))
-        except (OSError, ValueError):
-            # The next write says so.
-            return
-        before, self._values = self._values, merged(self._base, self._values, theirs)
-        self._base = theirs
-        after = self._values
-        names = {n for n in vars(before) if getattr(before, n) != getattr(after, n)}
-        if names:
-            self.changed.emit(frozenset(names))
+    def note_volume(self, fingerprint: str, **changes: Any) -> None:
+        """Remember something of a volume, by its names in :class:`VolumeMemory`."""
+        file = self._volume(fingerprint)
+        if any(getattr(file.values, name) != value for name, value in changes.items()):
+            file.change(partial(replace, **changes))
+            self._write_soon()
 
-    def volume(self, fingerprint: str) -> KnownVolume:
-        """Return what is remembered of a volume; all empty if it is new."""
-        return self._values.volumes.get(fingerprint, KnownVolume())
-
-    def note_volume(self, fingerprint: str, path: Path | None = None, **known: Any) -> None:
-        """Remember something of a volume, which becomes the newest.
-
-        Parameters
-        ----------
-        path : Path or None
-            Where it was opened; it becomes the first of the recent volumes. None changes
-            neither.
-        **known
-            Further values, by their names in :class:`KnownVolume`.
-
-        Raises
-        ------
-        ValueError
-            For a name that there is not, or a wrong value.
-        """
-        if path is not None:
-            known["path"] = str(path.absolute())
-        volumes = {k: v for k, v in self._values.volumes.items() if k != fingerprint}
-        volumes[fingerprint] = changed_volume(self.volume(fingerprint), known)
-        newest = dict(list(volumes.items())[-MOST_VOLUMES:])
-        self.set(volumes=newest, **({} if path is None else self._recent("volumes", path)))
+    def note_opened(self, fingerprint: str, path: Path) -> None:
+        """Remember where a volume was opened; it becomes the first of the recent ones."""
+        place = str(path.absolute())
+        self.note_volume(fingerprint, path=place)
+        self._change_settings(partial(_with_place, place=place, fingerprint=fingerprint))
+        self.note_recent("volumes", path)
 
     def note_model(self, folder: Path, fingerprint: str) -> None:
         """Remember that a model was opened with a volume; it becomes the first of both lists."""
         models = _first(str(folder.absolute()), self.volume(fingerprint).models)
         self.note_volume(fingerprint, models=models)
-        self.set(**self._recent("models", folder))
+        self.note_recent("models", folder)
 
-    def note_transfer_function(self, path: Path) -> None:
-        """Remember that a TF file was opened or saved; it becomes the first of the recent ones."""
-        self.set(**self._recent("transfer_functions", path))
-
-    def note_session(self, path: Path) -> None:
-        """Remember that a session was opened or saved; it becomes the first of the recent ones."""
-        self.set(**self._recent("sessions", path))
+    def note_recent(self, kind: RecentKind, path: Path) -> None:
+        """Put a file first among the recent ones of its kind."""
+        self._change_settings(partial(_with_recent, kind=kind, path=path.absolute()))
 
     def recent(self, kind: RecentKind) -> list[Path]:
         """Return the recent files of a kind, the newest first, whether they exist or not."""
-        return [Path(text) for text in self.value(f"recent_{kind}")]
+        return [Path(text) for text in getattr(self.settings, f"recent_{kind}")[:MOST_RECENT]]
 
     def forget_recent(self, kind: RecentKind) -> None:
         """Empty the list of the recent files of a kind."""
@@ -296,32 +141,49 @@ class Preferences(QObject):
         """Write what is not written yet, and wait for it."""
         self._writer.finish()
 
-    def _recent(self, kind: RecentKind, path: Path) -> dict[str, Any]:
-        """Return the changes that put a file first among the recent ones.
+    def _change_settings(self, change: Callable[[Settings], Settings]) -> None:
+        if change(self.settings) != self.settings:
+            self._settings.change(change)
+            self._write_soon()
 
-        Dialogs open where the last file was. A model is found with its volume, without anybody
-        having been in its folder.
-        """
-        name, place = f"recent_{kind}", path.absolute()
-        changes: dict[str, Any] = {name: _first(str(place), self.value(name))}
-        return changes if kind == "models" else changes | {"last_folder": str(place.parent)}
+    def _write_soon(self) -> None:
+        if self.folder is not None:
+            self._writer.note()
 
-    def _take(self) -> Callable[[], None]:
-        self._absorb()
-        return partial(self._update, self._base, self._values)
+    def _volume(self, fingerprint: str) -> KeptFile[VolumeMemory]:
+        if fingerprint not in self._volumes:
+            self._volumes[fingerprint] = volume_file(self.folder, fingerprint)
+        return self._volumes[fingerprint]
 
-    def _update(self, base: Remembered, mine: Remembered) -> None:
-        assert self._store is not None
-        self._written = mine, self._store.update(base, mine)
+    def _unwritten(self) -> Callable[[], None]:
+        writes = [self._settings.unwritten()]
+        writes += [file.unwritten() for file in self._volumes.values()]
+        return partial(_call_all, list(filter(None, writes)))
 
-    def _absorb(self) -> None:
-        """Go on from what the last write has put into the file."""
-        if self._written is not None:
-            (mine, written), self._written = self._written, None
-            self._values = merged(mine, self._values, written)
-            self._base = written
+
+def _call_all(functions: list[Callable[[], None]]) -> None:
+    for function in functions:
+        function()
 
 
 def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:
-    """Put a text first; a longer list is cut where it is taken."""
-    return (text, *(other for other in others if other != text))
+    return (text, *(other for other in others if other != text))[:MOST_RECENT]
+
+
+def _with_recent(settings: Settings, kind: RecentKind, path: Path) -> Settings:
+    """Put a file first among the recent ones.
+
+    Dialogs open where the last file was. A model is found with its volume, without anybody
+    having been in its folder.
+    """
+    name = f"recent_{kind}"
+    changes: dict[str, Any] = {name: _first(str(path), getattr(settings, name))}
+    if kind != "models":
+        changes["last_folder"] = str(path.parent)
+    return replace(settings, **changes)
+
+
+def _with_place(settings: Settings, place: str, fingerprint: str) -> Settings:
+    others = {p: f for p, f in settings.places.items() if p != place}
+    newest = [*others.items(), (place, fingerprint)][-MOST_PLACES:]
+    return replace(settings, places=dict(newest))

@@ -15,13 +15,13 @@ from app.engines.states import EngineState
 from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
 from app.state.exactness import STOPS, USUAL, Stop
 from app.state.kernel_wait import KernelWait
-from app.state.known_volume import FORMER_LIGHT, LightingChoice
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
 from app.state.slow_lights import SlowLights
 from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import LightKeeper
+from app.state.volume_memory import LightingChoice
 from model.rendering.path_tracing import denoising
 from model.rendering.raster import Raster
 from model.scene.light import LightDirection, LightRange
@@ -159,8 +159,6 @@ class ReferenceWork(QObject):
     """Emitted when the analyst is started anew or waits for kernels: old answers do not hold."""
     resized = Signal(object)
     """Emitted with the :class:`Raster` of the image."""
-    lightReplaced = Signal()
-    """Emitted when a volume was seen last in a light that there is not, and soft light is shown."""
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
     volumeStarted = Signal()
@@ -294,9 +292,6 @@ class ReferenceWork(QObject):
         """
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
-        is_replaced = self._preferences.volume(volume.fingerprint).lighting == FORMER_LIGHT
-        if is_replaced:
-            self._preferences.note_volume(volume.fingerprint, lighting="soft")
         if is_new:
             self._slow_lights = SlowLights()
             self._vtk_problem = ""
@@ -308,8 +303,6 @@ class ReferenceWork(QObject):
         self._take_settings()
         self._dispatcher.forget_times()
         self.volumeStarted.emit()
-        if is_replaced:
-            self.lightReplaced.emit()
         # Over another range, the last image stays until the first new one.
         self._start_reference(PREPARING if is_new else "")
         self._start_analyst()
@@ -350,7 +343,7 @@ class ReferenceWork(QObject):
         assert self._volume is not None
         known = self._preferences.volume(self._volume.fingerprint)
         is_alike = before is not None and before.series == self._volume.series
-        if is_alike and (known.lighting, known.light) == ("auto", ()):
+        if is_alike and (known.lighting, known.light) == ("auto", None):
             return
         lighting, self._asked_lighting = self._asked_lighting or known.lighting, None
         if lighting == "auto":
@@ -480,7 +473,7 @@ class ReferenceWork(QObject):
 
 
 def _remembered(preferences: Preferences) -> ReferenceChoices:
-    values = preferences.values
+    values = preferences.settings
     size = "pane" if values.reference_size is None else values.reference_size
     return ReferenceChoices(
         "auto",

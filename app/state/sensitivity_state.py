@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
+from msgspec import Meta
 from PySide6.QtCore import QObject, Signal
 
-from app.state.kept_fields import kept
-from app.state.value_checks import flag, number, one_of
 from model.scene.region import SQUARE, Outline, Reach
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
@@ -21,15 +20,29 @@ Layer = Literal["curve", "visible"]
 NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
 """Limits of the width of edits, in bins."""
 
+FARTHEST = 1e3
+"""Greatest coordinate of a region's corner, in sides of the image's square."""
+
 WIDTH_PER_NOTCH = 1.15
 
 
 @dataclass(frozen=True)
 class NamedRegion:
-    """A region that the user has drawn."""
+    """A region that the user has drawn.
+
+    Raises
+    ------
+    ValueError
+        For an outline without three corners, or far outside of any image.
+    """
 
     name: str
     outline: Outline
+
+    def __post_init__(self) -> None:
+        points = self.outline.points
+        if len(points) < 3 or any(abs(place) > FARTHEST for point in points for place in point):
+            raise ValueError(f"no region has the corners {points}")
 
 
 @dataclass(frozen=True)
@@ -50,15 +63,15 @@ class Choices:
         Whether scales stay as they are.
     """
 
-    shown: bool = kept(flag, True, in_session=True)
-    curve: bool = kept(flag, True, in_session=True)
-    whole_curve: bool = kept(flag, False, in_session=True)
-    visible: bool = kept(flag, True, in_session=True)
-    measure: Measure = kept(one_of(*get_args(Measure)), "signed", in_session=True)
-    engine: EngineChoice = kept(one_of(*get_args(EngineChoice)), "automatic", in_session=True)
-    width: float = kept(number(NARROWEST, WIDEST), EDIT_WIDTH, in_session=True)
-    height: float = kept(number(0.0, 1.0), 0.05, in_session=True)
-    locked: bool = kept(flag, False, in_session=True)
+    shown: bool = True
+    curve: bool = True
+    whole_curve: bool = False
+    visible: bool = True
+    measure: Measure = "signed"
+    engine: EngineChoice = "automatic"
+    width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH
+    height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05
+    locked: bool = False
 
 
 @dataclass(frozen=True)

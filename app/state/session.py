@@ -1,35 +1,50 @@
-"""A session: all that brings a window's picture back, as a file (``.tfscope``).
-
-Its fields are those of :mod:`.known_volume`, :mod:`.remembered` and the choices of sensitivities
-that are declared to belong to a session, and the few that are nowhere else.
-"""
+"""A session: all that brings a window's picture back, as a file (``.tfscope``)."""
 
 from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
-from app.state.kept_fields import checks_of
-from app.state.known_volume import KnownRegion, KnownVolume
-from app.state.remembered import Remembered
+from app.state.former_files import former_session
 from app.state.sensitivity_state import Choices
-from app.state.value_checks import checked, flag, list_of, number, text, whole_number
+from app.state.settings import SessionSettings, Settings
+from app.state.volume_memory import VolumeMemory
 from model.errors import TfscopeError, reason
 from model.files import write_atomically
-from model.json_files import read_json
-from model.scene.transfer_function import TransferFunction
+from model.json_files import MalformedError, build, build_valid, read_json
+from model.scene.transfer_function import Range
 from model.volume_files.shipped import shipped_volumes
 
 SUFFIX = ".tfscope"
-VERSION = 1
+VERSION = 2
 
 
 class SessionError(TfscopeError):
     """A session's file cannot be read or written."""
+
+
+@dataclass(frozen=True)
+class SessionContent:
+    """What a session holds of the window, but for files.
+
+    Attributes
+    ----------
+    memory : VolumeMemory
+        Of the open volume, without its path and models.
+    band : tuple of float or None
+        Lowest and highest of the pinned scalar values.
+    browsing : bool
+        Whether the latent browser is open.
+    """
+
+    memory: VolumeMemory = field(default_factory=VolumeMemory)
+    settings: SessionSettings = field(default_factory=SessionSettings)
+    sensitivity: Choices = field(default_factory=Choices)
+    band: Range | None = None
+    browsing: bool = False
 
 
 @dataclass(frozen=True)
@@ -42,29 +57,17 @@ class Session:
         The volume's file or folder.
     fingerprint : str
         Checksum of its voxels.
-    transfer_function : TransferFunction
-        Over the range, and on the scale, that the volume is shown on.
-    look : dict
-        Values of a :class:`KnownVolume` that belong to a session, by name.
-    window : dict
-        Values of :class:`Remembered` that belong to a session, by name.
-    band : tuple of float
-        Lowest and highest of the pinned scalar values; empty if none are.
-    browsing : bool
-        Whether the latent browser is open.
     model : Path or None
         Folder of the open model.
+    wrong : tuple of str
+        Names of what was wrong in the session's file, and was left out.
     """
 
     volume: Path
     fingerprint: str
-    transfer_function: TransferFunction
-    look: Mapping[str, Any] = field(default_factory=dict)
-    window: Mapping[str, Any] = field(default_factory=dict)
-    sensitivity: Choices = field(default_factory=Choices)
-    band: tuple[float, ...] = ()
-    browsing: bool = False
+    content: SessionContent = field(default_factory=SessionContent)
     model: Path | None = None
+    wrong: tuple[str, ...] = ()
 
     def save(self, path: Path) -> None:
         """Write the file, whole or not at all.
@@ -77,9 +80,15 @@ class Session:
         SessionError
             When it cannot be written.
         """
+        data = {
+            "tfscope_session": VERSION,
+            "volume": {**_written(self.volume, path), "fingerprint": self.fingerprint},
+            "model": None if self.model is None else _written(self.model, path),
+            **asdict(self.content),
+        }
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomically(path, json.dumps(self._to_json(path), indent=1).encode())
+            write_atomically(path, json.dumps(data, indent=1).encode())
         except OSError as error:
             raise SessionError(
                 f"{path}: the session cannot be written ({reason(error)}); choose another place."
@@ -92,7 +101,7 @@ class Session:
         Raises
         ------
         SessionError
-            When it cannot be read, is damaged, or of a newer version.
+            When it cannot be read, is no session, or of a newer version.
         """
         try:
             return cls._from_json(read_json(path), path)
@@ -100,65 +109,38 @@ class Session:
             raise SessionError(
                 f"{path}: the session cannot be read ({reason(error)}); choose another."
             ) from error
-        except (ValueError, TfscopeError) as error:
+        except ValueError as error:
             raise SessionError(
                 f"{path}: this is no session that can be opened ({error}); nothing was changed."
             ) from error
 
-    def _to_json(self, path: Path) -> dict[str, Any]:
-        return {
-            "tfscope_session": VERSION,
-            "volume": {**_written(self.volume, path), "fingerprint": self.fingerprint},
-            "model": None if self.model is None else _written(self.model, path),
-            "transfer_function": self.transfer_function.to_json(),
-            "look": {name: _plain(value) for name, value in self.look.items()},
-            "window": dict(self.window),
-            "sensitivity": of_session(self.sensitivity),
-            "band": list(self.band),
-            "browsing": self.browsing,
-        }
-
     @classmethod
     def _from_json(cls, data: Any, path: Path) -> Session:
-        if not isinstance(data, dict) or "tfscope_session" not in data:
-            raise ValueError("it does not hold a session of tfscope")
-        version = whole_number(1, 10**9)(data["tfscope_session"])
+        if not isinstance(data, dict) or type(data.get("tfscope_session")) is not int:
+            raise MalformedError("it does not hold a session of tfscope")
+        version = data["tfscope_session"]
         if version > VERSION:
-            raise ValueError(f"it was written by a newer tfscope, in version {version}")
-        volume = _part(data, "volume")
-        sensitivity = _checked(Choices, _part(data, "sensitivity"))
-        band = list_of(number(-1e300, 1e300), 2)(data.get("band", ()))
-        if len(band) == 1 or (band and band[0] > band[1]):
-            raise ValueError("'band' must have a lowest and a highest value, or none")
-        return cls(
-            volume=_found(volume, path),
-            fingerprint=text(volume.get("fingerprint")),
-            transfer_function=TransferFunction.from_json(data.get("transfer_function")),
-            look=_checked(KnownVolume, _part(data, "look")),
-            window=_checked(Remembered, _part(data, "window")),
-            sensitivity=Choices(**sensitivity),
-            band=band,
-            browsing=flag(data.get("browsing", False)),
-            model=None if data.get("model") is None else _found(_part(data, "model"), path),
-        )
+            raise MalformedError(f"it was written by a newer tfscope, in version {version}")
+        if version < VERSION:
+            data = former_session(data)
+        volume = build(_Place, data.get("volume"))
+        content, wrong = build_valid(SessionContent, data)
+        model = None
+        if data.get("model") is not None:
+            model = _found(build(_Place, data["model"]), path)
+        return cls(_found(volume, path), volume.fingerprint, content, model, tuple(wrong))
 
 
-def of_session(kept: KnownVolume | Remembered | Choices) -> dict[str, Any]:
-    """Return the values that belong to a session, by name."""
-    return {name: getattr(kept, name) for name in checks_of(type(kept), in_session=True)}
+def session_settings(settings: Settings) -> SessionSettings:
+    """Return those settings that a session holds."""
+    return SessionSettings(**{f.name: getattr(settings, f.name) for f in fields(SessionSettings)})
 
 
-def _checked(table: type, data: dict[str, Any]) -> dict[str, Any]:
-    """Return the values that are known; those of a later version are left out."""
-    checks = checks_of(table, in_session=True)
-    return {name: checked(checks, name, value) for name, value in data.items() if name in checks}
-
-
-def _part(data: dict[str, Any], name: str) -> dict[str, Any]:
-    part = data.get(name, {})
-    if not isinstance(part, dict):
-        raise ValueError(f"'{name}' must have names")
-    return part
+@dataclass(frozen=True)
+class _Place:
+    path: str
+    beside: str = ""
+    fingerprint: str = ""
 
 
 def _written(place: Path, session: Path) -> dict[str, str]:
@@ -172,19 +154,11 @@ def _written(place: Path, session: Path) -> dict[str, str]:
     return {"path": str(place), "beside": beside}
 
 
-def _found(written: dict[str, Any], session: Path) -> Path:
+def _found(written: _Place, session: Path) -> Path:
     """Return where a file or folder is now, or where it was if it is nowhere."""
-    folder, place = session.absolute().parent, Path(text(written.get("path")))
-    beside = text(written.get("beside", ""))
+    folder, place = session.absolute().parent, Path(written.path)
     # What has moved along with the session comes before what was left behind.
-    places = [folder / beside] if beside else []
+    places = [folder / written.beside] if written.beside else []
     places += [place, folder / place.name]
     places += [each for each in shipped_volumes() if each.name == place.name]
     return next((each.resolve() for each in places if each.exists()), place)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value of a session as plain data."""
-    if isinstance(value, tuple | list):
-        return [_plain(each) for each in value]
-    return asdict(value) if isinstance(value, KnownRegion) else value

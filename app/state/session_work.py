@@ -7,14 +7,13 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from app.state.kept_inputs import KEPT_INPUTS, input_of, numbers_of
-from app.state.known_volume import FORMER_LIGHT
 from app.state.latent_state import LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.session import Session, SessionError, of_session
+from app.state.session import Session, SessionContent, SessionError, session_settings
 from app.state.viewer_state import ViewerState
+from app.state.volume_memory import VolumeMemory
 from app.state.volume_reading import Wanted
 from app.state.workspace import Workspace
 from model.volume_files.choice import Choice
@@ -76,7 +75,7 @@ class SessionWork(QObject):
         except SessionError as error:
             self.problem.emit(str(error))
             return
-        self._preferences.note_session(path)
+        self._preferences.note_recent("sessions", path)
         self.shown.emit(session, path.name)
         self.news.emit(f"Saved {path.name}.")
 
@@ -85,25 +84,27 @@ class SessionWork(QObject):
         opened = self._workspace.opened
         if opened is None:
             return None
-        look = of_session(self._preferences.volume(opened.fingerprint))
         inputs = self._state.inputs
-        look |= {name: numbers_of(name, getattr(inputs, name)) for name in KEPT_INPUTS}
-        look |= {
+        memory = replace(
+            self._preferences.volume(opened.fingerprint),
+            path="",
+            models=(),
+            tf=self._state.transfer_function,
+            view=inputs.view,
+            light=inputs.light,
+            crop=inputs.crop,
             # Not "auto": another machine might choose another light.
-            "lighting": self._workspace.reference.settings.lighting,
-        }
-        band = self._sensitivity.band
-        return Session(
-            volume=opened.path,
-            fingerprint=opened.fingerprint,
-            transfer_function=self._state.transfer_function,
-            look=look,
-            window=of_session(self._preferences.values),
-            sensitivity=self._sensitivity.choices,
-            band=band.values if band is not None and band.pinned else (),
-            browsing=self._latent.choices.shown,
-            model=self._workspace.model.folder,
+            lighting=self._workspace.reference.settings.lighting,
         )
+        band = self._sensitivity.band
+        content = SessionContent(
+            memory,
+            session_settings(self._preferences.settings),
+            self._sensitivity.choices,
+            band.values if band is not None and band.pinned else None,
+            self._latent.choices.shown,
+        )
+        return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
         """Open a session.
@@ -123,16 +124,15 @@ class SessionWork(QObject):
             self.volumeMissed.emit(path, session)
             return
         self._awaited = path, session
-        layout = str(session.look.get("raw_layout", ""))
-        choice = str(session.look.get("choice", ""))
+        memory = session.content.memory
         wanted = Wanted(
             model=session.model if session.model is not None and session.model.exists() else None,
-            transfer_function=session.transfer_function,
+            transfer_function=memory.tf,
         )
         self._workspace.reading.open(
             session.volume,
-            raw=RawLayout.parse(layout) if layout else None,
-            choice=Choice.parse(choice) if choice else None,
+            raw=RawLayout.parse(memory.raw_layout) if memory.raw_layout else None,
+            choice=Choice.parse(memory.choice) if memory.choice else None,
             is_remembered=True,
             wanted=wanted,
         )
@@ -142,31 +142,25 @@ class SessionWork(QObject):
             self._awaited = None
             return
         path, session = self._awaited
-        self._before = self._keep_before(path, opened)
-        self._is_other = opened.fingerprint != session.fingerprint
-        self._preferences.note_volume(opened.fingerprint, **session.look)
-
-    def _keep_before(self, path: Path, opened: OpenedVolume) -> Path | None:
-        """Write what is remembered of a volume to a session; return its path."""
-        if self._folder is None or path == self._folder / BEFORE:
-            return None
         known = self._preferences.volume(opened.fingerprint)
-        tf = self._workspace.reading.kept_tf(opened.fingerprint)
-        if tf is None and not known.path:
-            return None
-        before = Session(
-            opened.path,
-            opened.fingerprint,
-            tf or opened.default,
-            of_session(known),
-            of_session(self._preferences.values),
-        )
+        self._before = self._keep_before(path, opened, known)
+        self._is_other = opened.fingerprint != session.fingerprint
+        memory = session.content.memory
+        tf = known.tf if memory.tf is None else memory.tf
+        kept = replace(memory, path=known.path, models=known.models, tf=tf)
+        self._preferences.note_volume(opened.fingerprint, **vars(kept))
+
+    def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> Path | None:
+        """Write what is remembered of a volume to a session; return its path."""
         assert self._awaited is not None
-        session = self._awaited[1]
-        if (before.transfer_function, before.look) == (session.transfer_function, session.look):
+        memory = replace(known, path="", models=(), tf=known.tf or opened.default)
+        is_new = known.tf is None and not known.path
+        is_same = memory == self._awaited[1].content.memory
+        if self._folder is None or path == self._folder / BEFORE or is_new or is_same:
             return None
+        content = SessionContent(memory, session_settings(self._preferences.settings))
         try:
-            before.save(self._folder / BEFORE)
+            Session(opened.path, opened.fingerprint, content).save(self._folder / BEFORE)
         except SessionError as error:
             self.problem.emit(str(error))
             return None
@@ -177,40 +171,40 @@ class SessionWork(QObject):
             self.shown.emit(None, "")
             return
         (path, session), self._awaited = self._awaited, None
-        self._preferences.set(**session.window)
-        size = self._preferences.value("reference_size")
-        reference = self._workspace.reference
-        lighting = session.look.get("lighting", "auto")
+        content, reference = session.content, self._workspace.reference
+        memory, settings = content.memory, content.settings
+        self._preferences.set(**vars(settings))
+        size = settings.reference_size
         # It is noted of the volume already, and no edit that could be undone.
         reference.choose(
             keep=False,
-            lighting="soft" if lighting == FORMER_LIGHT else lighting,
-            drawing=self._preferences.value("drawing"),
-            stop=self._preferences.value("stop"),
-            denoises=self._preferences.value("denoises"),
+            lighting=memory.lighting,
+            drawing=settings.drawing,
+            stop=settings.stop,
+            denoises=settings.denoises,
             size="pane" if size is None else size,
         )
-        light = input_of("light", session.look.get("light", ()))
-        if light is not None and self._state.light is not None:
-            reference.light.place(light)
-        if not session.look.get("regions"):
+        if memory.light is not None and self._state.light is not None:
+            reference.light.place(memory.light)
+        if not memory.regions:
             # Those of the volume before stay for another time step, and for the same volume.
-            self._sensitivity.start_volume(None, count=session.look.get("region_count", 0))
-        self._sensitivity.choose(**vars(session.sensitivity))
-        if session.band:
-            self._sensitivity.pin(*session.band)
-        self._latent.choose(shown=session.browsing)
+            self._sensitivity.start_volume(None, count=memory.region_count)
+        self._sensitivity.choose(**vars(content.sensitivity))
+        if content.band is not None:
+            self._sensitivity.pin(*sorted(content.band))
+        self._latent.choose(shown=content.browsing)
         if path != (self._folder or Path()) / BEFORE:
-            self._preferences.note_session(path)
+            self._preferences.note_recent("sessions", path)
         self.shown.emit(session, path.name)
-        other = (
-            f" {session.volume.name} is not the file that it was saved with: its voxels differ."
-            if self._is_other
-            else ""
-        )
+        told = [f"{path.name} is open."]
+        if self._is_other:
+            name = session.volume.name
+            told.append(f"{name} is not the file that it was saved with: its voxels differ.")
+        if session.wrong:
+            names = ", ".join(f"'{name}'" for name in session.wrong)
+            told.append(f"What is wrong in it was left out: {names}.")
         if self._before is not None:
-            kept = " What its volume looked like before is kept."
-            self.told.emit(f"{path.name} is open.{other}{kept}", self._before)
-        elif other:
-            self.told.emit(f"{path.name} is open.{other}", None)
+            told.append("What its volume looked like before is kept.")
+        if told[1:]:
+            self.told.emit(" ".join(told), self._before)
         self._before = None

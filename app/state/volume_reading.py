@@ -14,7 +14,6 @@ from app.state.generator_work import GeneratorWork
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.state.transfer_function_keeper import TransferFunctionKeeper
 from app.state.volume_opening import VolumeOpening
 from model.errors import TfscopeError
 from model.scene.range_choice import RangeChoice
@@ -89,14 +88,13 @@ class VolumeReading(QObject):
         read_volume: Callable[..., Volume],
         reference: EngineClient,
         model: GeneratorWork,
-        keeper: TransferFunctionKeeper,
         library: Library,
         preferences: Preferences,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._reference, self._model = reference, model
-        self._keeper, self._library, self._preferences = keeper, library, preferences
+        self._library, self._preferences = library, preferences
         self._opening = VolumeOpening(read_volume, self)
         self._opening.progressed.connect(self._tell_progress)
         self._shown: OpenedVolume | None = None
@@ -150,7 +148,7 @@ class VolumeReading(QObject):
 
     def kept_tf(self, fingerprint: str) -> TransferFunction | None:
         """Return the TF under which a volume was seen last; None if that is not known."""
-        return self._keeper.load(fingerprint)
+        return self._preferences.volume(fingerprint).tf
 
     def model_for(self, opened: OpenedVolume) -> Path | None:
         """Model to show with a volume: the open one, or one that is known to be of it.
@@ -193,7 +191,11 @@ class VolumeReading(QObject):
     def _read(self, opened: OpenedVolume) -> None:
         """Show a volume that was read, with its missing voxels if they were drawn the last time."""
         self.ended.emit()
+        # What other windows have kept of it meanwhile.
+        problem = self._preferences.refresh(opened.fingerprint)
         self.volumeRead.emit(opened)
+        if problem:
+            self.problem.emit(problem)
         known = self._preferences.volume(opened.fingerprint)
         if known.draws_missing and opened.has_missing:
             show, failed = self._show_over_wanted, partial(self._show_nevertheless, opened)

@@ -22,9 +22,8 @@ from app.state.sensitivity_answers import Source
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.start_order import StartOrder
-from app.state.transfer_function_keeper import TransferFunctionKeeper, TransferFunctionStore
 from app.state.viewer_state import ViewerState
-from app.state.volume_keepers import LookKeeper, RegionKeeper
+from app.state.volume_keepers import VolumeKeeper
 from app.state.volume_ranging import VolumeRanging
 from app.state.volume_reading import VolumeReading
 from model.scene.range_fitting import fit_to_range, fit_to_volume
@@ -50,8 +49,6 @@ class Workspace(QObject):
         To the analyst, a ray caster whose images are shown until the reference's are there.
     builders : Builders
         Functions that read volumes and build engines.
-    store : TransferFunctionStore or None
-        Storage of every volume's TF between runs; None for none.
     preferences : Preferences
         What is remembered of volumes, models and choices.
     device : str
@@ -87,7 +84,6 @@ class Workspace(QObject):
         stand_in: Channel,
         brightness: Brightness,
         builders: Builders,
-        store: TransferFunctionStore | None,
         preferences: Preferences,
         device: str,
         parent: QObject,
@@ -99,8 +95,6 @@ class Workspace(QObject):
         self._generator, self._analyst = generator, stand_in.client
         self._preferences = preferences
         self.library = Library(preferences)
-        self._keeper = TransferFunctionKeeper(store, self)
-        self._keeper.problem.connect(self.problem)
         self.model = GeneratorWork(generator, builders, device, self)
         self._order = StartOrder(generator, reference, stand_in, self.model, self)
         self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
@@ -113,13 +107,11 @@ class Workspace(QObject):
         self.reference = ReferenceWork(
             state, reference, stand_in, builders, self._dispatcher, preferences, self
         )
-        self._looks = LookKeeper(state, preferences, self)
-        self._regions = RegionKeeper(sensitivity, preferences, self)
+        self._keeper = VolumeKeeper(state, sensitivity, preferences, self)
         self.reading = VolumeReading(
             builders.read_volume,
             reference,
             self.model,
-            self._keeper,
             self.library,
             preferences,
             self,
@@ -133,7 +125,6 @@ class Workspace(QObject):
         state, work = self._state, self.reference
         state.inputsChangeFinished.connect(self._update_hint)
         state.tf_input.changeFinished.connect(self.ranging.follow)
-        state.edits.edited.connect(self._keep)
         work.resized.connect(self.sensitivity.show)
         work.choicesChanged.connect(self._share_patience)
         self._share_patience(work.choices)
@@ -227,8 +218,7 @@ class Workspace(QObject):
         self.ranging.abandon()
 
     def join(self) -> None:
-        """Wait until all threads have ended and everything is written."""
-        self._keeper.finish()
+        """Wait until all threads have ended."""
         own = self.latent, self.reading, self.ranging
         for part in (*self._clients, self._analyst, *own):
             part.join()
@@ -238,9 +228,7 @@ class Workspace(QObject):
         self._is_restored = kept is not None
         folder = self.reading.model_for(opened)
         self._opened = opened
-        # What other windows have kept of it meanwhile.
-        self._preferences.refresh()
-        self._regions.start(opened)
+        memory = self._keeper.start(opened)
         self.latent.session.start_volume(opened.volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)
@@ -257,24 +245,23 @@ class Workspace(QObject):
         ]
         self.news.emit(" ".join(filter(None, notes)))
         self._dispatcher.change(scale=opened.volume.scale)
-        volume, (view, others) = opened.volume, self._looks.start(opened.fingerprint)
-        up = self._preferences.volume(opened.fingerprint).up_axis or volume.up
+        volume = opened.volume
         self._state.start_view(
             volume.proportions,
-            up,
+            memory.up_axis or volume.up,
             volume.axis_labels,
-            view,
+            memory.view,
             opened.shown,
             self.reference.reach,
             None if sample is None else sample.angles,
         )
         self.volumeOpened.emit(opened)
-        self._preferences.note_volume(opened.fingerprint, opened.path)
+        self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, kept, others)
+        self._state.start_volume(opened.default, kept, {"crop": memory.crop})
         if self.reading.wanted.transfer_function is not None:
-            self._keep()
+            self._keeper.keep_tf()
         self.volumeStarted.emit()
 
     def _volume_failed(self, text: str) -> None:
@@ -368,11 +355,6 @@ class Workspace(QObject):
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()
-
-    def _keep(self) -> None:
-        """Keep the TF for the next run after every edit, undo and redo."""
-        if self._opened is not None:
-            self._keeper.keep(self._opened.fingerprint, self._state.transfer_function)
 
     def _update_hint(self) -> None:
         lighting = self.reference.settings.lighting

@@ -28,7 +28,7 @@ class PlotMemory(QObject):
         self._fingerprint, self._opening = "", opened.fingerprint
         before, self._series = self._series, opened.volume.series
         known = self._preferences.volume(opened.fingerprint)
-        if before == self._series and not known.visible:
+        if before == self._series and known.visible is None:
             return
         self._area.set_scale(OpacityScale(known.opacity_scale == "logarithmic"))
         self._area.set_axis(
@@ -40,8 +40,8 @@ class PlotMemory(QObject):
     def settle(self) -> None:
         """Bring the values into sight that were seen last, once the volume is shown."""
         visible = self._preferences.volume(self._opening).visible
-        if len(visible) == 2:
-            self._area.set_axis(self._area.axis.showing((visible[0], visible[1])))
+        if visible is not None and visible[0] < visible[1]:
+            self._area.set_axis(self._area.axis.showing(visible))
         self._fingerprint = self._opening
 
     def _note(self) -> None:
@@ -51,5 +51,5 @@ class PlotMemory(QObject):
                 self._fingerprint,
                 value_scale="linear" if axis.scale == "linear" else "logarithmic",
                 opacity_scale="logarithmic" if self._area.scale.logarithmic else "linear",
-                visible=tuple(float(end) for end in axis.visible),
+                visible=(float(axis.visible[0]), float(axis.visible[1])),
             )

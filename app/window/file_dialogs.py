@@ -82,7 +82,7 @@ class FileDialogs(QObject):
         except TransferFunctionError as error:
             self.problem.emit(str(error))
         else:
-            self._preferences.note_transfer_function(path)
+            self._preferences.note_recent("transfer_functions", path)
             self.news.emit(f"Saved {path.name}.")
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:
@@ -111,7 +111,7 @@ class FileDialogs(QObject):
 
         A name without one of the suffixes, which determine the format, gets the first of them.
         """
-        start = str(Path(self._preferences.value("last_folder")) / name)
+        start = str(Path(self._preferences.settings.last_folder) / name)
         chosen, _ = QFileDialog.getSaveFileName(self._parent, title, start, filters)
         if not chosen:
             return None
@@ -130,12 +130,12 @@ class FileDialogs(QObject):
         return answer == QMessageBox.StandardButton.Yes
 
     def _open_file(self, title: str, filters: str, open_it: Callable[[Path], object]) -> None:
-        folder = self._preferences.value("last_folder")
+        folder = self._preferences.settings.last_folder
         name, _ = QFileDialog.getOpenFileName(self._parent, title, folder, filters)
         self._take(name, open_it)
 
     def _open_folder(self, title: str, open_it: Callable[[Path], object]) -> None:
-        folder = self._preferences.value("last_folder")
+        folder = self._preferences.settings.last_folder
         self._take(QFileDialog.getExistingDirectory(self._parent, title, folder), open_it)
 
     def _take(self, name: str, open_it: Callable[[Path], object]) -> None:

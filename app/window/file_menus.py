@@ -13,7 +13,8 @@ from PySide6.QtWidgets import QMenu
 
 from app.controls import add_action
 from app.menu_tips import show_tips
-from app.state.preferences import Preferences, RecentKind
+from app.state.preferences import Preferences
+from app.state.settings import RecentKind
 from app.state.workspace import Workspace
 from app.window.file_opening import FileOpening
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of

@@ -10,8 +10,9 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.controls import Action
 from app.state.library import ModelCheck
-from app.state.preferences import Preferences, RecentKind
+from app.state.preferences import Preferences
 from app.state.session import SUFFIX
+from app.state.settings import RecentKind
 from app.state.viewer_state import ViewerState
 from app.state.volume_reading import Wanted
 from app.state.workspace import Workspace
@@ -217,7 +218,7 @@ class FileOpening(QObject):
         fitted = self._workspace.fitted(loaded)
         self._state.tf_input.set(fitted, f"open {path.name}")
         self.transferFunctionOpened.emit()
-        self._preferences.note_transfer_function(path)
+        self._preferences.note_recent("transfer_functions", path)
         same = fitted.scalar_range == loaded.scalar_range
         lo, hi = values_at(fitted.scalar_range, fitted.scale)
         change = "" if same else f"; it was fitted to the values from {lo:.5g} to {hi:.5g}"
@@ -267,7 +268,7 @@ class FileOpening(QObject):
         return opened.fingerprint == scene.volume_fingerprint
 
     def _locate(self, name: str) -> None:
-        folder = self._preferences.value("last_folder")
+        folder = self._preferences.settings.last_folder
         title = f"Locate the volume '{name}'"
         found, _ = QFileDialog.getOpenFileName(self._window, title, folder, VOLUME_FILTER)
         if found:
@@ -275,11 +276,7 @@ class FileOpening(QObject):
 
     def _known_layout(self, path: Path) -> RawLayout | None:
         """Layout that a raw file's name says, or that was entered for it before, if it fits."""
-        place = str(path.absolute())
-        entered = [
-            v.raw_layout for v in self._preferences.values.volumes.values() if v.path == place
-        ]
-        for text in (*reversed(entered), path.stem):
+        for text in (self._preferences.volume_at(path).raw_layout, path.stem):
             layout = RawLayout.parse(text) if text else None
             if layout is not None and _fits(path, layout):
                 return layout
@@ -287,9 +284,8 @@ class FileOpening(QObject):
 
     def _known_choice(self, path: Path) -> Choice | None:
         """What was chosen last of a file's volumes; None if nothing was."""
-        place = str(path.absolute())
-        found = [v for v in self._preferences.values.volumes.values() if v.path == place]
-        return Choice.parse(found[-1].choice) if found and found[-1].choice else None
+        text = self._preferences.volume_at(path).choice
+        return Choice.parse(text) if text else None
 
     def _ask_for_content(self) -> None:
         """Ask which of a file's volumes to show, unless that was chosen."""

@@ -35,7 +35,6 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.session_work import SessionWork
-from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.dock_splitter import DockSplitter
@@ -75,8 +74,6 @@ class MainWindow(QMainWindow):
     ----------
     builders : Builders
         Functions that read volumes and build engines.
-    store : TransferFunctionStore or None
-        Storage of every volume's TF between runs; None for none.
     device : str
         Of generators: "auto", "cpu" or "cuda".
     preferences : Preferences or None
@@ -86,7 +83,6 @@ class MainWindow(QMainWindow):
     def __init__(
         self,
         builders: Builders = REAL_BUILDERS,
-        store: TransferFunctionStore | None = None,
         device: str = "auto",
         preferences: Preferences | None = None,
     ) -> None:
@@ -116,7 +112,6 @@ class MainWindow(QMainWindow):
             stand_in,
             self.brightness,
             builders,
-            store,
             self.preferences,
             device,
             self,

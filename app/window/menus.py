@@ -18,8 +18,8 @@ from app.menu_tips import show_tips
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
 from app.state.preferences import Preferences
-from app.state.remembered import ThemeChoice
 from app.state.sensitivity_state import SensitivityState
+from app.state.settings import ThemeChoice
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
@@ -84,7 +84,7 @@ class SingleKeys(QObject):
     @property
     def are_on(self) -> bool:
         """Whether letters alone are keys."""
-        return bool(self._preferences.value("single_keys"))
+        return self._preferences.settings.single_keys
 
     def toggle(self) -> None:
         """Switch them off, or on again, and remember that."""
@@ -355,7 +355,7 @@ class Menus(QObject):
         for theme, text in THEMES.items():
             action = add_action(menu, text, partial(choose, theme))
             action.setCheckable(True)
-            action.setChecked(theme == preferences.value("theme"))
+            action.setChecked(theme == preferences.settings.theme)
             group.addAction(action)
 
     def _build_camera(self, menu: QMenu) -> None:

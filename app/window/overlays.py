@@ -58,12 +58,12 @@ class Overlays(QObject):
     @property
     def has_cube(self) -> bool:
         """Whether the orientation cube is shown."""
-        return bool(self._preferences.value("cube"))
+        return self._preferences.settings.cube
 
     @property
     def has_legend(self) -> bool:
         """Whether the colour legend is shown."""
-        return bool(self._preferences.value("legend"))
+        return self._preferences.settings.legend
 
     @property
     def legend_tf(self) -> TransferFunction:
@@ -79,12 +79,12 @@ class Overlays(QObject):
     @property
     def has_scale_bar(self) -> bool:
         """Whether the scale bar is shown."""
-        return bool(self._preferences.value("scale_bar"))
+        return self._preferences.settings.scale_bar
 
     @property
     def has_opacity(self) -> bool:
         """Whether opacity images are shown."""
-        return bool(self._preferences.value("opacity_images"))
+        return self._preferences.settings.opacity_images
 
     def start_volume(self, subject: Subject) -> None:
         """Show what is wanted of another volume."""

@@ -12,7 +12,6 @@ from PySide6.QtCore import QObject
 from app.controls import Action
 from app.engines.messages import Result
 from app.image_view.engine_pane import EnginePane
-from app.state.known_volume import FORMER_TOLD
 from app.state.opened_volume import OpenedVolume
 from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.viewer_state import ViewerState
@@ -77,7 +76,6 @@ class LightNotice(QObject):
         self._work = work
         self._notices = notices
         work.lightWentOut.connect(self._tell)
-        work.lightReplaced.connect(partial(notices.tell, FORMER_TOLD))
         work.choicesChanged.connect(self._follow)
         work.volumeStarted.connect(partial(notices.clear, KEY))
 

@@ -83,7 +83,7 @@ class SessionFiles(QObject):
         )
 
     def _locate(self, path: Path, name: str) -> None:
-        folder = self._preferences.value("last_folder")
+        folder = self._preferences.settings.last_folder
         found, _ = QFileDialog.getOpenFileName(
             self._window, f"Locate '{name}'", folder, VOLUME_FILTER
         )

@@ -143,7 +143,7 @@ class WindowMemory(QObject):
         self._preferences.set(hidden_panes=hidden)
 
     def _restore(self) -> None:
-        values = self._preferences.values
+        values = self._preferences.settings
         if values.window_geometry:
             self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
             self._bring_back()
@@ -156,7 +156,7 @@ class WindowMemory(QObject):
 
     def restore_panes(self) -> None:
         """Show the images that are remembered, where they were."""
-        values = self._preferences.values
+        values = self._preferences.settings
         if values.swapped != self._panes.is_swapped:
             self._panes.swap()
         shown = IMAGES.get(values.hidden_panes)

@@ -14,7 +14,7 @@ from shiboken6 import getAllValidWrappers
 from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.worker import THREAD_PREFIX
-from app.state.transfer_function_keeper import TransferFunctionStore
+from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
 
@@ -93,11 +93,11 @@ def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
     def make(
         volume: str = "ramp",
         model: Path | None = Path("model"),
-        store: TransferFunctionStore | None = None,
+        folder: Path | None = None,
         size: str = "generator",
         **choices: str,
     ) -> MainWindow:
-        window = MainWindow(builders.make(), store)
+        window = MainWindow(builders.make(), preferences=Preferences(folder))
         window.workspace.reference.choose(size=size, **choices)
         qtbot.addWidget(window)
         # Real engines start processes, on machines that may be busy.

@@ -18,8 +18,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QApplication
 from window_fakes import FakeBuilders
 
-from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_keeper import TransferFunctionStore
+from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.view import View
@@ -28,9 +27,7 @@ from model.scene.view import View
 def main(folder: Path, seed: int) -> None:
     """Open a window and edit it 20 times a second."""
     application = QApplication([])
-    store = TransferFunctionStore(folder / "transfer_functions")
-    preferences = Preferences(PreferencesStore(folder / "preferences.json"))
-    window = MainWindow(FakeBuilders().make(), store, "auto", preferences)
+    window = MainWindow(FakeBuilders().make(), preferences=Preferences(folder))
     window.workspace.reading.open(Path("ramp.nrrd"))
     window.show()
     rng = random.Random(seed)

@@ -317,7 +317,7 @@ def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
     gc.disable()
     UnreliableEngine.rng = random.Random(seed)
     volumes = {"ramp": make_volume(), "other": make_volume()}
-    window = MainWindow(UnreliableBuilders(volumes=volumes).make(), None)
+    window = MainWindow(UnreliableBuilders(volumes=volumes).make())
     monkey = Monkey(window, seed)
     caught = sys.excepthook
     sys.excepthook = lambda kind, error, _trace: monkey.found.errors.append(

@@ -8,12 +8,12 @@ import random
 import subprocess
 import sys
 import time
+from dataclasses import astuple
 from pathlib import Path
 
 import pytest
 
-from app.state.preferences import PreferencesStore
-from app.state.transfer_function_keeper import TransferFunctionStore
+from app.state.preferences import settings_file, volume_file
 
 SCRIPT = Path(__file__).with_name("killed_window.py")
 
@@ -48,18 +48,16 @@ def killed(folder: Path, seed: int) -> tuple[list[dict], float]:
 def kept_after(folder: Path, edits: list[dict], end: float) -> None:
     fingerprint = edits[0]["fingerprint"]
     settled = [edit for edit in edits if edit["made"] < end - LOST_S]
-    tf = TransferFunctionStore(folder / "transfer_functions").load(fingerprint)
-    remembered = PreferencesStore(folder / "preferences.json").load()
+    settings, memory = settings_file(folder).values, volume_file(folder, fingerprint).values
     assert not list(folder.rglob("*.damaged"))
     if not settled:
         return
     # One of the last second's edits, or the last before it.
     newest = [edit for edit in edits if edit["made"] >= settled[-1]["made"]]
-    assert tf is not None
-    assert tf.opacity.modes[0].amplitude in [edit["amplitude"] for edit in newest]
-    view = remembered.volumes[fingerprint].view
-    assert list(view) in [edit["view"] for edit in newest]
-    assert remembered.window_geometry
+    assert memory.tf is not None and memory.view is not None
+    assert memory.tf.opacity.modes[0].amplitude in [edit["amplitude"] for edit in newest]
+    assert list(astuple(memory.view)) in [edit["view"] for edit in newest]
+    assert settings.window_geometry
 
 
 @pytest.mark.slow

@@ -17,7 +17,6 @@ from window_fakes import FakeBuilders, red_of
 
 from app import launch
 from app.launch import run_window
-from app.state.transfer_function_keeper import TransferFunctionStore
 from app.state.window_start import WindowStart
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError
@@ -137,7 +136,7 @@ def test_without_a_display_one_sentence_names_the_way_out(
 def test_control_c_closes_the_window(
     builders: FakeBuilders, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(TransferFunctionStore, "of_user", classmethod(lambda cls: cls(tmp_path)))
+    monkeypatch.setattr(launch, "user_folder", lambda: tmp_path)
     before = signal.getsignal(signal.SIGINT)
     opened: list[bool] = []
 

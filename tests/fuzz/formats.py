@@ -219,20 +219,23 @@ def _read_store(path: Path) -> str:
 
 
 def _make_preferences(folder: Path) -> list[Path]:
-    from app.state.known_volume import KnownVolume
-    from app.state.preferences import PreferencesStore
-    from app.state.remembered import Remembered
+    from app.state.preferences import Preferences
+    from model.scene.view import View
 
-    known = {"f": KnownVolume("/data/a.nrrd", "+y", "8x8x8_uint8", ("/data/m",))}
-    remembered = Remembered(splitters={"main": (1, 2)}, recent_models=("/m",), volumes=known)
-    PreferencesStore(folder / "preferences.json").save(remembered)
-    return [folder / "preferences.json"]
+    preferences = Preferences(folder)
+    preferences.note_opened("f", Path("/data/a.nrrd"))
+    preferences.note_volume("f", up_axis="+y", view=View(), models=("/data/m",))
+    preferences.finish()
+    return [folder / "settings.json", folder / "volumes" / "f.json"]
 
 
 def _read_preferences(path: Path) -> str:
-    from app.state.preferences import PreferencesStore
+    from app.state.kept_file import KeptFile
+    from app.state.settings import Settings
+    from app.state.volume_memory import VolumeMemory
 
-    PreferencesStore(path).load().to_json()
+    for kind in (Settings, VolumeMemory):
+        KeptFile(path, kind)
     return ""
 
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from app.cli import run
-from app.state.session import Session
+from app.state.session import Session, SessionContent
+from app.state.settings import SessionSettings
+from app.state.volume_memory import VolumeMemory
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -23,19 +25,15 @@ from model.volume_files import read_volume
 def session(raw_file: Path, tf_file: Path, tmp_path: Path) -> Path:
     """A session of a small volume, looked at from elsewhere, lit, and cropped."""
     path = tmp_path / "seen.tfscope"
-    look = {
-        "view": (40.0, -10.0, 5.0, 0.8, 0.1, 0.0),
-        "lighting": "direct",
-        "light": (50.0, 20.0),
-        "crop": (0.0, 0.0, 0.2, 1.0, 1.0, 1.0),
-    }
-    Session(
-        raw_file,
-        read_volume(raw_file).fingerprint,
-        TransferFunction.load(tf_file),
-        look,
-        {"legend": True},
-    ).save(path)
+    memory = VolumeMemory(
+        tf=TransferFunction.load(tf_file),
+        view=View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0),
+        lighting="direct",
+        light=LightDirection(50.0, 20.0),
+        crop=CropBox((0.0, 0.0, 0.2), (1.0, 1.0, 1.0)),
+    )
+    content = SessionContent(memory, SessionSettings(legend=True))
+    Session(raw_file, read_volume(raw_file).fingerprint, content).save(path)
     return path
 
 
@@ -49,7 +47,8 @@ def drawn(session: Path, out: Path, *others: str) -> np.ndarray:
 def test_all_of_a_session_is_drawn(session: Path, tmp_path: Path) -> None:
     shown = Session.load(session)
     volume = read_volume(shown.volume)
-    tf = shown.transfer_function
+    tf = shown.content.memory.tf
+    assert tf is not None
     renderer = RaycastRenderer(
         volume.over(tf.scalar_range, tf.scale), "direct", LightDirection(50.0, 20.0)
     )

@@ -29,7 +29,7 @@ def test_a_stop_is_chosen_kept_and_drawn_with_its_figures(
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
     # By key, to the last stop.
     QTest.keyClick(control.slider, Qt.Key.Key_End)
-    assert work.choices.stop == window.preferences.value("stop") == "exact"
+    assert work.choices.stop == window.preferences.settings.stop == "exact"
     assert work.settings.sample_distance == 0.25
     assert control.slider.accessibleName() == "From fast to exact: Exact"
     qtbot.waitUntil(lambda: "error" in control.figures.text(), timeout=10_000)

@@ -753,7 +753,7 @@ def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWin
 
 
 def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: FakeBuilders) -> None:
-    window = MainWindow(builders.make(), None)
+    window = MainWindow(builders.make())
     qtbot.addWidget(window)
     window.show()
     for key in (Qt.Key.Key_W, Qt.Key.Key_P, Qt.Key.Key_R, Qt.Key.Key_L):

@@ -146,7 +146,7 @@ def test_the_volume_of_a_model(library: Library, preferences: Preferences, tmp_p
     inside.write_bytes(b"1")
     assert library.volume_of(folder) == inside
     remembered = tmp_path / "renamed.nrrd"
-    preferences.note_volume(fingerprint(), remembered)
+    preferences.note_opened(fingerprint(), remembered)
     # It is gone: somewhere else then.
     assert library.volume_of(folder) == inside
     remembered.write_bytes(b"1")

@@ -1,161 +1,297 @@
+"""What is remembered between runs, also by two windows and from damaged files."""
+
 from __future__ import annotations
 
 import json
-from dataclasses import fields
+import threading
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from pytestqt.qtbot import QtBot
+from ramp import make_tf
 
-from app.state import delayed_writer
-from app.state.known_volume import MOST_RECENT, KnownVolume
-from app.state.preferences import Preferences, PreferencesStore
-from app.state.remembered import Remembered
+from app.state import delayed_writer, kept_file
+from app.state.preferences import MOST_RECENT, Preferences, settings_file, volume_file
+from app.state.sensitivity_state import NamedRegion
+from app.state.settings import Settings
+from app.state.volume_memory import VolumeMemory
+from model.json_files import build_valid
+from model.scene.crop import CropBox
+from model.scene.light import LightDirection
+from model.scene.region import Outline
+from model.scene.view import View
 
 
-@pytest.fixture
-def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> PreferencesStore:
+@pytest.fixture(autouse=True)
+def short_pause(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(delayed_writer, "PAUSE_MS", 10)
-    return PreferencesStore(tmp_path / "not" / "there" / "preferences.json")
 
 
-def written(store: PreferencesStore, content: object) -> Path:
-    store.path.parent.mkdir(parents=True)
-    store.path.write_text(content if isinstance(content, str) else json.dumps(content))
-    return store.path
+def region(name: str) -> NamedRegion:
+    return NamedRegion(name, Outline.rectangle(0.1, 0.1, 0.4, 0.3))
 
 
-OTHER_VALUES: dict[str, Any] = {
-    "drawing": "raycast",
-    "stop": "exact",
-    "reference_size": 1024,
-    "denoises": False,
-    "trackball": True,
-    "colors_follow_modes": False,
-    "legend": True,
-    "scale_bar": True,
-    "cube": False,
-    "opacity_images": True,
-    "last_folder": "/data",
-    "window_geometry": "AdnQywAD",
-    "splitters": {"main": (500, 290)},
-    "hidden_panes": ("generator",),
-    "swapped": True,
-    "theme": "light",
-    "single_keys": False,
-    "recent_volumes": ("/data/a.nrrd", "/data/ü \udce9.nrrd"),
-    "recent_models": ("/data/model",),
-    "recent_transfer_functions": ("/data/tf.json",),
-    "recent_sessions": ("/data/a.tfscope",),
-    "volumes": {
-        "f1": KnownVolume(
-            "/data/a.raw",
-            "-y",
-            "8x8x8_uint8",
-            ("/data/model",),
-            (),
-            "soft",
-            (50.0, -20.0),
-            1.5,
-            (0.1, 0.0, 0.0, 1.0, 0.5, 1.0),
-        )
-    },
-}
+SETTINGS = Settings(
+    drawing="raycast",
+    stop="exact",
+    reference_size=1024,
+    denoises=False,
+    legend=True,
+    scale_bar=True,
+    cube=False,
+    opacity_images=True,
+    hidden_panes=("generator",),
+    swapped=True,
+    trackball=True,
+    colors_follow_modes=False,
+    last_folder="/data",
+    window_geometry="AdnQywAD",
+    splitters={"main": (500, 290)},
+    theme="light",
+    single_keys=False,
+    recent_volumes=("/data/a.nrrd", "/data/ü \udce9.nrrd"),
+    recent_models=("/data/model",),
+    recent_transfer_functions=("/data/tf.json",),
+    recent_sessions=("/data/a.tfscope",),
+    places={"/data/a.nrrd": "f1"},
+)
+MEMORY = VolumeMemory(
+    path="/data/a.raw",
+    models=("/data/model",),
+    tf=make_tf(140.0),
+    up_axis="-y",
+    raw_layout="8x8x8_uint8",
+    choice="t=2",
+    view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
+    lighting="soft",
+    light=LightDirection(50.0, -20.0),
+    brightness=1.5,
+    crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),
+    draws_missing=True,
+    regions=(region("ribs"), region("spine")),
+    active_region="ribs",
+    region_count=4,
+    value_scale="logarithmic",
+    opacity_scale="logarithmic",
+    visible=(110.0, 180.0),
+)
+"""None of them the usual value."""
 
 
-def test_everything_is_there_in_the_next_run(store: PreferencesStore) -> None:
-    assert set(OTHER_VALUES) == {each.name for each in fields(Remembered)} - {"others"}
-    first = Preferences(store)
-    for name, value in OTHER_VALUES.items():
-        assert first.value(name) != value
-        first.set(**{name: value})
+def test_everything_is_there_in_the_next_run(tmp_path: Path) -> None:
+    folder = tmp_path / "not" / "there"
+    for each in (SETTINGS, MEMORY):
+        usual = type(each)()
+        assert not [f.name for f in fields(each) if getattr(each, f.name) == getattr(usual, f.name)]
+    first = Preferences(folder)
+    first.set(**vars(SETTINGS))
+    first.note_volume("f1", **vars(MEMORY))
     first.finish()
-    again = Preferences(store)
-    assert {name: again.value(name) for name in OTHER_VALUES} == OTHER_VALUES
-    assert again.start_problem == ""
+    again = Preferences(folder)
+    assert (again.settings, again.volume("f1")) == (SETTINGS, MEMORY)
+    assert again.volume_at(Path("/data/a.nrrd")) == MEMORY
+    assert again.volume("f2") == again.volume_at(Path("/data/b.nrrd")) == VolumeMemory()
+    assert again.start_problem == again.refresh("f1") == ""
 
 
-WRONG_VALUES: list[Any] = [-3.5, -7, 10**400, "no such", True, [1], {"a": 1}, float("nan"), None]
+WRONG_VALUES: list[Any] = [
+    *(-3.5, -7, 10**400, "no such", True, [1], {"a": 1}, float("nan"), float("inf"), None),
+    *("\udce9", [[[[]]]], [{"name": "x", "outline": {"points": [[0, 0], [1, 1], [5e9, 0]]}}]),
+]
 
 
 @pytest.mark.parametrize("wrong", WRONG_VALUES)
-def test_a_wrong_value_is_its_default_and_spoils_no_other(wrong: Any) -> None:
-    good = json.loads(json.dumps(Remembered(**OTHER_VALUES).to_json()))
-    for name in OTHER_VALUES:
-        found = Remembered.from_json({**good, name: wrong})
-        for other, value in OTHER_VALUES.items():
+@pytest.mark.parametrize("good", [SETTINGS, MEMORY])
+def test_a_wrong_value_is_its_default_and_spoils_no_other(good: Any, wrong: Any) -> None:
+    kind, usual = type(good), type(good)()
+    data = json.loads(json.dumps(asdict(good)))
+    for name in data:
+        found, told = build_valid(kind, {**data, name: wrong})
+        for other in data:
             if other != name:
-                assert getattr(found, other) == value
-        value, default = getattr(found, name), getattr(Remembered(), name)
-        # Some are valid: texts for a folder, for example.
-        assert value == default or (value == wrong and type(value) is type(default))
+                assert getattr(found, other) == getattr(good, other)
+        value = getattr(found, name)
+        if told:
+            # Of lists, what can be used stays.
+            assert told == [name]
+            assert value in (getattr(usual, name), ())
+        elif type(wrong) is not dict:
+            # Some are valid: texts for a folder, for example.
+            assert value == wrong and type(value) is type(wrong)
 
 
-def test_what_a_newer_version_has_written_is_kept(store: PreferencesStore) -> None:
-    volumes = {"f1": {"path": "/a", "notes": "mine"}}
-    path = written(store, {"tfscope_preferences": 3, "theme": "light", "volumes": volumes})
-    preferences = Preferences(store)
-    preferences.set(legend=True)
-    preferences.note_volume("f1", up_axis="+y")
-    preferences.finish()
+def test_a_damaged_region_costs_no_other() -> None:
+    data = json.loads(json.dumps(asdict(MEMORY)))
+    data["regions"].insert(1, {"name": 3, "outline": {"points": []}})
+    assert build_valid(VolumeMemory, data) == (MEMORY, ["regions"])
+
+
+def test_what_is_damaged_in_a_file_is_told_and_the_rest_is_there(tmp_path: Path) -> None:
+    first = Preferences(tmp_path)
+    first.note_volume("f1", **vars(MEMORY))
+    first.finish()
+    path = tmp_path / "volumes" / "f1.json"
+    data = json.loads(path.read_text())
+    path.write_text(json.dumps({**data, "tf": 3, "notes": "of a newer version"}))
+    again = Preferences(tmp_path)
+    told = again.refresh("f1")
+    assert str(path) in told and "'tf'" in told
+    assert asdict(again.volume("f1")) == {**asdict(MEMORY), "tf": None}
+    again.note_volume("f1", up_axis="+y")
+    again.finish()
     found = json.loads(path.read_text())
-    assert (found["theme"], found["legend"]) == ("light", True)
-    assert (found["volumes"]["f1"]["notes"], found["volumes"]["f1"]["up_axis"]) == ("mine", "+y")
+    assert (found["notes"], found["up_axis"]) == ("of a newer version", "+y")
 
 
 @pytest.mark.parametrize("content", ["", "{", '{"a": 1}', "[1]", "\x00\x01", "[" * 100_000])
-def test_a_damaged_or_foreign_file_is_set_aside_and_told(
-    store: PreferencesStore, content: str
-) -> None:
-    path = written(store, content)
-    preferences = Preferences(store)
+def test_a_damaged_or_foreign_file_is_set_aside_and_told(tmp_path: Path, content: str) -> None:
+    path = tmp_path / "settings.json"
+    path.write_text(content)
+    preferences = Preferences(tmp_path)
     assert str(path) in preferences.start_problem
-    assert preferences.values == Remembered()
+    assert preferences.settings == Settings()
     assert [p.read_text() for p in path.parent.iterdir()] == [content]
     preferences.set(legend=True)
     preferences.finish()
-    assert Preferences(store).value("legend") is True
+    assert Preferences(tmp_path).settings.legend
     path.write_text("damaged again")
-    assert Preferences(store).start_problem
+    assert Preferences(tmp_path).start_problem
     aside = {p.read_text() for p in path.parent.glob("*.damaged")}
     assert aside == {content, "damaged again"}
 
 
 def test_a_file_that_cannot_be_read_is_not_overwritten(
-    store: PreferencesStore, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    path = written(store, Remembered(legend=True).to_json())
+    first = Preferences(tmp_path)
+    first.set(legend=True)
+    first.finish()
 
     def locked(*_: object, **__: object) -> str:
         raise PermissionError(13, "Permission denied")
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "open", locked)
-        preferences = Preferences(store)
+        preferences = Preferences(tmp_path)
     assert "Permission denied" in preferences.start_problem
     preferences.set(cube=False)
     preferences.finish()
-    assert Preferences(store).values == Remembered(legend=True)
-    assert [p.name for p in path.parent.iterdir()] == [path.name]
+    assert Preferences(tmp_path).settings == Settings(legend=True)
 
 
-def test_a_wrong_change_is_refused() -> None:
-    preferences = Preferences()
-    for changes in ({"drawing": "dim"}, {"stop": "slow"}, {"lightning": "none"}):
-        with pytest.raises(ValueError, match=next(iter(changes))):
-            preferences.set(**changes)
-    with pytest.raises(ValueError, match="up_axis"):
-        preferences.note_volume("a", up_axis="up")
-    assert preferences.values == Remembered()
+def test_edits_in_a_row_are_written_once_and_elsewhere(
+    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    threads = []
+    write = kept_file.write_atomically
+
+    def watched(path: Path, content: bytes) -> None:
+        threads.append(threading.current_thread())
+        write(path, content)
+
+    monkeypatch.setattr(kept_file, "write_atomically", watched)
+    preferences = Preferences(tmp_path)
+    for mean in (120.0, 130.0, 140.0):
+        preferences.note_volume("a", tf=make_tf(mean))
+    preferences.note_volume("b", tf=make_tf(150.0))
+    qtbot.waitUntil(lambda: len(threads) == 2)
+    preferences.finish()
+    assert len(threads) == 2 and threading.current_thread() not in threads
+    assert volume_file(tmp_path, "a").values.tf == make_tf(140.0)
+    assert volume_file(tmp_path, "b").values.tf == make_tf(150.0)
+
+
+def test_a_disk_that_fails_is_told_once(qtbot: QtBot, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    preferences = Preferences(tmp_path / "file" / "folder")
+    told: list[str] = []
+    preferences.problem.connect(told.append)
+    preferences.note_volume("a", tf=make_tf(120.0))
+    qtbot.waitUntil(lambda: bool(told))
+    preferences.note_volume("b", tf=make_tf(130.0))
+    preferences.finish()
+    (text,) = told
+    assert "cannot be written" in text and str(tmp_path / "file") in text
+    assert preferences.volume("b").tf == make_tf(130.0)
 
 
 def test_recent_files_are_the_newest_ones_each_once(tmp_path: Path) -> None:
     preferences = Preferences()
     files = [tmp_path / "data" / f"{n}.json" for n in range(MOST_RECENT + 2)]
     for path in [*files, files[5]]:
-        preferences.note_transfer_function(path)
+        preferences.note_recent("transfer_functions", path)
     expected = [files[5], *(p for p in reversed(files) if p != files[5])][:MOST_RECENT]
     assert preferences.recent("transfer_functions") == expected
-    assert preferences.value("last_folder") == str(tmp_path / "data")
+    assert preferences.settings.last_folder == str(tmp_path / "data")
     preferences.forget_recent("transfer_functions")
     assert preferences.recent("transfer_functions") == []
+
+
+_edits = st.lists(
+    st.tuples(
+        st.sampled_from("ab"),
+        st.one_of(
+            st.tuples(st.just("recent"), st.sampled_from("vwxyz")),
+            st.tuples(st.just("set"), st.sampled_from(["legend", "cube", "swapped"])),
+            st.tuples(st.just("volume"), st.sampled_from(["f", "g"])),
+            st.tuples(st.just("write"), st.none()),
+            st.tuples(st.just("refresh"), st.sampled_from(["f", "g"])),
+        ),
+    ),
+    max_size=12,
+)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+@given(_edits)
+def test_nothing_that_either_of_two_windows_has_added_is_lost(
+    tmp_path_factory: pytest.TempPathFactory, edits: list[tuple[str, tuple[str, Any]]]
+) -> None:
+    folder = tmp_path_factory.mktemp("windows")
+    windows = {name: Preferences(folder) for name in "ab"}
+    files, flags, views = set(), set(), {"f": set(), "g": set()}
+    for number, (name, (kind, what)) in enumerate(edits):
+        window = windows[name]
+        match kind:
+            case "recent":
+                window.note_recent("volumes", Path("/data") / what)
+                files.add(Path("/data") / what)
+            case "set":
+                window.set(**{what: not getattr(Settings(), what)})
+                flags.add(what)
+            case "volume":
+                window.note_volume(what, view=View(number))
+                views[what].add(View(number))
+            case "write":
+                window.finish()
+            case "refresh":
+                window.refresh(what)
+    for window in windows.values():
+        window.finish()
+        # All is in the file already.
+        assert not window._settings.unwritten()
+    found = settings_file(folder).values
+    assert {Path(text) for text in found.recent_volumes} == files
+    assert {n for n in ("legend", "cube", "swapped") if getattr(found, n) != getattr(
+        Settings(), n)} == flags  # fmt: skip
+    for fingerprint, any_of in views.items():
+        assert volume_file(folder, fingerprint).values.view in (any_of or {None})
+
+
+def test_a_window_sees_what_another_has_made(tmp_path: Path) -> None:
+    first, second = Preferences(tmp_path), Preferences(tmp_path)
+    first.set(legend=True)
+    first.note_volume("f", up_axis="+y")
+    second.note_volume("f", regions=(region("ribs"),))
+    second.finish()
+    assert first.refresh("f") == ""
+    expected = VolumeMemory(regions=(region("ribs"),), up_axis="+y")
+    assert first.volume("f") == expected
+    first.finish()
+    assert volume_file(tmp_path, "f").values == expected
+    second.refresh("f")
+    assert second.settings.legend and second.volume("f") == expected

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -12,51 +12,39 @@ import numpy as np
 import pytest
 from ramp import make_tf
 
-from app.state.known_volume import KnownRegion, KnownVolume
-from app.state.remembered import Remembered
-from app.state.sensitivity_state import Choices
-from app.state.session import Session, SessionError, of_session
+from app.state.sensitivity_state import Choices, NamedRegion
+from app.state.session import Session, SessionContent, SessionError
+from app.state.settings import SessionSettings
+from app.state.volume_memory import VolumeMemory
+from model.scene.crop import CropBox
+from model.scene.light import LightDirection
+from model.scene.region import Outline
+from model.scene.view import View
 
-NOT_OF_A_SESSION = {
-    # The file itself, and what is known of it beside the session.
-    *("path", "models", "others", "volumes"),
-    # Of this machine.
-    # Habits and places of a person, whatever is looked at.
-    *("trackball", "colors_follow_modes", "theme", "single_keys", "last_folder"),
-    *("window_geometry", "splitters"),
-    *("recent_volumes", "recent_models", "recent_transfer_functions", "recent_sessions"),
-}
-"""Fields that are remembered, and belong to no session."""
-
-LOOK: dict[str, Any] = {
-    "up_axis": "-y",
-    "raw_layout": "ball_20x18x16_uint8",
-    "view": (30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
-    "lighting": "soft",
-    "light": (-40.0, 30.0),
-    "brightness": 1.25,
-    "crop": (0.1, 0.2, 0.0, 0.9, 1.0, 0.5),
-    "draws_missing": True,
-    "choice": "",
-    "regions": (KnownRegion("ribs", ((0.1, 0.1), (0.4, 0.1), (0.2, 0.5))),),
-    "active_region": "ribs",
-    "region_count": 4,
-    "value_scale": "logarithmic",
-    "opacity_scale": "logarithmic",
-    "visible": (110.0, 180.0),
-}
-WINDOW: dict[str, Any] = {
-    "drawing": "raycast",
-    "stop": "fast",
-    "reference_size": 300,
-    "denoises": False,
-    "legend": True,
-    "scale_bar": True,
-    "cube": False,
-    "opacity_images": True,
-    "hidden_panes": ("generator",),
-    "swapped": True,
-}
+CONTENT = SessionContent(
+    VolumeMemory(
+        tf=make_tf(),
+        up_axis="-y",
+        raw_layout="ball_20x18x16_uint8",
+        choice="t=2",
+        view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
+        lighting="soft",
+        light=LightDirection(-40.0, 20.0),
+        brightness=1.25,
+        crop=CropBox((0.1, 0.2, 0.0), (0.9, 1.0, 0.5)),
+        draws_missing=True,
+        regions=(NamedRegion("ribs", Outline.rectangle(0.1, 0.1, 0.4, 0.5)),),
+        active_region="ribs",
+        region_count=4,
+        value_scale="logarithmic",
+        opacity_scale="logarithmic",
+        visible=(110.0, 180.0),
+    ),
+    SessionSettings("raycast", "fast", 300, False, True, True, False, True, ("generator",), True),
+    Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True),
+    (120.0, 140.0),
+    True,
+)
 """None of them the usual value."""
 
 
@@ -64,35 +52,19 @@ def make_session(folder: Path) -> Session:
     volume = folder / "data" / "ball.nrrd"
     volume.parent.mkdir(exist_ok=True)
     volume.touch()
-    return Session(
-        volume=volume,
-        fingerprint="0f" * 32,
-        transfer_function=make_tf(),
-        look=LOOK,
-        window=WINDOW,
-        sensitivity=Choices(measure="change", width=9.0, locked=True),
-        band=(120.0, 140.0),
-        browsing=True,
-        model=folder / "data",
-    )
-
-
-def test_what_is_remembered_is_in_a_session_or_named_here() -> None:
-    remembered = {each.name for kind in (KnownVolume, Remembered) for each in fields(kind)}
-    usual = [of_session(each) for each in (KnownVolume(), Remembered(), Choices())]
-    assert remembered == {*usual[0], *usual[1], *NOT_OF_A_SESSION}
-    assert set(usual[2]) == {each.name for each in fields(Choices)}
+    return Session(volume, "0f" * 32, CONTENT, folder / "data")
 
 
 def test_every_field_comes_back(tmp_path: Path) -> None:
-    look, window = of_session(KnownVolume()), of_session(Remembered())
-    usual = {**look, **window}
-    for name, value in {**LOOK, **WINDOW}.items():
-        assert value != usual[name] or name == "choice"
+    usual = SessionContent()
+    for part, kind in ((CONTENT, usual), *((getattr(CONTENT, n), getattr(usual, n))
+                       for n in ("memory", "settings", "sensitivity"))):  # fmt: skip
+        same = {f.name for f in fields(part) if getattr(part, f.name) == getattr(kind, f.name)}
+        # These are of the machine that it was saved on.
+        assert same == ({"path", "models"} if isinstance(part, VolumeMemory) else set())
     session = make_session(tmp_path)
     session.save(tmp_path / "a.tfscope")
     assert Session.load(tmp_path / "a.tfscope") == session
-    assert set(LOOK) == set(look) and set(WINDOW) == set(window)
 
 
 def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:
@@ -112,28 +84,48 @@ def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"tfscope_session": 2}, "newer tfscope"),
-        ({"tfscope_session": "1"}, "whole number"),
-        ({"volume": "ball.nrrd"}, "'volume' must have names"),
-        ({"volume": {"path": 3}}, "must be text"),
-        ({"transfer_function": {}}, "transfer function|TF"),
-        ({"look": {"view": [0, 0, 0, -1]}}, "'view' cannot be"),
-        ({"look": {"crop": [0, 0, 0, 1, 1, 7]}}, "'crop' cannot be"),
-        ({"look": []}, "'look' must have names"),
-        ({"window": {"cube": 1}}, "'cube' cannot be 1"),
-        ({"sensitivity": {"width": 1e9}}, "'width' cannot be"),
-        ({"band": [3.0]}, "'band' must have"),
-        ({"band": [3.0, 1.0]}, "'band' must have"),
-        ({"browsing": "yes"}, "must be one of"),
+        ({"tfscope_session": 3}, "newer tfscope"),
+        ({"tfscope_session": "1"}, "does not hold a session"),
+        ({"volume": "ball.nrrd"}, "Expected object"),
+        ({"volume": {"path": 3}}, "'path'"),
+        ({"model": []}, "Expected object"),
     ],
 )
-def test_what_is_wrong_is_said(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+def test_what_is_no_session_is_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)
     path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
     with pytest.raises(SessionError, match=words) as caught:
         Session.load(path)
     assert str(path) in str(caught.value) and "nothing was changed" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [
+        ("memory", "tf", {}),
+        ("memory", "view", {"distance": -1}),
+        ("memory", "crop", {"low": [0, 0, 0], "high": [1, 1, 7]}),
+        ("settings", "cube", 1),
+        ("sensitivity", "width", 1e9),
+        ("", "memory", []),
+        ("", "band", [3.0]),
+        ("", "browsing", "yes"),
+    ],
+)
+def test_what_is_wrong_is_named_and_costs_no_more(
+    tmp_path: Path, part: str, name: str, value: object
+) -> None:
+    path = tmp_path / "a.tfscope"
+    make_session(tmp_path).save(path)
+    data = json.loads(path.read_text())
+    (data[part] if part else data)[name] = value
+    path.write_text(json.dumps(data))
+    found = Session.load(path)
+    assert found.wrong == (name,)
+    usual, expected = asdict(SessionContent()), asdict(CONTENT)
+    (expected[part] if part else expected)[name] = (usual[part] if part else usual)[name]
+    assert asdict(found.content) == expected
 
 
 def test_other_files_are_no_sessions(tmp_path: Path) -> None:

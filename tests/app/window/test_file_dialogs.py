@@ -75,7 +75,7 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     window.state.reset_transfer_function()
     dialogs.open_transfer_function()
     assert window.state.transfer_function == make_tf(123.0)
-    assert window.preferences.value("last_folder") == str(tmp_path)
+    assert window.preferences.settings.last_folder == str(tmp_path)
     assert window.preferences.recent("transfer_functions") == [tmp_path / "mine.json"]
     foreign = tmp_path / "foreign.json"
     answer(foreign)

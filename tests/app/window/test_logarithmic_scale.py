@@ -12,7 +12,6 @@ from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeBuilders
 
-from app.state.transfer_function_keeper import TransferFunctionStore
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, TransferFunction
@@ -100,7 +99,7 @@ def test_one_click_shows_the_logarithm(
 def test_files_numbers_and_what_is_kept_are_on_the_scale(
     qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
 ) -> None:
-    window = make_window("halo", model=None, store=TransferFunctionStore(tmp_path / "kept"))
+    window = make_window("halo", model=None, folder=tmp_path / "kept")
     window.state.save_transfer_function(tmp_path / "linear.json")
     click(qtbot, window)
     window.state.save_transfer_function(tmp_path / "log.json")

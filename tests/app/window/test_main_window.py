@@ -18,7 +18,7 @@ from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.image_view.engine_pane import EnginePane
-from app.state.preferences import Preferences, PreferencesStore
+from app.state.preferences import Preferences
 from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError, RenderError
@@ -326,13 +326,13 @@ def test_the_light_is_moved_where_both_images_follow_it(
 def test_each_volume_is_seen_in_the_light_that_it_was_given(
     qtbot: QtBot, builders: FakeBuilders, tmp_path: Path
 ) -> None:
-    place, light = PreferencesStore(tmp_path / "preferences.json"), LightDirection(50.0, -20.0)
+    light = LightDirection(50.0, -20.0)
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
     builders.volumes["ramp 2"] = make_volume("ramp 2", 210.0)
     builders.volumes["ramp 3"] = make_volume("ramp 3", 220.0)
 
     def start() -> MainWindow:
-        window = MainWindow(builders.make(), preferences=Preferences(place))
+        window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
         qtbot.addWidget(window)
         return window
 

@@ -152,7 +152,7 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
 
 
 def opened(qtbot: QtBot, builders: FakeBuilders) -> MainWindow:
-    window = MainWindow(replace(builders.make(), kernels=kernels), None)
+    window = MainWindow(replace(builders.make(), kernels=kernels))
     qtbot.addWidget(window)
     window.workspace.reference.choose(lighting="path")
     return window

@@ -10,8 +10,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
-from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_keeper import TransferFunctionStore
+from app.state.preferences import Preferences, volume_file
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
@@ -28,11 +27,9 @@ def builders() -> FakeBuilders:
 @pytest.fixture
 def open_window(qtbot: QtBot, builders: FakeBuilders, tmp_path: Path) -> Iterator[Opener]:
     """Open a window as the next run would, on the ramp."""
-    store = PreferencesStore(tmp_path / "preferences.json")
-    tfs = TransferFunctionStore(tmp_path)
 
     def opened() -> MainWindow:
-        window = MainWindow(builders.make(), tfs, preferences=Preferences(store))
+        window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
         qtbot.addWidget(window)
         show(qtbot, window, "ramp")
         return window
@@ -48,11 +45,12 @@ def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
 def test_tf_regions_and_the_plots_scales(
     qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
 ) -> None:
-    tfs = TransferFunctionStore(tmp_path)
-    tfs.path(builders.volumes["ramp"].fingerprint).write_text("{}")
+    damaged = tmp_path / "volumes" / f"{builders.volumes['ramp'].fingerprint[:32]}.json"
+    damaged.parent.mkdir()
+    damaged.write_text("{}")
     window = open_window()
     # What is damaged is told, and begins anew.
-    assert "tfscope_tf" in window.notice.text
+    assert f"{damaged}: the file is damaged" in window.notice.text
     default = window.state.transfer_function
     window.state.tf_input.set(make_tf(142.0), "edit")
     asked = window.sensitivity_state
@@ -68,7 +66,7 @@ def test_tf_regions_and_the_plots_scales(
     wanted = asked.regions
     assert [one.name for one in wanted] == ["Region 1", "ribs"]
     show(qtbot, window, "other")
-    assert tfs.load(builders.volumes["other"].fingerprint) is None
+    assert volume_file(tmp_path, builders.volumes["other"].fingerprint).values.tf is None
     assert window.state.scalar_range == (100.0, 300.0)
     assert asked.regions == () and asked.active is None
     # Numbers are of the volume.

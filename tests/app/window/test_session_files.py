@@ -11,9 +11,7 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
-from app.state.known_volume import FORMER_TOLD
-from app.state.preferences import Preferences, PreferencesStore
-from app.state.transfer_function_keeper import TransferFunctionStore
+from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 from model.scene.region import Outline
@@ -36,9 +34,7 @@ def open_window(qtbot: QtBot, builders: FakeBuilders, volume: Path, tmp_path: Pa
     """Open a window as the next run would, on the ramp."""
 
     def opened() -> MainWindow:
-        preferences = Preferences(PreferencesStore(tmp_path / "kept" / "preferences.json"))
-        tfs = TransferFunctionStore(tmp_path / "kept" / "tfs")
-        window = MainWindow(builders.make(), tfs, preferences=preferences)
+        window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.volumeStarted):
             window.workspace.reading.open(volume)
@@ -104,9 +100,9 @@ def test_all_comes_back(
     assert between is not None
     found = window.sessions.session()
     assert found is not None
-    assert found.transfer_function == between.transfer_function
-    assert found.look["regions"] == between.look["regions"] == ()
-    assert found.look["view"] == between.look["view"]
+    memory, before = found.content.memory, between.content.memory
+    assert (memory.tf, memory.view) == (before.tf, before.view)
+    assert memory.regions == before.regions == ()
     # And in the next run, over another volume.
     window.close()
     builders.volumes["other"] = make_volume("other", 300.0)
@@ -134,9 +130,8 @@ def test_what_is_not_as_it_was_is_told(
     path.write_text(path.read_text().replace('"lighting": "direct"', '"lighting": "shadows"'))
     open_session(qtbot, window, path)
     assert window.workspace.reference.settings.lighting == "soft"
-    assert texts_of(window).count(FORMER_TOLD) == 1
-    found = window.sessions.session()
-    assert found is not None and found.look["lighting"] == "soft"
+    (notice,) = texts_of(window)
+    assert "left out: 'lighting'" in notice
     window.notice.clear()
     # Other voxels, and a file that is damaged.
     window.sessions.save(path)
@@ -169,4 +164,4 @@ def test_what_is_not_as_it_was_is_told(
     found = window.sessions.session()
     assert found is not None and saved is not None
     assert found.volume == elsewhere / "ramp"
-    assert found.look == saved.look and found.transfer_function == saved.transfer_function
+    assert found.content == saved.content

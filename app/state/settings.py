@@ -1,0 +1,84 @@
+"""Settings of the window: what it remembers between runs, whatever volume is open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from msgspec import Meta
+
+from app.engines.engines import Drawing
+from app.state.exactness import USUAL, Stop
+
+ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | None
+"""As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
+
+ThemeChoice = Literal["system", "dark", "light"]
+"""The window's colours: the system's, or others."""
+
+RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
+
+
+@dataclass(frozen=True)
+class SessionSettings:
+    """Settings that a session holds, too: how images are drawn, and what is shown over them.
+
+    Attributes
+    ----------
+    reference_size : None, int or "generator"
+        Pixels of the reference image; None for as many as its pane has.
+    denoises : bool
+        Whether path-traced pictures are denoised.
+    legend, scale_bar, cube, opacity_images : bool
+        Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
+        image.
+    hidden_panes : tuple of str
+        Names of the images that are not shown.
+    swapped : bool
+        Whether the two images have changed places.
+    """
+
+    drawing: Drawing = "auto"
+    stop: Stop = USUAL
+    reference_size: ReferenceSize = None
+    denoises: bool = True
+    legend: bool = False
+    scale_bar: bool = False
+    cube: bool = True
+    opacity_images: bool = False
+    hidden_panes: tuple[str, ...] = ()
+    swapped: bool = False
+
+
+@dataclass(frozen=True)
+class Settings(SessionSettings):
+    """Everything that the window remembers, but for what belongs to one volume.
+
+    Attributes
+    ----------
+    trackball : bool
+        Whether dragging turns views freely.
+    last_folder : str
+        Folder of the last file; empty if there is none.
+    window_geometry : str
+        Qt's bytes in base64; empty if unknown.
+    splitters : dict of tuple of int
+        Sizes by the splitter's name.
+    recent_volumes, recent_models, recent_transfer_functions, recent_sessions : tuple of str
+        Absolute paths, the newest first.
+    places : dict of str
+        Fingerprints of volumes by the paths where they were opened, the newest at the end.
+    """
+
+    trackball: bool = False
+    colors_follow_modes: bool = True
+    last_folder: str = ""
+    window_geometry: Annotated[str, Meta(pattern="^[A-Za-z0-9+/=]*$")] = ""
+    splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    theme: ThemeChoice = "system"
+    single_keys: bool = True
+    recent_volumes: tuple[str, ...] = ()
+    recent_models: tuple[str, ...] = ()
+    recent_transfer_functions: tuple[str, ...] = ()
+    recent_sessions: tuple[str, ...] = ()
+    places: dict[str, str] = field(default_factory=dict)
