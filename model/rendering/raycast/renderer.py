@@ -143,8 +143,10 @@ class RaycastRenderer:
     def coarsely_lit(self, is_coarse: bool = True) -> Iterator[None]:
         """Take soft light from a coarse grid meanwhile: an eighth of the time, for what moves."""
         self._light.is_coarse = is_coarse
-        yield
-        self._light.is_coarse = False
+        try:
+            yield
+        finally:
+            self._light.is_coarse = False
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
@@ -153,7 +155,6 @@ class RaycastRenderer:
 
         Parameters
         ----------
-        inputs : SceneInputs
         size : int or Raster
             Width and height in pixels, or the pixels of a wider image or of a part.
         sample_distance : float, optional

@@ -145,6 +145,6 @@ def test_by_a_coarse_grid_of_light_all_derivatives_are_of_the_same_image(volume,
         moved = np.array([renderer.change(inputs, SIZE, edit)[PART] for edit in EDITS])
     expected = (seen * moved).sum(axis=(1, 2, 3)) / np.linalg.norm(seen)
     np.testing.assert_allclose(EDITS @ coarse, expected, rtol=1e-3)
-    assert 0.9 < cosine(coarse, fine) < 0.99999
+    assert cosine(coarse, fine) < 0.99
     np.testing.assert_array_equal(region_sensitivity(renderer, inputs, SIZE, REGION), fine)
     renderer.close()
