@@ -8,13 +8,17 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QStandardPaths, Signal
+from PySide6.QtCore import QObject, QStandardPaths, QTimer, Signal
 
-from app.state.delayed_writer import DelayedWriter
+from app.engines.background import LatestCall
+from app.engines.messages import error_sentence
 from app.state.former_files import former_memory, former_settings
 from app.state.kept_file import KeptFile
 from app.state.settings import RecentKind, Settings
 from app.state.volume_memory import VolumeMemory
+
+PAUSE_MS = 300
+"""Time after the first of some changes in a row before they are written."""
 
 MOST_RECENT = 10
 """Number of recent files of each kind, and of remembered models of a volume."""
@@ -49,6 +53,7 @@ class Preferences(QObject):
     """Remembers settings, recent files and volumes.
 
     What is changed is written shortly afterwards, in a thread of its own, and by :meth:`finish`.
+    After a failed write nothing more is written.
 
     Parameters
     ----------
@@ -70,8 +75,11 @@ class Preferences(QObject):
         self._settings = settings_file(folder)
         self.start_problem = self._settings.problem
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
-        self._writer = DelayedWriter(self._unwritten, "preferences", self)
-        self._writer.problem.connect(self.problem)
+        self._has_failed = False
+        self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
+        self._pause.timeout.connect(self._write)
+        self._writing = LatestCall("preferences", self)
+        self._writing.failed.connect(self._fail)
 
     @property
     def settings(self) -> Settings:
@@ -139,7 +147,14 @@ class Preferences(QObject):
 
     def finish(self) -> None:
         """Write what is not written yet, and wait for it."""
-        self._writer.finish()
+        is_pending = self._pause.isActive()
+        self._pause.stop()
+        self._writing.join()
+        if is_pending:
+            try:
+                self._unwritten()()
+            except Exception as error:
+                self._fail(error_sentence(error))
 
     def _change_settings(self, change: Callable[[Settings], Settings]) -> None:
         if change(self.settings) != self.settings:
@@ -147,8 +162,23 @@ class Preferences(QObject):
             self._write_soon()
 
     def _write_soon(self) -> None:
-        if self.folder is not None:
-            self._writer.note()
+        # Not anew at every change: a long drag would then be written at its end only.
+        if not (self.folder is None or self._has_failed or self._pause.isActive()):
+            self._pause.start()
+
+    def _write(self) -> None:
+        if self._writing.is_running:
+            # One at a time, so that an older state never replaces a newer one.
+            self._pause.start()
+        else:
+            self._writing.ask(self._unwritten())
+
+    def _fail(self, text: str) -> None:
+        # Once: the same disk may fail for a thread and for the end of it all.
+        if not self._has_failed:
+            self._has_failed = True
+            self._pause.stop()
+            self.problem.emit(text)
 
     def _volume(self, fingerprint: str) -> KeptFile[VolumeMemory]:
         if fingerprint not in self._volumes:

@@ -34,7 +34,6 @@ from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.session_work import SessionWork
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.dock_splitter import DockSplitter
@@ -57,7 +56,7 @@ from app.window.picture_saving import PictureSaving
 from app.window.preset_pictures import PresetPictures
 from app.window.quitting import may_quit
 from app.window.scene_notices import EmptinessNotice, LightNotice, LogarithmOffer, NarrowNotice
-from app.window.session_files import SessionFiles
+from app.window.sessions import Sessions
 from app.window.shown_images import ShownImages
 from app.window.status_line import KeyHints, StatusLine
 from app.window.tool_strip import ToolStrip
@@ -172,24 +171,17 @@ class MainWindow(QMainWindow):
         )
         self.pictures = PictureSaving(self, self.state, self.files, shown)
         self.movies = MovieSaving(self, self.state, self.files, shown)
-        self.sessions = SessionWork(
+        self.sessions = Sessions(
+            self,
             self.state,
             self.sensitivity_state,
             self.latent_state,
             self.workspace,
             self.preferences,
-            self.preferences.folder,
-            self,
-        )
-        self.session_files = SessionFiles(
-            self,
-            self.sessions,
             self.files,
             self.opening,
             self.overlays,
-            self.panes,
             self._memory,
-            self.preferences,
             self.notice,
         )
         self.empty_card = EmptyCard(self.reference, self.workspace, self.opening, self.files)
@@ -217,7 +209,7 @@ class MainWindow(QMainWindow):
             files=self.files,
             pictures=self.pictures,
             movies=self.movies,
-            sessions=self.session_files,
+            sessions=self.sessions,
             state=self.state,
             workspace=self.workspace,
             preferences=self.preferences,

@@ -34,7 +34,7 @@ from app.window.movie_saving import MovieSaving
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.picture_saving import PictureSaving
-from app.window.session_files import SessionFiles
+from app.window.sessions import Sessions
 from app.window.top_bar import TopBar, show_action
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
@@ -48,7 +48,7 @@ class WindowParts:
     files: FileDialogs
     pictures: PictureSaving
     movies: MovieSaving
-    sessions: SessionFiles
+    sessions: Sessions
     state: ViewerState
     workspace: Workspace
     preferences: Preferences
@@ -192,7 +192,7 @@ class Menus(QObject):
         add_action(menu, "&Save TF…", files.save_transfer_function, keys.Save)
         recent.add_recent(menu, "transfer_functions")
         menu.addSeparator()
-        add_action(menu, "Save sess&ion…", self._parts.sessions.save, "Ctrl+Alt+S")
+        add_action(menu, "Save sess&ion…", self._parts.sessions.ask_and_save, "Ctrl+Alt+S")
         recent.add_recent(menu, "sessions")
         menu.addSeparator()
         self._add_pictures(menu)

@@ -11,75 +11,22 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from kept_values import MEMORY, SETTINGS, region
 from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
-from app.state import delayed_writer, kept_file
+from app.state import kept_file
+from app.state import preferences as preferences_module
 from app.state.preferences import MOST_RECENT, Preferences, settings_file, volume_file
-from app.state.sensitivity_state import NamedRegion
 from app.state.settings import Settings
 from app.state.volume_memory import VolumeMemory
 from model.json_files import build_valid
-from model.scene.crop import CropBox
-from model.scene.light import LightDirection
-from model.scene.region import Outline
 from model.scene.view import View
 
 
 @pytest.fixture(autouse=True)
 def short_pause(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(delayed_writer, "PAUSE_MS", 10)
-
-
-def region(name: str) -> NamedRegion:
-    return NamedRegion(name, Outline.rectangle(0.1, 0.1, 0.4, 0.3))
-
-
-SETTINGS = Settings(
-    drawing="raycast",
-    stop="exact",
-    reference_size=1024,
-    denoises=False,
-    legend=True,
-    scale_bar=True,
-    cube=False,
-    opacity_images=True,
-    hidden_panes=("generator",),
-    swapped=True,
-    trackball=True,
-    colors_follow_modes=False,
-    last_folder="/data",
-    window_geometry="AdnQywAD",
-    splitters={"main": (500, 290)},
-    theme="light",
-    single_keys=False,
-    recent_volumes=("/data/a.nrrd", "/data/ü \udce9.nrrd"),
-    recent_models=("/data/model",),
-    recent_transfer_functions=("/data/tf.json",),
-    recent_sessions=("/data/a.tfscope",),
-    places={"/data/a.nrrd": "f1"},
-)
-MEMORY = VolumeMemory(
-    path="/data/a.raw",
-    models=("/data/model",),
-    tf=make_tf(140.0),
-    up_axis="-y",
-    raw_layout="8x8x8_uint8",
-    choice="t=2",
-    view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
-    lighting="soft",
-    light=LightDirection(50.0, -20.0),
-    brightness=1.5,
-    crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),
-    draws_missing=True,
-    regions=(region("ribs"), region("spine")),
-    active_region="ribs",
-    region_count=4,
-    value_scale="logarithmic",
-    opacity_scale="logarithmic",
-    visible=(110.0, 180.0),
-)
-"""None of them the usual value."""
+    monkeypatch.setattr(preferences_module, "PAUSE_MS", 10)
 
 
 def test_everything_is_there_in_the_next_run(tmp_path: Path) -> None:

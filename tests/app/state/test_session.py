@@ -4,43 +4,21 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from ramp import make_tf
+from kept_values import MEMORY, SETTINGS
 
-from app.state.sensitivity_state import Choices, NamedRegion
-from app.state.session import Session, SessionContent, SessionError
-from app.state.settings import SessionSettings
+from app.state.sensitivity_state import Choices
+from app.state.session import Session, SessionContent, SessionError, session_settings
 from app.state.volume_memory import VolumeMemory
-from model.scene.crop import CropBox
-from model.scene.light import LightDirection
-from model.scene.region import Outline
-from model.scene.view import View
 
 CONTENT = SessionContent(
-    VolumeMemory(
-        tf=make_tf(),
-        up_axis="-y",
-        raw_layout="ball_20x18x16_uint8",
-        choice="t=2",
-        view=View(30.0, -20.0, 5.0, 1.5, 0.1, 0.0),
-        lighting="soft",
-        light=LightDirection(-40.0, 20.0),
-        brightness=1.25,
-        crop=CropBox((0.1, 0.2, 0.0), (0.9, 1.0, 0.5)),
-        draws_missing=True,
-        regions=(NamedRegion("ribs", Outline.rectangle(0.1, 0.1, 0.4, 0.5)),),
-        active_region="ribs",
-        region_count=4,
-        value_scale="logarithmic",
-        opacity_scale="logarithmic",
-        visible=(110.0, 180.0),
-    ),
-    SessionSettings("raycast", "fast", 300, False, True, True, False, True, ("generator",), True),
+    replace(MEMORY, path="", models=()),
+    session_settings(SETTINGS),
     Choices(False, False, True, False, "change", "exact", 9.0, 0.1, True),
     (120.0, 140.0),
     True,

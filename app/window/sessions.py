@@ -1,68 +1,91 @@
-"""Saving of what a window shows as a session, and opening of one."""
+"""Sessions in the window: saved to files, and opened from them."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QFileDialog, QWidget
 
+from app.controls import Action
 from app.state.latent_state import LatentState
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.session import Session, SessionContent, SessionError, session_settings
+from app.state.session import SUFFIX, Session, SessionContent, SessionError, session_settings
 from app.state.viewer_state import ViewerState
 from app.state.volume_memory import VolumeMemory
 from app.state.volume_reading import Wanted
 from app.state.workspace import Workspace
+from app.window.file_dialogs import FileDialogs
+from app.window.file_opening import VOLUME_FILTER, FileOpening
+from app.window.notices import Notices
+from app.window.overlays import Overlays
+from app.window.window_memory import WindowMemory
 from model.volume_files.choice import Choice
 from model.volume_files.raw import RawLayout
+
+SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
 
 BEFORE = "before_session.tfscope"
 """File, in the user's folder, of what the volume of the session opened last looked like before."""
 
+MISSED = "volume of the session"
+"""Key of the notice about a session's volume that is nowhere."""
 
-class SessionWork(QObject):
-    """Takes sessions of the workspace, and brings them back.
+
+class Sessions(QObject):
+    """Saves what the window shows as sessions, and brings it back.
 
     What is remembered of a volume is overwritten by its session; it is written to a session of
     its own before.
 
     Parameters
     ----------
-    folder : Path or None
-        Where that is written; None to keep nothing.
+    window : QWidget
+        Parent of the dialogs; its title has the session's name.
     """
 
-    shown = Signal(object, str)
-    """Emitted with the :class:`Session` that is shown from now on, and its name; None for none."""
-    volumeMissed = Signal(object, object)
-    """Emitted with a session's path and the :class:`Session`, whose volume is nowhere."""
-    told = Signal(str, object)
-    """Emitted with a sentence, and the file of the look before or None."""
     problem = Signal(str)
     news = Signal(str)
 
     def __init__(
         self,
+        window: QWidget,
         state: ViewerState,
         sensitivity: SensitivityState,
         latent: LatentState,
         workspace: Workspace,
         preferences: Preferences,
-        folder: Path | None,
-        parent: QObject,
+        files: FileDialogs,
+        opening: FileOpening,
+        overlays: Overlays,
+        memory: WindowMemory,
+        notice: Notices,
     ) -> None:
-        super().__init__(parent)
+        super().__init__(window)
+        self._window = window
         self._state, self._sensitivity, self._latent = state, sensitivity, latent
         self._workspace, self._preferences = workspace, preferences
-        self._folder = folder
+        self._files, self._overlays, self._memory = files, overlays, memory
+        self._notice = notice
+        folder = preferences.folder
+        self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
-        self._before: Path | None = None
-        self._is_other = False
+        self._is_before_kept = False
+        opening.sessionFound.connect(self.open)
         workspace.reading.volumeRead.connect(self._volume_read)
         workspace.volumeStarted.connect(self._volume_started)
+
+    def ask_and_save(self) -> None:
+        """Ask for a file and write what is shown to it."""
+        name = self._files.proposed_name("session", SUFFIX)
+        path = self._files.ask_for_place("Save session", SESSION_FILTER, (SUFFIX,), name)
+        if path is not None:
+            self._memory.note()
+            self.save(path)
 
     def save(self, path: Path) -> None:
         """Write what is shown to a file."""
@@ -76,7 +99,7 @@ class SessionWork(QObject):
             self.problem.emit(str(error))
             return
         self._preferences.note_recent("sessions", path)
-        self.shown.emit(session, path.name)
+        self._name_window(path.name)
         self.news.emit(f"Saved {path.name}.")
 
     def session(self) -> Session | None:
@@ -121,7 +144,7 @@ class SessionWork(QObject):
             return
         session = session if volume is None else replace(session, volume=volume)
         if not session.volume.exists():
-            self.volumeMissed.emit(path, session)
+            self._ask_for_volume(path, session.volume)
             return
         self._awaited = path, session
         memory = session.content.memory
@@ -143,32 +166,32 @@ class SessionWork(QObject):
             return
         path, session = self._awaited
         known = self._preferences.volume(opened.fingerprint)
-        self._before = self._keep_before(path, opened, known)
-        self._is_other = opened.fingerprint != session.fingerprint
+        self._is_before_kept = self._keep_before(path, opened, known)
         memory = session.content.memory
         tf = known.tf if memory.tf is None else memory.tf
         kept = replace(memory, path=known.path, models=known.models, tf=tf)
         self._preferences.note_volume(opened.fingerprint, **vars(kept))
 
-    def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> Path | None:
-        """Write what is remembered of a volume to a session; return its path."""
+    def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> bool:
+        """Write what is remembered of a volume to a session; return whether that was done."""
         assert self._awaited is not None
         memory = replace(known, path="", models=(), tf=known.tf or opened.default)
         is_new = known.tf is None and not known.path
         is_same = memory == self._awaited[1].content.memory
-        if self._folder is None or path == self._folder / BEFORE or is_new or is_same:
-            return None
+        if self._before_path in (None, path) or is_new or is_same:
+            return False
+        assert self._before_path is not None
         content = SessionContent(memory, session_settings(self._preferences.settings))
         try:
-            Session(opened.path, opened.fingerprint, content).save(self._folder / BEFORE)
+            Session(opened.path, opened.fingerprint, content).save(self._before_path)
         except SessionError as error:
             self.problem.emit(str(error))
-            return None
-        return self._folder / BEFORE
+            return False
+        return True
 
     def _volume_started(self) -> None:
         if self._awaited is None:
-            self.shown.emit(None, "")
+            self._name_window("")
             return
         (path, session), self._awaited = self._awaited, None
         content, reference = session.content, self._workspace.reference
@@ -193,18 +216,46 @@ class SessionWork(QObject):
         if content.band is not None:
             self._sensitivity.pin(*sorted(content.band))
         self._latent.choose(shown=content.browsing)
-        if path != (self._folder or Path()) / BEFORE:
+        if path != self._before_path:
             self._preferences.note_recent("sessions", path)
-        self.shown.emit(session, path.name)
+        self._name_window(path.name)
+        self._overlays.refresh()
+        self._memory.restore_panes()
+        self._tell(path, session)
+
+    def _tell(self, path: Path, session: Session) -> None:
+        """Say what is not as it was saved, and offer what was there before."""
+        opened = self._workspace.opened
         told = [f"{path.name} is open."]
-        if self._is_other:
+        if opened is not None and opened.fingerprint != session.fingerprint:
             name = session.volume.name
             told.append(f"{name} is not the file that it was saved with: its voxels differ.")
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
             told.append(f"What is wrong in it was left out: {names}.")
-        if self._before is not None:
+        back = []
+        if self._is_before_kept and self._before_path is not None:
             told.append("What its volume looked like before is kept.")
+            back.append(Action("Go back", partial(self.open, self._before_path)))
         if told[1:]:
-            self.told.emit(" ".join(told), self._before)
-        self._before = None
+            self._notice.tell(" ".join(told), *back)
+
+    def _name_window(self, session: str) -> None:
+        title = self._window.windowTitle().rpartition(" | ")[2]
+        self._window.setWindowTitle(f"{session} | {title}" if session else title)
+
+    def _ask_for_volume(self, path: Path, volume: Path) -> None:
+        self._notice.tell(
+            f"{path.name} shows {volume.name}, which is neither in {volume.parent} nor beside it.",
+            Action("Locate it…", partial(self._locate, path, volume.name)),
+            key=MISSED,
+            tone="error",
+        )
+
+    def _locate(self, path: Path, name: str) -> None:
+        folder = self._preferences.settings.last_folder
+        found, _ = QFileDialog.getOpenFileName(
+            self._window, f"Locate '{name}'", folder, VOLUME_FILTER
+        )
+        if found:
+            self.open(path, Path(found))

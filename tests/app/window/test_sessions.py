@@ -60,7 +60,7 @@ def change_all(window: MainWindow, tf: TransferFunction) -> None:
 
 
 def open_session(qtbot: QtBot, window: MainWindow, path: Path) -> None:
-    with qtbot.waitSignal(window.sessions.shown, check_params_cb=lambda s, _: s is not None):
+    with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
 
 
@@ -159,8 +159,8 @@ def test_what_is_not_as_it_was_is_told(
     assert "ramp" in notice and "neither" in notice
     place = str(elsewhere / "ramp"), ""
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: place)
-    with qtbot.waitSignal(window.sessions.shown):
-        window.session_files._locate(path, "ramp")
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.sessions._locate(path, "ramp")
     found = window.sessions.session()
     assert found is not None and saved is not None
     assert found.volume == elsewhere / "ramp"
