@@ -143,7 +143,7 @@ def render(
         typer.Option(
             "--brightness",
             min=0.25,
-            max=4.0,
+            max=32.0,
             help="Of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
         ),
     ] = None,

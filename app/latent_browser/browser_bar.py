@@ -1,4 +1,4 @@
-"""Controls of the latent browser: colours, filters, codec and engine."""
+"""Controls of the latent browser: map, colours, filter and codec."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.controls import add_action
 from app.icons import IconButton, icon
 from app.latent_browser.map_colors import lookup_table
 from app.menu_tips import show_tips
-from app.state.latent_state import CodecChoice, Coloring, EngineChoice, LatentState
+from app.state.latent_state import CodecChoice, Coloring, LatentState
 from model.scene.transfer_function import Range
 
 COLORINGS: dict[Coloring, tuple[str, str]] = {
@@ -24,13 +24,6 @@ COLORINGS: dict[Coloring, tuple[str, str]] = {
     "modes": ("Modes", "How many peaks the TF has"),
     "distance": ("Distance", "How far the TF's code is from the present TF's"),
 }
-
-ENGINES: dict[EngineChoice, tuple[str, str]] = {
-    "automatic": ("Automatic", "The ray caster where it is fast enough, else the model"),
-    "exact": ("Ray caster", "Pictures are exact"),
-    "learned": ("Model", "Pictures of the volume's model"),
-}
-
 
 CODECS: dict[CodecChoice, tuple[str, str]] = {
     "shipped": ("Shipped", "The codec that ships with tfscope, for any volume"),
@@ -47,10 +40,12 @@ class BrowserBar(QWidget):
 
     Attributes
     ----------
+    map : IconButton
+        Shows the map, or the TFs that differ most again.
     coloring : CaptionButton
         Says what the map's colours mean; its menu has other meanings.
     modes : QAction
-        Whether a chosen TF becomes modes, and what a model's pictures are drawn from.
+        Whether a chosen TF becomes modes.
     stop : QPushButton
         Ends the computation of the map, while it runs.
     """
@@ -66,6 +61,13 @@ class BrowserBar(QWidget):
         self._refused: str | None = None
         self.setFixedHeight(HEIGHT)
         self._actions: dict[str, dict[Any, QAction]] = {}
+        self.map = IconButton(
+            "browse",
+            "Map",
+            tip="The map of all TFs, and a picture of each of its cells",
+            text="Map",
+        )
+        self.map.setCheckable(True)
         self.coloring = CaptionButton()
         self.coloring.set_swatch(lookup_table())
         self.coloring.setToolTip("What the colours mean")
@@ -82,10 +84,6 @@ class BrowserBar(QWidget):
         self._eye = self.band.addAction(icon("eye"), QLineEdit.ActionPosition.LeadingPosition)
         find_values = QShortcut(QKeySequence("Ctrl+F"), self)
         find_values.activated.connect(self.band.setFocus)
-        self.lasso = IconButton(
-            "lasso", "Lasso", "L", "Draw around TFs: the others fade; a click ends it"
-        )
-        self.lasso.setCheckable(True)
         self.reset = IconButton("home", "Whole map", "Home")
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop the computation of the map (Escape)")
@@ -97,7 +95,7 @@ class BrowserBar(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 8, 0)
         row.setSpacing(4)
-        left: list[QWidget] = [self.coloring, self.band, self.lasso, self.reset]
+        left: list[QWidget] = [self.map, self.coloring, self.band, self.reset]
         right: list[QWidget] = [self.stop, self.more]
         for widget in left:
             row.addWidget(widget)
@@ -120,9 +118,7 @@ class BrowserBar(QWidget):
         self.modes.setToolTip("A chosen TF becomes Gaussian modes, instead of a curve")
         self.modes.setCheckable(True)
         self.codec = menu.addMenu("Codec")
-        self.engine = menu.addMenu("Drawn by")
         self._add_choices(self.codec, "codec", CODECS)
-        self._add_choices(self.engine, "engine", ENGINES)
 
     def _add_choices(self, menu: QMenu, name: str, choices: dict[Any, tuple[str, str]]) -> None:
         """Add exclusive choices, each with its explanation."""
@@ -145,32 +141,23 @@ class BrowserBar(QWidget):
     def set_model(self, fits: bool) -> None:
         """Offer what only a model has, if one fits the volume."""
         self.codec.menuAction().setVisible(fits)
-        self.engine.setEnabled(fits)
 
     def _connect(self) -> None:
         latent = self._latent
         self.band.editingFinished.connect(self._read_band)
         self.band.textChanged.connect(lambda text: None if text else self._read_band())
-        self.lasso.clicked.connect(self._toggle_lasso)
+        self.map.clicked.connect(lambda on: latent.choose(on_map=on))
         self.modes.triggered.connect(lambda on: latent.choose(as_modes=on))
         self.reset.clicked.connect(self.resetRequested)
         latent.choicesChanged.connect(lambda _choices: self._show_choices())
-        latent.toolChanged.connect(lambda _tool: self._show_lasso())
-        latent.lassoChanged.connect(lambda _lasso: self._show_lasso())
-
-    def _toggle_lasso(self, on: bool) -> None:
-        if not on:
-            self._latent.set_lasso(None)
-        self._latent.set_tool("lasso" if on else "brush")
-        self._show_lasso()
-
-    def _show_lasso(self) -> None:
-        self.lasso.setChecked(self._latent.tool == "lasso" or self._latent.lasso is not None)
 
     def _show_choices(self) -> None:
         choices = self._latent.choices
         for name, actions in self._actions.items():
             actions[getattr(choices, name)].setChecked(True)
+        self.map.setChecked(choices.on_map)
+        for widget in (self.coloring, self.reset):
+            widget.setVisible(choices.on_map)
         self.coloring.set_title(COLORINGS[choices.coloring][0])
         self.coloring.setAccessibleName(f"Colour by: {self.coloring.title}")
         self.modes.setChecked(choices.as_modes)

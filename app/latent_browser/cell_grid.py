@@ -1,4 +1,4 @@
-"""The 4 x 4 grid: the picture of each of the brushed rectangle's cells."""
+"""The 4 x 4 grid: pictures of the TFs that differ most, or of the brushed rectangle's cells."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
     QColor,
     QFocusEvent,
+    QFont,
+    QFontInfo,
+    QFontMetricsF,
     QImage,
     QKeyEvent,
     QMouseEvent,
@@ -26,9 +29,15 @@ from model.latent.interpolation import CELLS
 GAP = 3
 STALE_OPACITY = 0.45
 
+LEAST_TOLD = 1.5
+"""Factor of a picture's brightness from which its caption gives it."""
+
+CAPTION = 0.8
+"""Size of captions, as a share of the usual letters."""
+
 
 class CellGrid(KeyedWidget):
-    """Shows the cells' pictures as large as possible, and how many samples each stands for."""
+    """Shows pictures of cells, or of the TFs that differ most, as large as possible."""
 
     chosen = Signal(int)
     """Emitted with the cell, row by row, that was clicked."""
@@ -36,8 +45,6 @@ class CellGrid(KeyedWidget):
     """Emitted with the cell over which the wheel was turned to come closer."""
     widened = Signal()
     """Emitted when the wheel was turned the other way."""
-    menuRequested = Signal(object)
-    """Emitted with the point on the screen of a right click."""
     hovered = Signal(object)
     """Emitted with the cell under the mouse, or None."""
 
@@ -47,6 +54,7 @@ class CellGrid(KeyedWidget):
         self._picture: GridPicture | None = None
         self._images: dict[int, QImage] = {}
         self._stale = False
+        self._message = ""
         self._progress: float | None = None
         self._cell: int | None = None
         self._turned = 0.0
@@ -75,9 +83,17 @@ class CellGrid(KeyedWidget):
     def _paint_images(self) -> None:
         self._images = {}
         if self._picture is not None:
-            brightness = self._brightness.of(self._picture.source)
-            images = self._picture.images.items()
-            self._images = {cell: to_qimage(image, brightness) for cell, image in images}
+            source, exposures = self._picture.source, self._picture.exposures
+            for cell, image in self._picture.images.items():
+                brightness = self._brightness.of(source)
+                if cell in exposures:
+                    brightness = self._brightness.usual(source) * exposures[cell]
+                self._images[cell] = to_qimage(image, brightness)
+        self.update()
+
+    def show_message(self, text: str) -> None:
+        """Show a text where there are no pictures."""
+        self._message = text
         self.update()
 
     def set_stale(self, stale: bool) -> None:
@@ -106,7 +122,7 @@ class CellGrid(KeyedWidget):
         return QRectF(left + column * (edge + GAP), top + row * (edge + GAP), edge, edge)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint pictures, counts, and frames of cells without samples."""
+        """Paint pictures with their captions, and frames of cells without samples."""
         painter = QPainter(self)
         painter.setRenderHints(
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
@@ -114,7 +130,6 @@ class CellGrid(KeyedWidget):
         picture = self._picture
         for cell in range(CELLS**2):
             rect = self.cell_rect(cell)
-            count = 0 if picture is None else int(picture.cells.count.flat[cell])
             if cell in self._images:
                 painter.setOpacity(STALE_OPACITY if self._stale else 1.0)
                 painter.drawImage(rect, self._images[cell])
@@ -123,25 +138,35 @@ class CellGrid(KeyedWidget):
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1, Qt.PenStyle.DashLine))
                 painter.setBrush(QColor(theme.ON_IMAGE.panel))
                 painter.drawRect(rect)
-            if picture is not None:
-                self._paint_count(painter, rect, count, cell in self._images)
+            if picture is not None and (caption := caption_of(picture, cell)):
+                self._paint_caption(painter, rect, caption)
             if cell == self._cell and cell in self._images:
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
+        if picture is None:
+            painter.setPen(QColor(theme.ON_IMAGE.dim))
+            flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self._message)
         if self._progress is not None:
             whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
             paint_progress(painter, whole, max(self._progress, LEAST_PROGRESS))
         self._paint_ring(painter)
         painter.end()
 
-    def _paint_count(self, painter: QPainter, rect: QRectF, count: int, drawn: bool) -> None:
-        text = str(count) if count else ("nearest" if drawn else "empty")
-        painter.setPen(QColor(theme.ON_IMAGE.dim if drawn else theme.ON_IMAGE.disabled))
-        flags = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignBottom
-        if not drawn:
-            flags = Qt.AlignmentFlag.AlignCenter
-        painter.drawText(rect.adjusted(4, 3, -4, -3), flags, text)
+    def _paint_caption(self, painter: QPainter, rect: QRectF, text: str) -> None:
+        """Paint a short text over the right end of a picture's lower edge."""
+        usual = painter.font()
+        font = QFont(usual)
+        font.setPixelSize(round(CAPTION * QFontInfo(usual).pixelSize()))
+        painter.setFont(font)
+        metrics = QFontMetricsF(font)
+        width, height = metrics.horizontalAdvance(text) + 8, metrics.height()
+        box = QRectF(rect.right() - width, rect.bottom() - height, width, height)
+        painter.fillRect(box, QColor(0, 0, 0, 110))
+        painter.setPen(QColor(theme.ON_IMAGE.dim))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+        painter.setFont(usual)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Say which cell is under the mouse."""
@@ -160,8 +185,6 @@ class CellGrid(KeyedWidget):
         cell = self._cell_at(event)
         if event.button() == Qt.MouseButton.LeftButton and cell in self._images:
             self.chosen.emit(cell)
-        elif event.button() == Qt.MouseButton.RightButton:
-            self.menuRequested.emit(event.globalPosition().toPoint())
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Come closer to a cell, or move away, by whole notches."""
@@ -209,6 +232,10 @@ class CellGrid(KeyedWidget):
     def _hover(self, cell: int | None) -> None:
         if cell != self._cell:
             self._cell = cell
+            tip = ""
+            if self._picture is not None and cell is not None:
+                tip = explanation_of(self._picture, cell)
+            self.setToolTip(tip)
             self.setCursor(
                 Qt.CursorShape.PointingHandCursor
                 if cell in self._images
@@ -216,3 +243,23 @@ class CellGrid(KeyedWidget):
             )
             self.hovered.emit(cell)
             self.update()
+
+
+def caption_of(picture: GridPicture, cell: int) -> str:
+    """Return the number of TFs that a picture is the mean of, or by how much it is brightened."""
+    if picture.cells is not None:
+        return str(int(picture.cells.count.flat[cell]))
+    exposure = picture.exposures.get(cell, 1.0)
+    return f"\u00d7 {exposure:.0f}" if exposure >= LEAST_TOLD else ""
+
+
+def explanation_of(picture: GridPicture, cell: int) -> str:
+    """Return the tool tip of a picture."""
+    if picture.tfs[cell] is None:
+        return "There is no TF in this part of the map."
+    if picture.cells is not None:
+        return f"The mean of {caption_of(picture, cell)} TFs. Click to take it."
+    if not caption_of(picture, cell):
+        return "Click to take this TF."
+    factor = f"{picture.exposures[cell]:.0f}"
+    return f"This picture is {factor} times as bright as usual. Click to take the TF as shown."

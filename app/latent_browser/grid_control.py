@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QPoint, Qt
-from PySide6.QtWidgets import QMenu
+from PySide6.QtCore import QObject
 
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_view import MapView
@@ -22,8 +21,6 @@ class GridControl(QObject):
 
     Parameters
     ----------
-    grid : CellGrid
-        Parent of menus, too.
     map_view : MapView
         Marks the cell under the mouse.
     """
@@ -49,7 +46,6 @@ class GridControl(QObject):
         grid.zoomed.connect(self._zoom_into)
         grid.widened.connect(self._widen)
         grid.hovered.connect(self._hover)
-        grid.menuRequested.connect(self._open_menu)
 
     def forget_zooms(self) -> None:
         """Begin anew with the rectangles that the wheel returns to."""
@@ -57,33 +53,27 @@ class GridControl(QObject):
 
     def mark_stale(self) -> None:
         """Show whether the pictures are of the present inputs."""
-        pictures = self._pictures
-        if pictures.grid is not None and self._latent.choices.shown:
-            self._grid.set_stale(not pictures.is_fresh(pictures.grid))
+        grid = self._pictures.grid
+        if grid is not None and self._latent.choices.shown:
+            self._grid.set_stale(not self._pictures.is_fresh(grid))
 
     def _show(self, picture: GridPicture | None) -> None:
         self._grid.show_grid(picture)
         self.mark_stale()
 
     def _choose(self, cell: int) -> None:
-        tf = self._pictures.cell_tf(cell)
-        if tf is not None:
-            self._taking.take(tf, "TF from the grid", self._pictures.cell_place(cell))
+        grid, tf = self._pictures.grid, self._pictures.cell_tf(cell)
+        if grid is not None and tf is not None:
+            x, y = grid.places[cell].tolist()
+            self._taking.take(tf, "TF from the grid", (x, y), grid.exposures.get(cell))
 
     def _hover(self, cell: int | None) -> None:
         self._map.mark_cell(cell)
         self._preview.show_tf(None if cell is None else self._pictures.cell_tf(cell))
 
-    def _open_menu(self, point: QPoint) -> None:
-        menu = QMenu(self._grid)
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        nearest = menu.addAction("Nearest TF in empty cells")
-        nearest.setCheckable(True)
-        nearest.setChecked(self._latent.choices.nearest)
-        nearest.triggered.connect(lambda on: self._latent.choose(nearest=on))
-        menu.popup(point)
-
     def _zoom_into(self, cell: int) -> None:
+        if not self._latent.choices.on_map:
+            return
         left, lower, right, upper = self._latent.brush
         width, height = (right - left) / CELLS, (upper - lower) / CELLS
         if min(width, height) < LEAST_SIDE:
@@ -94,6 +84,8 @@ class GridControl(QObject):
 
     def _widen(self) -> None:
         """Return to the rectangle before the last zoom, or to one of twice the size."""
+        if not self._latent.choices.on_map:
+            return
         before = list(self._brushes)
         if before:
             brush = before[-1]

@@ -1,11 +1,11 @@
-"""The latent browser: map and grid with their controls, wired to the pictures and the TF.
+"""The latent browser: grid and map with their controls, wired to the pictures and the TF.
 
 It connects the parts of the browser, and computes nothing.
 """
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
 
@@ -14,7 +14,6 @@ from app.latent_browser.browser_bar import HEIGHT, BrowserBar
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.grid_control import GridControl
 from app.latent_browser.map_colors import shades_of
-from app.latent_browser.map_facts import count_of, facts_of
 from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
 from app.latent_browser.tf_taking import TFTaking
@@ -24,7 +23,9 @@ from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 
 OPENING = "Opening the map …"
-NO_VOLUME = "Open a volume: the map of its TFs will be here."
+CHOOSING = "Choosing TFs that show different things …"
+NO_TFS = "No TF passes the filters."
+NO_VOLUME = "Open a volume: what its TFs show will be here."
 GAP = 8
 """Around map and grid, and between them, in pixels."""
 
@@ -33,8 +34,13 @@ LEAST_SQUARE = 116
 
 
 class LatentBrowser(QWidget):
-    """Shows the map beside the grid; what the mouse is over shows in the reference's pane."""
+    """Shows the TFs that differ most, or the map beside the grid of its cells.
 
+    What the mouse is over on the map shows in the reference's pane.
+    """
+
+    resized = Signal()
+    """Emitted when another width suits it, see :meth:`width_for`."""
     problem = Signal(str)
     """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
     news = Signal(str)
@@ -52,18 +58,18 @@ class LatentBrowser(QWidget):
         self._work = work
         self._latent = work.state
         self._units = ""
-        self.facts = ""
         self.bar = BrowserBar(self._latent)
-        self.taking = TFTaking(state, work, self)
-        self.map = MapView(self._latent, work.session, work.drawer)
+        self.taking = TFTaking(state, work, reference.brightness, self)
+        self.map = MapView(self._latent, work.session, work.pictures)
         self.grid = CellGrid(reference.brightness)
         self.preview = Preview(reference, editor.area)
         self._grids = GridControl(
             self.grid, self._latent, work.pictures, self.map, self.preview, self.taking
         )
-        self.map.show_message(NO_VOLUME)
+        self._show_message(NO_VOLUME)
         for part in (self.bar, self.map, self.grid):
             part.setParent(self)
+        self.map.hide()
         self._connect()
 
     def set_units(self, units: str) -> None:
@@ -81,35 +87,28 @@ class LatentBrowser(QWidget):
         return True
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """End by Escape what :meth:`escape` ends; lasso by L, the whole map by Home."""
+        """End by Escape what :meth:`escape` ends; the whole map by Home."""
         if event.key() == Qt.Key.Key_Escape:
             self.escape()
-        elif event.key() == Qt.Key.Key_L and not event.modifiers():
-            self.bar.lasso.click()
-        elif event.key() == Qt.Key.Key_Home:
+        elif event.key() == Qt.Key.Key_Home and self._latent.choices.on_map:
             self.map.reset()
         else:
             super().keyPressEvent(event)
 
-    def event(self, event: QEvent) -> bool:
-        """Keep L, which elsewhere draws a region, while the browser has the keys."""
-        if (
-            isinstance(event, QKeyEvent)
-            and event.type() == QEvent.Type.ShortcutOverride
-            and event.key() == Qt.Key.Key_L
-            and not event.modifiers()
-        ):
-            event.accept()
-            return True
-        return super().event(event)
-
     def side_for(self, width: int, height: int) -> int:
         """Side of map and grid in a room of some width and height."""
-        return max(min((width - 3 * GAP) // 2, height - HEIGHT - GAP), LEAST_SQUARE)
+        squares = self._squares
+        side = min((width - (squares + 1) * GAP) // squares, height - HEIGHT - GAP)
+        return max(side, LEAST_SQUARE)
 
     def width_for(self, height: int) -> int:
-        """Width at which both squares are as large as a height allows."""
-        return 2 * max(height - HEIGHT - GAP, LEAST_SQUARE) + 3 * GAP
+        """Width at which the squares are as large as a height allows."""
+        squares = self._squares
+        return squares * max(height - HEIGHT - GAP, LEAST_SQUARE) + (squares + 1) * GAP
+
+    @property
+    def _squares(self) -> int:
+        return 2 if self._latent.choices.on_map else 1
 
     def minimumSizeHint(self) -> QSize:
         """Return the least size of bar and squares."""
@@ -117,22 +116,25 @@ class LatentBrowser(QWidget):
         return QSize(max(least, self.bar.minimumSizeHint().width()), HEIGHT + LEAST_SQUARE + GAP)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Put two equal squares below the bar, in the middle of the width."""
+        """Put equal squares below the bar, in the middle of the width."""
         super().resizeEvent(event)
+        self._place_squares()
+
+    def _place_squares(self) -> None:
         side = self.side_for(self.width(), self.height())
-        left = max((self.width() - 2 * side - GAP) // 2, 0)
+        right = (self.width() + self._squares * (side + GAP) - GAP) // 2
         self.bar.setGeometry(0, 0, self.width(), HEIGHT)
-        self.map.setGeometry(left, HEIGHT, side, side)
-        self.grid.setGeometry(left + side + GAP, HEIGHT, side, side)
+        self.grid.setGeometry(right - side, HEIGHT, side, side)
+        self.map.setGeometry(right - 2 * side - GAP, HEIGHT, side, side)
 
     def _connect(self) -> None:
         work, latent, bar = self._work, self._latent, self.bar
         session, pictures = work.session, work.pictures
-        session.mapClosed.connect(lambda: self.map.show_message(OPENING))
+        session.mapClosed.connect(lambda: self._show_message(OPENING))
         latent.choicesChanged.connect(self._choices_changed)
         # Its picture is shown again, instead of that of the place under the mouse.
         self._state.edits.undone.connect(lambda: latent.set_hover(None))
-        session.mapOpened.connect(lambda: self.map.show_message(""))
+        session.mapOpened.connect(self._show_opened)
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)
         session.overviewChanged.connect(lambda _overview: self._color())
@@ -140,8 +142,9 @@ class LatentBrowser(QWidget):
         session.problem.connect(self._session_problem)
         latent.choicesChanged.connect(lambda _choices: self._color())
         session.filterChanged.connect(self._color)
-        latent.hoverChanged.connect(lambda _place: self._tell())
-        pictures.gridDrawn.connect(lambda _picture: self._tell())
+        session.filterChanged.connect(self._show_opened)
+        session.filterChanged.connect(self._tell)
+        session.differentChanged.connect(self.map.update)
         pictures.hoverDrawn.connect(self.preview.show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
         pictures.problem.connect(self.problem)
@@ -156,6 +159,19 @@ class LatentBrowser(QWidget):
         if not choices.shown:
             self._latent.set_hover(None)
             self.preview.show_tf(None)
+        if choices.on_map == self.map.isHidden():
+            self._latent.set_hover(None)
+            self.map.setVisible(choices.on_map)
+            self._place_squares()
+            self.resized.emit()
+
+    def _show_message(self, text: str) -> None:
+        self.map.show_message(text)
+        self.grid.show_message(text)
+
+    def _show_opened(self) -> None:
+        self.map.show_message("")
+        self.grid.show_message(CHOOSING if self._work.session.chosen is not None else NO_TFS)
 
     # The map.
 
@@ -167,7 +183,7 @@ class LatentBrowser(QWidget):
 
     def _session_problem(self, text: str) -> None:
         if self._work.session.map is None:
-            self.map.show_message(text or OPENING)
+            self._show_message(text or OPENING)
         elif text:
             self.problem.emit(text)
 
@@ -182,7 +198,6 @@ class LatentBrowser(QWidget):
     def _place_moved(self) -> None:
         if self._latent.choices.coloring == "distance":
             self._color()
-        self._tell()
 
     def _choose_place(self) -> None:
         place = self._latent.hover
@@ -197,15 +212,11 @@ class LatentBrowser(QWidget):
         self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
 
     def _tell(self, text: str = "") -> None:
-        """Say on the map what is going on, or how many TFs there are; the rest in the caption."""
-        session, pictures = self._work.session, self._work.pictures
-        if text or session.map is None:
-            self.facts = text
-            self.map.show_note(text)
-            return
-        if session.is_embedding:
-            return
-        self.map.show_note(count_of(session, session.map))
-        facts, explained = facts_of(session, session.map, pictures, self._latent)
-        self.facts = "    ".join(facts)
-        self.preview.set_facts("\n".join([*facts, *explained]))
+        """Say on the map what is going on, or how many TFs there are."""
+        session = self._work.session
+        if not text and session.map is not None and session.wanted is not None:
+            if session.is_embedding:
+                return
+            count = f"{len(session.map.codes):,} TFs"
+            text = count if session.wanted.all() else f"{session.wanted.sum():,} of {count}"
+        self.map.show_note(text)

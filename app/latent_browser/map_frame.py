@@ -85,7 +85,7 @@ class MapFrame:
         )
 
 
-Grip = Literal["new", "move", "pan", "lasso", "left", "right", "lower", "upper"]
+Grip = Literal["new", "move", "pan", "left", "right", "lower", "upper"]
 
 REACH = 7
 """Distance in pixels at which the brush's edges are gripped."""

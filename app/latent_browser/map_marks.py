@@ -1,13 +1,11 @@
-"""Points of the map, and marks over them: brush, present TF, lasso, legend."""
+"""Points of the map, and marks over them: brush, present TF, legend."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
 from app.latent_browser.map_colors import Legend, lookup_table
@@ -17,7 +15,6 @@ from model.latent.interpolation import CELLS, Brush
 
 BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention
-LASSO = "#ffd866"
 HANDLE = 4.0
 RADIUS = 2
 """Radius of a point at a zoom of 1, in pixels; closer points are larger."""
@@ -111,22 +108,13 @@ def paint_present(painter: QPainter, frame: MapFrame, place: Place) -> None:
             painter.drawLine(at + QPointF(7 * dx, 7 * dy), at + QPointF(11 * dx, 11 * dy))
 
 
-def paint_neighbours(painter: QPainter, frame: MapFrame, places: NDArray[np.floating]) -> None:
-    """Mark the samples that are nearest to the present TF."""
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(QColor(PRESENT), 1.2))
-    for x, y in frame.pixels(places).tolist():
-        painter.drawEllipse(QPointF(x, y), 4, 4)
-
-
-def paint_lasso(painter: QPainter, frame: MapFrame, corners: Sequence[Place]) -> None:
-    """Paint a polygon."""
-    path = QPainterPath()
-    path.addPolygon(QPolygonF([frame.pixel(corner) for corner in corners]))
-    path.closeSubpath()
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    painter.setPen(QPen(QColor(LASSO), 1.3, Qt.PenStyle.DashLine))
-    painter.drawPath(path)
+def paint_different(painter: QPainter, frame: MapFrame, places: NDArray[np.floating]) -> None:
+    """Mark the samples that show the most different things, by squares."""
+    for color, width in ((theme.ON_IMAGE.window, 3.5), (BRUSH, 1.5)):
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(QColor(color), width))
+        for x, y in frame.pixels(places).tolist():
+            painter.drawRect(QRectF(x - 4, y - 4, 8, 8))
 
 
 def paint_singular_values(painter: QPainter, frame: MapFrame, values: NDArray[np.floating]) -> None:

@@ -1,4 +1,4 @@
-"""The map: points and marks, with brush, lasso, hovering, panning and zooming."""
+"""The map: points and marks, with brush, hovering, panning and zooming."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
-from app.state.latent_drawer import LatentDrawer
+from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession
-from app.state.latent_state import LatentState, Place
+from app.state.latent_state import LatentState
 from model.latent.interpolation import Brush
 
 CLICK_REACH = 4
@@ -35,8 +35,6 @@ CLICK_REACH = 4
 KEY_STEP = 12
 """Pixels that an arrow key goes."""
 
-NEIGHBOURS = 8
-
 
 class MapView(KeyedWidget):
     """Shows the latent map; the mouse chooses places, cells and parts of it."""
@@ -44,11 +42,13 @@ class MapView(KeyedWidget):
     chosen = Signal()
     """Emitted when the place under the mouse was clicked."""
 
-    def __init__(self, latent: LatentState, session: LatentSession, drawer: LatentDrawer) -> None:
+    def __init__(
+        self, latent: LatentState, session: LatentSession, pictures: LatentPictures
+    ) -> None:
         super().__init__()
         self._latent = latent
         self._session = session
-        self._drawer = drawer
+        self._pictures = pictures
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
         self._points: QImage | None = None
@@ -60,14 +60,11 @@ class MapView(KeyedWidget):
         self._last = QPointF()
         self._moved = False
         self._before: Brush = latent.brush
-        self._lasso: list[Place] = []
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Map of TFs")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        for signal in (
-            latent.brushChanged, latent.lassoChanged, latent.hoverChanged, session.placeChanged,
-        ):  # fmt: skip
+        for signal in (latent.brushChanged, latent.hoverChanged, session.placeChanged):
             signal.connect(lambda _value: self.update())
 
     @property
@@ -133,19 +130,15 @@ class MapView(KeyedWidget):
         painter.drawImage(0, 0, self._points)
         frame, latent = self._frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self._active_cell)
-        if self._lasso or latent.lasso:
-            marks.paint_lasso(painter, frame, self._lasso or latent.lasso or ())
+        if self._session.different is not None:
+            marks.paint_different(painter, frame, map_.places[self._session.different])
         if self._session.place is not None:
-            code = self._session.present_code
-            if code is not None:
-                nearest = map_.nearest(code, NEIGHBOURS)
-                marks.paint_neighbours(painter, frame, map_.places[nearest])
             marks.paint_present(painter, frame, self._session.place)
         if latent.hover is not None and self._pressed is None:
             marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
         marks.paint_legend(painter, frame, self._shades.legend)
         self._paint_ring(painter)
-        if self._drawer.has_own_codes:
+        if self._pictures.from_codes:
             marks.paint_singular_values(painter, frame, map_.samples.singular_values)
         elif self._note:
             marks.paint_note(painter, frame, self._note)
@@ -156,7 +149,7 @@ class MapView(KeyedWidget):
         self._set_frame(replace(self._frame, width=self.width(), height=self.height()))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Grip the brush, begin a new one or a lasso, or pan."""
+        """Grip the brush, begin a new one, or pan."""
         if self._pressed is not None:
             # Another button during a drag.
             return
@@ -169,8 +162,6 @@ class MapView(KeyedWidget):
             self._grips = ("pan",)
         elif event.button() != Qt.MouseButton.LeftButton:
             self._pressed = None
-        elif self._latent.tool == "lasso":
-            self._grips, self._lasso = ("lasso",), [self._frame.place(at)]
         elif event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
             self._grips = ("new",)
         else:
@@ -190,9 +181,6 @@ class MapView(KeyedWidget):
         if self._grips == ("pan",):
             step = at - self._last
             self._set_frame(self._frame.shifted(step.x(), step.y()))
-        elif self._grips == ("lasso",):
-            self._lasso.append(self._frame.place(at))
-            self.update()
         else:
             start, end = self._frame.place(self._pressed), self._frame.place(at)
             self._latent.move_brush(dragged(self._grips, self._before, start, end))
@@ -207,11 +195,7 @@ class MapView(KeyedWidget):
         pressed, self._pressed, self._grips = self._pressed, None, ()
         if pressed is None:
             return
-        if grips == ("lasso",):
-            corners, self._lasso = tuple(self._lasso), []
-            self._latent.set_lasso(corners if moved and len(corners) > 2 else None)
-            self._latent.set_tool("brush")
-        elif grips == ("pan",):
+        if grips == ("pan",):
             pass
         elif moved:
             self._latent.finish_brush()

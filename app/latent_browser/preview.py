@@ -10,7 +10,6 @@ from PySide6.QtCore import QObject, Signal
 from app import theme
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
-from app.latent_browser.map_facts import SOURCES
 from app.state.latent_pictures import HoverPicture
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import OpacityTF
@@ -34,7 +33,6 @@ class Preview(QObject):
         super().__init__(pane)
         self._pane = pane
         self._area = area
-        self._caption = self._facts = ""
         self._covers = False
         self._curve: Any = pg.PlotCurveItem(
             pen=pg.mkPen(theme.WARNING, width=1.6, dash=[5, 3]), antialias=True
@@ -42,11 +40,6 @@ class Preview(QObject):
         self._curve.setZValue(80)
         self._curve.hide()
         area.opacity.addItem(self._curve, ignoreBounds=True)
-
-    @property
-    def caption(self) -> str:
-        """How the picture came about; empty without one."""
-        return self._caption
 
     @property
     def is_shown(self) -> bool:
@@ -60,32 +53,17 @@ class Preview(QObject):
         self._curve.setVisible(tf is not None)
         self.tfChanged.emit(tf)
 
-    def set_facts(self, facts: str) -> None:
-        """Set what there is to know of the map and its pictures, for the caption's tooltip."""
-        self._facts = facts
-        self._show_caption()
-
     def show_hover(self, picture: HoverPicture | None) -> None:
         """Show the picture of the place under the mouse instead of the reference's, or not."""
         if picture is None and not self._covers:
             return
         self._covers = picture is not None
-        cover = None
-        self._caption = ""
-        if picture is not None:
-            source = SOURCES[picture.source]
-            drawn = f"{source} from the code" if picture.of_code else source
-            of = {0: "nearest sample, none in the disc", 1: "one sample"}.get(
-                picture.samples, f"{picture.samples} samples"
-            )
-            self._caption = f"{of}; {drawn}, {1000 * picture.seconds:.0f} ms"
-            cover = to_qimage(picture.image, self._pane.brightness.of(picture.source))
-        self._pane.canvas.show_cover(cover)
-        self._show_caption()
-
-    def _show_caption(self) -> None:
-        if self._covers:
-            explained = f"{self._caption}\n{self._facts}".strip()
-            self._pane.name_cover("Under the mouse", "click to take", explained)
-        else:
+        if picture is None:
+            self._pane.canvas.show_cover(None)
             self._pane.name_cover("")
+            return
+        brightness = self._pane.brightness.of(picture.source)
+        self._pane.canvas.show_cover(to_qimage(picture.image, brightness))
+        of = {0: "The nearest TF of the map", 1: "A TF of the map"}
+        explained = of.get(picture.samples, f"The mean of {picture.samples} TFs of the map")
+        self._pane.name_cover("Under the mouse", "click to take", explained)

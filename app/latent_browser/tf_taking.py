@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from PySide6.QtCore import QObject, Signal
 
+from app.state.brightness import Brightness
 from app.state.latent_state import Place
 from app.state.latent_work import LatentWork
 from app.state.viewer_state import ViewerState
@@ -22,11 +23,15 @@ class TFTaking(QObject):
     news = Signal(str)
     """Emitted with a sentence for the status bar."""
 
-    def __init__(self, state: ViewerState, work: LatentWork, parent: QObject) -> None:
+    def __init__(
+        self, state: ViewerState, work: LatentWork, brightness: Brightness, parent: QObject
+    ) -> None:
         super().__init__(parent)
-        self._state, self._work = state, work
+        self._state, self._work, self._brightness = state, work, brightness
 
-    def take(self, tf: OpacityTF, text: str, place: Place | None) -> None:
+    def take(
+        self, tf: OpacityTF, text: str, place: Place | None, exposure: float | None = None
+    ) -> None:
         """Make an opacity TF the present one.
 
         Parameters
@@ -35,6 +40,8 @@ class TFTaking(QObject):
             Name of the edit in the menu.
         place : tuple of float, or None
             Where it was found.
+        exposure : float or None
+            Factor by which its picture is brighter than usual, which the image becomes, too.
         """
         if tf.scalar_range != self._state.scalar_range:
             # Asked for while another volume was opened.
@@ -45,6 +52,9 @@ class TFTaking(QObject):
         difference = tf_difference(fitted, tf)
         if place is not None and difference < SAME_TF:
             self._work.session.remember_place(fitted, place)
-        self._state.tf_input.set(replace(self._state.transfer_function, opacity=fitted), text)
+        with self._state.edits.as_one(text):
+            self._state.tf_input.set(replace(self._state.transfer_function, opacity=fitted), text)
+            if exposure is not None:
+                self._brightness.expose(exposure)
         what = f"{len(fitted.modes)} modes" if as_modes else f"{len(fitted.points)} points"
         self.news.emit(f"The TF has {what}; {difference:.3f} from the map's (RMS).")

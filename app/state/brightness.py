@@ -13,7 +13,8 @@ from app.state.viewer_state import ViewerState
 from model.rendering.brightness import usual_brightness
 from model.scene.scene import Lighting
 
-DARKEST, BRIGHTEST = 0.25, 4.0
+DARKEST, BRIGHTEST = 0.25, 32.0
+"""Limits of the brightness; the greatest is that of an exposed picture of the map."""
 
 STEPS_PER_OCTAVE = 8
 """Steps of a slider from one brightness to its double."""
@@ -69,6 +70,14 @@ class Brightness(QObject):
         self._before = self._before or (self._chosen,)
         self._choose(_limited(value))
         self._finish("brightness")
+
+    def usual(self, engine: EngineName) -> float:
+        """Return the usual brightness of an engine's images."""
+        return self._usual[engine]
+
+    def expose(self, factor: float) -> None:
+        """Show images this much brighter than usual; 1 for the usual brightness."""
+        self.set(None if factor == 1 else factor * self._usual["exact"])
 
     def move(self, step: int) -> None:
         """Set the factor by the step of a slider that is dragged."""

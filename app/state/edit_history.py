@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
@@ -33,6 +34,7 @@ class EditHistory(QObject):
         super().__init__(parent)
         self.stack = QUndoStack(self)
         self.clock: Callable[[], float] = time.monotonic
+        self._together: list[_Change] | None = None
 
     def change(
         self,
@@ -56,8 +58,27 @@ class EditHistory(QObject):
             Changes with the same key that follow each other within :data:`SAME_GESTURE_S` are
             merged into one, such as those of a key that is held.
         """
-        self.stack.push(_Change(show, before, after, text, merge_key, self.clock()))
+        change = _Change(show, before, after, text, merge_key, self.clock())
+        if self._together is not None:
+            self._together.append(change)
+            return
+        self.stack.push(change)
         self.edited.emit()
+
+    @contextmanager
+    def as_one(self, text: str) -> Iterator[None]:
+        """Make the changes of a block one edit of this name."""
+        self._together = []
+        try:
+            yield
+        finally:
+            changes, self._together = self._together, None
+            if changes:
+                self.stack.beginMacro(text)
+                for change in changes:
+                    self.stack.push(change)
+                self.stack.endMacro()
+                self.edited.emit()
 
     def undo(self) -> None:
         """Undo the last edit."""

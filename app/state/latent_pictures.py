@@ -1,4 +1,8 @@
-"""Pictures of the map: the grid of cells, and the place under the mouse."""
+"""Pictures of the map: the grid, and the place under the mouse.
+
+A picture is that of the decoded TF, which a click on it gives, by the ray caster. A model that
+draws codes draws the code itself, as in the paper (section 5.2).
+"""
 
 from __future__ import annotations
 
@@ -9,33 +13,35 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.channels import EngineName
-from app.engines.client import Channel
+from app.engines.channels import Channels, EngineName
+from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.quality import Quality
-from app.engines.requests import BatchRequest, Request
+from app.engines.requests import BatchRequest
 from app.state.at_work import AtWork
-from app.state.latent_drawer import CELL_SIZE, LatentDrawer, look_of
+from app.state.brightness import Brightness
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
+from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
+from model.latent.interpolation import CELLS
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
 
 if TYPE_CHECKING:
     from model.latent.interpolation import Cells
-    from model.latent.latent_map import LatentMap
+
+CELL_SIZE, HOVER_SIZE = 128, 256
+"""Width and height of pictures at rest, in pixels."""
 
 REST_MS = 160
-"""Time without a movement after which a picture is drawn at full size."""
+"""Time without a movement after which the place under the mouse is drawn at full size."""
 
 HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
 """Time that a picture usually takes while the mouse moves, and 16 of them while the brush does."""
 
-REST_SIZE = 256
-
 Images = NDArray[np.float32]
-Asked = TypeVar("Asked")
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,60 +51,54 @@ class HoverPicture:
     Attributes
     ----------
     samples : int
-        Samples that are blended; 0 where the nearest one stands for the place.
+        Samples that are blended; 0 where the nearest one is shown.
     image : ndarray of float32, shape (S, S, 4)
-    source : {"exact", "learned"}
-    of_code : bool
-        Whether it is drawn from the code, not from the TF.
     """
 
     tf: OpacityTF
     samples: int
     image: Images
-    seconds: float
     source: EngineName
-    of_code: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class GridPicture:
-    """Pictures of the cells of the brushed rectangle.
+    """Pictures of the TFs that differ most, or of the cells of the brushed rectangle.
 
     Attributes
     ----------
-    map : LatentMap
-        The samples that were averaged.
+    cells : Cells or None
+        None for the TFs that differ most, which are samples of the map.
     tfs : tuple of 16 (OpacityTF or None), row by row
         None for cells without samples.
-    images : dict of int to ndarray
-        Pictures (S, S, 4) of the cells that have one.
+    places : ndarray of float32, shape (16, 2)
+        On the map: of the samples, or their means.
     inputs : SceneInputs
         View, light and colours of the pictures.
     source : {"exact", "learned"}
-    of_codes : bool
-        Whether they are drawn from codes, not from TFs.
+    images : dict of int to ndarray
+        Pictures (S, S, 4) of the cells that have one.
+    exposures : dict of int to float
+        Factors by which pictures of the TFs that differ most are brightened, beyond the usual
+        brightness of their light; none for cells.
     """
 
-    map: LatentMap
-    cells: Cells
+    cells: Cells | None
     tfs: tuple[OpacityTF | None, ...]
-    images: dict[int, Images]
+    places: NDArray[np.float32]
     inputs: SceneInputs
-    seconds: float
     source: EngineName
-    of_codes: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class _AskedGrid:
-    map: LatentMap
-    cells: Cells
-    tfs: tuple[OpacityTF | None, ...]
-    drawn: tuple[int, ...]
+    images: dict[int, Images]
+    exposures: dict[int, float]
 
 
 class LatentPictures(QObject):
     """Asks engines for pictures whenever brush, mouse, view, light or colours change.
+
+    Parameters
+    ----------
+    exact, learned : EngineClient
+        Clients of a ray caster and of the generator.
 
     Attributes
     ----------
@@ -107,6 +107,7 @@ class LatentPictures(QObject):
     """
 
     gridDrawn = Signal(object)
+    """Emitted with a :class:`GridPicture`, or None when there is none any more."""
     hoverDrawn = Signal(object)
     """Emitted with a :class:`HoverPicture`, or None when the mouse has left."""
     hoverMoved = Signal(object)
@@ -118,23 +119,27 @@ class LatentPictures(QObject):
         state: ViewerState,
         latent: LatentState,
         session: LatentSession,
-        drawer: LatentDrawer,
+        exact: EngineClient,
+        learned: EngineClient,
+        brightness: Brightness,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self.grid: GridPicture | None = None
         self.hover: HoverPicture | None = None
-        self.drawer = drawer
-        self._state = state
-        self._latent = latent
-        self._session = session
+        self._state, self._latent, self._session = state, latent, session
+        self._brightness = brightness
+        self._model_size: int | None = None
         self._is_path_traced = False
-        self._grids = drawer.opened("grid", self._take_grid)
+        self._pace, self._patience = Pace(), 1.0
+        clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
+        self._grids = Channels(clients, "grid", self._take_grid, self)
+        self._hovers = Channels(clients, "hover", self._take_hover, self)
         self.grid_at_work = AtWork(self._grids.values(), self)
-        self._hovers = drawer.opened("hover", self._take_hover)
+        self._asked_grids: dict[int, GridPicture] = {}
+        """Grids without their pictures, by request."""
         self._asked_hovers: dict[int, int] = {}
         """Numbers of samples that are blended, by request."""
-        self._asked_grids: dict[int, _AskedGrid] = {}
         self._grid_key: object = None
         self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
         self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
@@ -145,28 +150,37 @@ class LatentPictures(QObject):
         latent.choicesChanged.connect(lambda _choices: self.ask())
         session.mapClosed.connect(self.forget)
         session.mapChanged.connect(lambda _map: self.ask())
-        session.filterChanged.connect(self._ask_grid)
-        session.filterChanged.connect(lambda: self._ask_hover(live=False))
+        session.filterChanged.connect(self.ask)
+        session.differentChanged.connect(self._ask_grid)
 
-    def set_learned(self, size: int | None) -> None:
-        """Set the image size of a generator that fits the volume; None without one."""
-        if size != self.drawer.learned_size:
-            self.drawer.set_learned(size)
+    @property
+    def from_codes(self) -> bool:
+        """Whether pictures are drawn from codes, not from the TFs that these are decoded to."""
+        return self._model_size is not None and self._session.has_models_codec
+
+    def set_model(self, size: int | None) -> None:
+        """Set the size of images of a generator that draws the codes of its own codec, or None."""
+        if size != self._model_size:
+            self._model_size = size
             # What the engine before was asked for may never come.
             self._grid_key = None
             self.ask()
 
-    def is_fresh(self, picture: GridPicture | None) -> bool:
-        """Whether pictures are of the present view, light and colours."""
-        return picture is not None and look_of(picture.inputs) == look_of(self._state.inputs)
+    def allow(self, patience: float) -> None:
+        """Have live pictures take so many times the usual time, from the next on."""
+        self._patience = patience
 
     def trace(self, is_path_traced: bool) -> None:
         """Have pictures at rest followed by traced ones, in path-traced light."""
         self._is_path_traced = is_path_traced
 
+    def is_fresh(self, picture: GridPicture) -> bool:
+        """Whether pictures are of the present view, light and colours."""
+        return _look_of(picture.inputs) == _look_of(self._state.inputs)
+
     def start_volume(self) -> None:
         """Forget all pictures and how long they took."""
-        self.drawer.forget_times()
+        self._pace = Pace()
         self.forget()
 
     def stop(self) -> None:
@@ -176,13 +190,8 @@ class LatentPictures(QObject):
     def forget(self) -> None:
         """Forget all pictures, and call off what was asked for."""
         self._grids.cancel()
-        self._hovers.cancel()
-        self.grid = self.hover = self._grid_key = None
-        self._asked_grids.clear()
-        self._asked_hovers.clear()
-        self.gridDrawn.emit(None)
-        self.hoverMoved.emit(None)
-        self.hoverDrawn.emit(None)
+        self._forget_hover()
+        self._forget_grid()
 
     def ask(self) -> None:
         """Ask for all pictures anew, at full size."""
@@ -193,134 +202,153 @@ class LatentPictures(QObject):
         """Opacity TF of a cell, row by row; None for an empty one."""
         return None if self.grid is None else self.grid.tfs[index]
 
-    def cell_place(self, index: int) -> Place | None:
-        """Mean place of a cell's samples, row by row; that of the nearest for an empty cell."""
-        if self.grid is None:
-            return None
-        cells, map_ = self.grid.cells, self.grid.map
-        place = cells.places.reshape(-1, 2)[index]
-        if not cells.count.flat[index]:
-            place = map_.places[cells.nearest.flat[index]]
-        return float(place[0]), float(place[1])
-
     def _ask_grid(self, live: bool = False) -> None:
         space, map_ = self._session.space, self._session.chosen
         if space is None or not self._latent.choices.shown:
             return
-        if map_ is None:
-            # Nothing passes the filters.
-            self._asked_grids.clear()
-            self.grid = self._grid_key = None
-            self.gridDrawn.emit(None)
+        on_map, different = self._latent.choices.on_map, self._session.different
+        if map_ is None or (different is None and not on_map):
+            # Nothing passes the filters, or nothing is chosen yet.
+            self._forget_grid()
             return
         key = (
-            look_of(self._state.inputs), map_, self._latent.brush, self._latent.choices.nearest,
-            self.drawer.source, self.drawer.from_codes,
+            _look_of(self._state.inputs), self.from_codes,
+            *((map_, self._latent.brush) if on_map else (self._session.map, id(different))),
         )  # fmt: skip
         if key == self._grid_key:
             # An edit of the opacity TF changes no picture of the map.
             return
         self._grid_key = None if live else key
-        cells = map_.cells(self._latent.brush)
-        codes = cells.codes.reshape(cells.count.size, -1).copy()
-        drawn = np.flatnonzero(cells.count.ravel() > 0)
-        if self._latent.choices.nearest:
-            empty = np.flatnonzero(cells.count.ravel() == 0)
-            codes[empty] = map_.codes[cells.nearest.ravel()[empty]]
-            drawn = np.arange(len(codes))
-        tfs: list[OpacityTF | None] = [None] * len(codes)
+        cells = map_.cells(self._latent.brush) if on_map else None
+        if cells is None:
+            whole = self._session.map
+            assert whole is not None and different is not None
+            codes, places = whole.codes[different], whole.places[different]
+            drawn = np.arange(len(different))
+        else:
+            codes, places = (part.reshape(CELLS**2, -1) for part in (cells.codes, cells.places))
+            drawn = np.flatnonzero(cells.count)
+        tfs: list[OpacityTF | None] = [None] * CELLS**2
         for index, tf in zip(drawn, space.tfs_of(codes[drawn]), strict=True):
             tfs[index] = tf
-        inputs = [self.drawer.with_tf(tf) for tf in tfs if tf is not None]
-        asked = _AskedGrid(map_, cells, tuple(tfs), tuple(int(index) for index in drawn))
-        if not inputs:
+        source: EngineName = "learned" if self.from_codes else "exact"
+        asked = GridPicture(cells, tuple(tfs), places, self._state.inputs, source, {}, {})
+        if len(drawn):
+            wanted = [tf for tf in tfs if tf is not None]
+            number = self._ask(self._grids, wanted, codes[drawn], CELL_SIZE, GRID_SECONDS, live)
+            self._asked_grids[number] = asked
+        else:
             self._asked_grids.clear()
-            none = np.empty((0, 1, 1, 4), np.float32)
-            nothing = BatchRequest(self._state.inputs, Quality(1))
-            self._show_grid(asked, none, 0.0, self.drawer.source, nothing)
-            return
-        seconds = GRID_SECONDS / len(inputs)
-        quality = self.drawer.quality(CELL_SIZE, seconds, live)
-        number = self.drawer.ask(self._grids, inputs, quality, codes[drawn])
-        self._asked_grids[number] = asked
+            self._show_grid(asked)
+
+    def _ask(
+        self,
+        channels: Channels[EngineName],
+        tfs: list[OpacityTF],
+        codes: NDArray[np.float32],
+        size: int,
+        seconds: float,
+        live: bool,
+    ) -> int:
+        """Ask for pictures of TFs with their codes, and return the request's number."""
+        source: EngineName = "learned" if self.from_codes else "exact"
+        if live:
+            seconds *= self._patience / len(tfs)
+            size = round(size * self._pace.scale(source, size, seconds, 0.5))
+        if self.from_codes and self._model_size is not None:
+            size = self._model_size
+        inputs = [replace(self._state.inputs, opacity_tf=tf) for tf in tfs]
+        drawn = tuple(map(tuple, codes.tolist())) if self.from_codes else ()
+        request = BatchRequest(inputs[0], Quality(size, live=live), tuple(inputs[1:]), drawn)
+        return channels[source].ask(request).sequence
 
     def _hover_changed(self, place: Place | None) -> None:
         if place is None or self._session.map is None:
-            self._hover_rest.stop()
-            self._asked_hovers.clear()
-            self.hover = None
-            self.hoverMoved.emit(None)
-            self.hoverDrawn.emit(None)
-            return
-        self._hover_rest.start()
-        self._ask_hover(live=True)
+            self._forget_hover()
+        else:
+            self._hover_rest.start()
+            self._ask_hover(live=True)
 
     def _ask_hover(self, live: bool) -> None:
-        place = self._latent.hover
-        if place is None or self._session.map is None:
+        place, space = self._latent.hover, self._session.space
+        if place is None or space is None:
             return
-        latent, space = self._latent, self._session.space
-        assert space is not None
-        code, samples = self._session.code_at(place, latent.closeness)
+        code, samples = self._session.code_at(place, self._latent.closeness)
         tf = space.tf_of(code)
         self.hoverMoved.emit(tf)
-        quality = self.drawer.quality(REST_SIZE, HOVER_SECONDS, live)
-        number = self.drawer.ask(self._hovers, [self.drawer.with_tf(tf)], quality, code[None])
+        number = self._ask(self._hovers, [tf], code[None], HOVER_SIZE, HOVER_SECONDS, live)
         self._asked_hovers[number] = samples
 
     def _take_grid(self, source: EngineName, result: Result) -> None:
-        asked = _pop(self._asked_grids, result.request.sequence)
+        asked = self._taken(self._asked_grids, self._grids, source, result)
         if result.value is None:
             self._grid_key = None
-            return
-        if asked is not None:
-            self._show_grid(asked, result.value, result.seconds, source, result.request)
-            self._trace(self._grids[source], result.request, self._asked_grids, asked)
+        elif asked is not None:
+            drawn = [index for index, tf in enumerate(asked.tfs) if tf is not None]
+            exposures: dict[int, float] = {}
+            if asked.cells is None:
+                exposures = dict(zip(drawn, self._exposures(result.value, source), strict=True))
+            images = dict(zip(drawn, result.value, strict=True))
+            self._show_grid(replace(asked, images=images, exposures=exposures))
+
+    def _exposures(self, images: Images, source: EngineName) -> list[float]:
+        """Return by how much pictures are brightened, beyond the usual brightness."""
+        from model.latent.tiny_pictures import exposures
+
+        usual = self._brightness.usual(source)
+        found = exposures(images[..., :3].reshape(len(images), -1, 3), usual) / usual
+        return [float(factor) for factor in found]
 
     def _take_hover(self, source: EngineName, result: Result) -> None:
-        asked = _pop(self._asked_hovers, result.request.sequence)
-        if result.value is None:
-            return
-        if asked is not None:
-            self.hover = HoverPicture(
-                result.request.inputs.opacity_tf, asked, result.value[0],
-                result.seconds, source, _is_of_codes(result.request),
-            )  # fmt: skip
+        samples = self._taken(self._asked_hovers, self._hovers, source, result)
+        if result.value is not None and samples is not None:
+            tf = result.request.inputs.opacity_tf
+            self.hover = HoverPicture(tf, samples, result.value[0], source)
             self.hoverDrawn.emit(self.hover)
-            self._trace(self._hovers[source], result.request, self._asked_hovers, asked)
 
-    def _trace(
-        self, channel: Channel, request: Request, table: dict[int, Asked], asked: Asked
-    ) -> None:
-        """Have pictures at rest traced that were drawn in the light which stands in."""
-        stands_in = self._is_path_traced and channel.client is self.drawer.clients["exact"]
-        is_due = stands_in and not (request.quality.live or channel.is_pending)
-        if is_due and isinstance(request, BatchRequest) and not request.traced:
-            table[channel.ask(replace(request, traced=True)).sequence] = asked
-
-    def _show_grid(
+    def _taken(
         self,
-        asked: _AskedGrid,
-        images: Images,
-        seconds: float,
+        table: dict[int, _T],
+        channels: Channels[EngineName],
         source: EngineName,
-        request: Request,
-    ) -> None:
-        drawn = dict(zip(asked.drawn, images, strict=True))
-        self.grid = GridPicture(
-            asked.map, asked.cells, asked.tfs, drawn, request.inputs, seconds, source,
-            _is_of_codes(request),
-        )  # fmt: skip
-        self.gridDrawn.emit(self.grid)
+        result: Result,
+    ) -> _T | None:
+        """Take what was asked with an answer's number, and have it traced where that is due."""
+        request = result.request
+        asked = table.get(request.sequence)
+        for number in [number for number in table if number <= request.sequence]:
+            del table[number]
+        if result.value is None:
+            self.problem.emit(result.error or "The engine returned no pictures.")
+            return None
+        assert isinstance(request, BatchRequest)
+        if not request.traced:
+            seconds = result.seconds / len(result.value)
+            self._pace.note(source, request.quality.pixels.width, seconds)
+        waits = channels[source].is_pending
+        due = self._is_path_traced and source == "exact" and not (request.quality.live or waits)
+        if asked is not None and due and not request.traced:
+            table[channels[source].ask(replace(request, traced=True)).sequence] = asked
+        return asked
+
+    def _show_grid(self, grid: GridPicture) -> None:
+        self.grid = grid
+        self.gridDrawn.emit(grid)
+
+    def _forget_grid(self) -> None:
+        self._asked_grids.clear()
+        self.grid = self._grid_key = None
+        self.gridDrawn.emit(None)
+
+    def _forget_hover(self) -> None:
+        self._hover_rest.stop()
+        self._hovers.cancel()
+        self._asked_hovers.clear()
+        self.hover = None
+        self.hoverMoved.emit(None)
+        self.hoverDrawn.emit(None)
 
 
-def _is_of_codes(request: Request) -> bool:
-    return isinstance(request, BatchRequest) and bool(request.codes)
-
-
-def _pop(asked: dict[int, Asked], sequence: int) -> Asked | None:
-    """Take what was asked with a number, and forget what was asked before it."""
-    found = asked.get(sequence)
-    for number in [number for number in asked if number <= sequence]:
-        del asked[number]
-    return found
+def _look_of(inputs: SceneInputs) -> SceneInputs:
+    """Inputs that pictures of the map depend on besides their own opacity TF."""
+    return replace(inputs, opacity_tf=replace(inputs.opacity_tf, modes=(), points=()))

@@ -15,17 +15,16 @@ from app.engines.background import LatestCall
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.viewer_state import ViewerState
 from model.errors import LatentError
-from model.latent.interpolation import inside_polygon
+from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.value_scale import ValueScale
-from model.scene.view import View
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
     from model.latent.embedding import EmbeddingProcess, Places
     from model.latent.latent_map import LatentMap
     from model.latent.latent_space import LatentSpace
-    from model.latent.opacity_overview import Overview
+    from model.latent.tiny_pictures import Overview
 
 OpenSpace = Callable[[Range, Range, ValueScale, Path | None], "LatentSpace"]
 """Opens the space for a scalar range, a window of it and their scale, or a model folder's."""
@@ -44,15 +43,14 @@ class LatentSession(QObject):
     chosen : LatentMap or None
         The map with these samples only; None if there is none.
     overview : Overview or None
-        Of the map's TFs, in the view of `overview_view`.
+        Of the map's TFs, in the view, crop box and colours of `overview_of`.
+    different : ndarray of int64, or None
+        Samples that show the most different things, of those that pass the filters; chosen when
+        the browser is opened or a filter is changed, and kept while the view turns.
     place : tuple of float, or None
         Place of the present TF.
-    is_exact : bool
-        Whether the present TF was found at its place; otherwise its neighbours' is taken.
     present_code : ndarray of float32, shape (d,), or None
         Code of the present TF.
-    place_error : float
-        Root mean square of what the present TF's code loses of it, in opacity.
     """
 
     mapChanged = Signal(object)
@@ -64,6 +62,7 @@ class LatentSession(QObject):
     progressed = Signal(float)
     """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
     overviewChanged = Signal(object)
+    differentChanged = Signal()
     filterChanged = Signal()
     """Emitted when other samples pass the filters."""
     placeChanged = Signal(object)
@@ -81,11 +80,10 @@ class LatentSession(QObject):
         self.wanted: NDArray[np.bool_] | None = None
         self.chosen: LatentMap | None = None
         self.overview: Overview | None = None
-        self.overview_view: View | None = None
+        self.overview_of: object = None
+        self.different: NDArray[np.int64] | None = None
         self.place: tuple[float, float] | None = None
         self.present_code: NDArray[np.float32] | None = None
-        self.is_exact = False
-        self.place_error = 0.0
         self._state = state
         self._latent = latent
         self._open_space = open_space
@@ -94,23 +92,30 @@ class LatentSession(QObject):
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
         self._is_open = False
-        self._opening = LatestCall("latent-space", self)
-        self._opening.done.connect(self._take_space)
-        self._opening.failed.connect(self.problem)
-        self._looking = LatestCall("latent-overview", self)
-        self._looking.done.connect(self._take_overview)
-        self._looking.failed.connect(self.problem)
+        self._opening = self._call("latent-space", self._take_space)
+        self._looking = self._call("latent-overview", self._take_overview)
+        self._choosing = self._call("latent-choice", self._take_different)
+        self._computing = self._call("latent-map", self._take_places)
+        self._computing.failed.connect(lambda _text: self._take_places((None, "")))
+        self._chosen_by: object = None
         self._embedding: EmbeddingProcess | None = None
-        self._computing = LatestCall("latent-map", self)
-        self._computing.done.connect(self._take_places)
-        self._computing.failed.connect(lambda text: self._take_places((None, text)))
         self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
         latent.choicesChanged.connect(self._choices_changed)
-        latent.lassoChanged.connect(lambda _lasso: self._filter())
         # Not while it turns: the engines need the processor then.
-        state.viewChangeFinished.connect(lambda _view: self._look())
+        state.inputsChangeFinished.connect(self._look)
         state.tf_input.changed.connect(lambda _tf: self._place_present())
         self._before = latent.choices
+
+    def _call(self, name: str, take: Callable[[Any], None]) -> LatestCall:
+        """Return a thread for one kind of call, whose results are taken."""
+        call = LatestCall(name, self)
+        call.done.connect(take)
+        call.failed.connect(self.problem)
+        return call
+
+    @property
+    def _calls(self) -> tuple[LatestCall, ...]:
+        return self._opening, self._looking, self._choosing, self._computing
 
     @property
     def is_embedding(self) -> bool:
@@ -127,7 +132,7 @@ class LatentSession(QObject):
         if volume is not self._volume:
             # Its filters mean nothing here.
             self._latent.start_choices()
-            self._latent.choose(band=None)
+            self._latent.choose(band=None, on_map=False)
         self._volume, self._window = volume, window
         self.reset()
 
@@ -143,8 +148,9 @@ class LatentSession(QObject):
         self.cancel()
         self._opening.forget()
         self._looking.forget()
+        self._choosing.forget()
         self.space = self.map = self.overview = self.place = self.present_code = None
-        self.wanted = self.chosen = None
+        self.wanted = self.chosen = self.different = self._chosen_by = None
         self._is_open = False
         self.mapClosed.emit()
         self._ensure_open()
@@ -159,16 +165,14 @@ class LatentSession(QObject):
 
     def stop(self) -> None:
         """Ask all threads and processes to end; returns at once."""
-        self._opening.stop()
-        self._looking.stop()
-        self._computing.stop()
+        for call in self._calls:
+            call.stop()
         self.cancel()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        self._opening.join()
-        self._looking.join()
-        self._computing.join()
+        for call in self._calls:
+            call.join()
 
     def tf_at(self, place: tuple[float, float], closeness: float = 1.0) -> tuple[OpacityTF, int]:
         """Opacity TF at a place of the map, and how many samples it blends; see :meth:`code_at`."""
@@ -217,6 +221,7 @@ class LatentSession(QObject):
         if choices.shown and not before.shown:
             # It may have been cancelled.
             self.compute_map()
+            self._chosen_by = None
         if choices.codec != before.codec:
             self.reset()
         else:
@@ -233,12 +238,28 @@ class LatentSession(QObject):
         wanted = np.ones(len(map_.codes), dtype=bool)
         if latent.choices.band is not None and self.overview is not None:
             wanted &= self.overview.shows(latent.choices.band, self._state.scalar_range)
-        if latent.lasso is not None:
-            wanted &= inside_polygon(map_.places, latent.lasso)
         if self.wanted is None or not np.array_equal(wanted, self.wanted):
             self.wanted = wanted
             self.chosen = map_.only(wanted) if wanted.any() else None
             self.filterChanged.emit()
+        self._choose_different()
+
+    def _choose_different(self) -> None:
+        """Choose the most different samples anew, if the browser was opened or filters changed."""
+        by = (self._latent.choices.band,)
+        if self._has_overview and by != self._chosen_by:
+            assert self.overview is not None and self.wanted is not None
+            self._chosen_by = by
+            self._choosing.ask(partial(self.overview.most_different, self.wanted))
+
+    def _take_different(self, different: NDArray[np.int64]) -> None:
+        self.different = different
+        self.differentChanged.emit()
+
+    @property
+    def _has_overview(self) -> bool:
+        """Whether the overview is that of the present inputs."""
+        return self.overview is not None and self.overview_of == _seen_by(self._state.inputs)
 
     def _ensure_open(self) -> None:
         if not self._latent.choices.shown or self._volume is None or self._is_open:
@@ -296,29 +317,26 @@ class LatentSession(QObject):
         known = self._known
         found = known is not None and known[0] == tf
         self.place = known[1] if known is not None and found else self.map.place(code)
-        self.is_exact = found
-        wanted = tf.sample(self.space.frame.window)
-        missed = self.space.codec.decode(code[None])[0] - wanted
-        self.place_error = float(np.sqrt(np.square(missed).mean()))
         self.placeChanged.emit(self.place)
 
     def _look(self) -> None:
         """Find what the map's TFs show in the present view."""
         if self.map is None or self.space is None or self._volume is None:
             return
-        view = self._state.view
         if not self._latent.choices.shown:
             return
-        if view == self.overview_view and self.overview is not None:
+        if self._has_overview:
             # Another view's may be on its way.
             self._looking.forget()
             return
-        self._looking.ask(partial(_overview, self._volume, view, self.space, self.map))
+        self._looking.ask(
+            partial(_overview, self._volume, self._state.inputs, self.space, self.map)
+        )
 
     def _take_overview(self, answer: Any) -> None:
-        map_, view, overview = answer
+        map_, inputs, overview = answer
         if self.map is not None and map_.samples is self.map.samples:
-            self.overview, self.overview_view = overview, view
+            self.overview, self.overview_of = overview, _seen_by(inputs)
             self._filter()
             self.overviewChanged.emit(overview)
 
@@ -351,9 +369,14 @@ def _embed(
 
 
 def _overview(
-    volume: Volume, view: View, space: LatentSpace, map_: LatentMap
-) -> tuple[LatentMap, View, Overview]:
-    from model.latent.opacity_overview import RayLengths
+    volume: Volume, inputs: SceneInputs, space: LatentSpace, map_: LatentMap
+) -> tuple[LatentMap, SceneInputs, Overview]:
+    from model.latent.tiny_pictures import overview_of
 
-    lengths = RayLengths.of(volume, view)
-    return map_, view, lengths.overview(space.frame.stretched(map_.samples.tfs))
+    tfs = space.frame.stretched(map_.samples.tfs)
+    return map_, inputs, overview_of(volume, inputs, tfs)
+
+
+def _seen_by(inputs: SceneInputs) -> tuple[object, ...]:
+    """Return the inputs that an overview depends on."""
+    return inputs.view, inputs.crop, inputs.color_tf

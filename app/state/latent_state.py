@@ -14,9 +14,7 @@ Coloring = Literal["value", "opacity", "modes", "distance"]
 """Dominant scalar value, mean opacity of the picture, number of modes, or distance to the
 present TF."""
 
-EngineChoice = Literal["automatic", "exact", "learned"]
 CodecChoice = Literal["shipped", "model"]
-MapTool = Literal["brush", "lasso"]
 Place = tuple[float, float]
 
 FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)
@@ -25,37 +23,34 @@ FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)
 
 @dataclass(frozen=True)
 class LatentChoices:
-    """Choices of how the map is shown, and who draws its pictures.
+    """Choices of how the map is shown.
 
     Attributes
     ----------
     shown : bool
         Whether the browser is open.
+    on_map : bool
+        Whether the map is shown, with a grid of its cells, instead of the most different pictures.
     coloring : str
         What the colours of the map mean.
-    engine : {"automatic", "exact", "learned"}
-        Who draws; automatic takes the ray caster where it is fast enough.
     codec : {"shipped", "model"}
         Whose codes these are.
     as_modes : bool
         Whether a TF of the map becomes modes, instead of a curve.
-    nearest : bool
-        Whether an empty cell shows its nearest sample.
     band : tuple of float, or None
         Only TFs that show some of these scalar values are bright; None for all.
     """
 
     shown: bool = False
+    on_map: bool = False
     coloring: Coloring = "value"
-    engine: EngineChoice = "automatic"
     codec: CodecChoice = "shipped"
     as_modes: bool = False
-    nearest: bool = False
     band: Range | None = None
 
 
 class LatentState(QObject):
-    """Brush, place under the mouse, and filters."""
+    """Brush, place under the mouse, and choices."""
 
     choicesChanged = Signal(object)
     brushChanged = Signal(object)
@@ -63,9 +58,6 @@ class LatentState(QObject):
     brushChangeFinished = Signal()
     hoverChanged = Signal(object)
     """Emitted with the place under the mouse on the map, or None."""
-    lassoChanged = Signal(object)
-    """Emitted with the corners of the lasso, or None."""
-    toolChanged = Signal(object)
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -74,8 +66,6 @@ class LatentState(QObject):
         self.dragging = False
         self.hover: Place | None = None
         self.closeness = 1.0
-        self.lasso: tuple[Place, ...] | None = None
-        self.tool: MapTool = "brush"
 
     def choose(self, **changes: Any) -> None:
         """Change some of the :class:`LatentChoices`."""
@@ -115,21 +105,7 @@ class LatentState(QObject):
             self.hover, self.closeness = place, closeness
             self.hoverChanged.emit(place)
 
-    def set_lasso(self, corners: tuple[Place, ...] | None) -> None:
-        """Keep only what is inside a polygon bright; None for all."""
-        if corners != self.lasso:
-            self.lasso = corners
-            self.lassoChanged.emit(corners)
-
-    def set_tool(self, tool: MapTool) -> None:
-        """Choose what the next drag on the map draws."""
-        if tool != self.tool:
-            self.tool = tool
-            self.toolChanged.emit(tool)
-
     def start_choices(self) -> None:
-        """Forget what was chosen on the map: lasso and brush."""
-        self.lasso = None
-        self.lassoChanged.emit(None)
+        """Forget what was chosen on the map."""
         self.set_hover(None)
         self.set_brush(FIRST_BRUSH)

@@ -9,10 +9,10 @@ from PySide6.QtCore import QObject
 
 from app.engines.client import EngineClient
 from app.engines.states import EngineState
-from app.state.latent_drawer import LatentDrawer
+from app.state.brightness import Brightness
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession, OpenSpace
-from app.state.latent_state import LatentState
+from app.state.latent_state import CodecChoice, LatentState
 from app.state.viewer_state import ViewerState
 
 
@@ -23,6 +23,11 @@ class LatentWork(QObject):
     ----------
     exact, learned : EngineClient
         Clients of a ray caster and of the generator.
+
+    Attributes
+    ----------
+    model : Path or None
+        Folder of a model that fits the volume.
     """
 
     def __init__(
@@ -31,16 +36,17 @@ class LatentWork(QObject):
         latent: LatentState,
         exact: EngineClient,
         learned: EngineClient,
+        brightness: Brightness,
         open_space: OpenSpace,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self.state = latent
-        self._model: Path | None = None
+        self.model: Path | None = None
         self.session = LatentSession(state, latent, open_space, self)
-        self.drawer = LatentDrawer(state, latent, self.session, exact, learned, self)
-        self.pictures = LatentPictures(state, latent, self.session, self.drawer, self)
-        self.drawer.problem.connect(self.pictures.problem)
+        self.pictures = LatentPictures(
+            state, latent, self.session, exact, learned, brightness, self
+        )
         exact.stateChanged.connect(partial(self._check_failure, exact))
 
     def _check_failure(self, client: EngineClient, state: EngineState) -> None:
@@ -67,19 +73,16 @@ class LatentWork(QObject):
             its end, then also chooses the codec.
         """
         draws_codes = draws_codes and folder is not None
-        chosen = "model" if draws_codes else "shipped"
-        if folder == self._model:
+        chosen: CodecChoice = "model" if draws_codes else "shipped"
+        if folder == self.model:
             chosen = self.state.choices.codec
-        self._model = folder
-        self.drawer.set_codes(draws_codes)
+        self.model = folder
+        # First the folder, then the choice of its codec, or the other way: one map is opened.
         if chosen == "model":
-            # First the folder, then the choice of its codec: the map is opened once.
             self.session.set_model(folder)
-            self.state.choose(codec=chosen)
-        else:
-            self.state.choose(codec=chosen)
-            self.session.set_model(folder)
-        self.pictures.set_learned(size)
+        self.state.choose(codec=chosen)
+        self.session.set_model(folder)
+        self.pictures.set_model(size if draws_codes else None)
 
     def stop(self) -> None:
         """Ask all threads and processes to end; returns at once."""

@@ -65,7 +65,7 @@ class VolumeMemory:
     view: View | None = None
     lighting: LightingChoice = "auto"
     light: LightDirection | None = None
-    brightness: Annotated[float, Meta(ge=0.25, le=4.0)] | None = None
+    brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None
     crop: CropBox | None = None
     draws_missing: bool = False
     regions: tuple[NamedRegion, ...] = ()

@@ -102,7 +102,7 @@ class Workspace(QObject):
             state, sensitivity, self._analyst, generator, self._is_starting, brightness, self
         )
         self.latent = LatentWork(
-            state, latent, self._analyst, generator, builders.latent_space, self
+            state, latent, self._analyst, generator, brightness, builders.latent_space, self
         )
         self.reference = ReferenceWork(
             state, reference, stand_in, builders, self._dispatcher, preferences, self
@@ -146,7 +146,7 @@ class Workspace(QObject):
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
-        self.latent.drawer.allow(STOPS[choices.stop].patience)
+        self.latent.pictures.allow(STOPS[choices.stop].patience)
 
     def _is_starting(self) -> bool:
         """Whether a volume's first pictures are still to be drawn."""

@@ -443,7 +443,7 @@ class MainWindow(QMainWindow):
         self.panes.set_model(self.workspace.model.is_open and not self.workspace.model.awaits_path)
         self.generator.set_drawer(self.workspace.model.who, self.workspace.model.worth)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
-        self.browser.bar.set_model(self.workspace.latent.drawer.learned_size is not None)
+        self.browser.bar.set_model(self.workspace.latent.model is not None)
 
     def _tell(self, source: QObject, text: str) -> None:
         """Show an error; one about what was tried last replaces the one before."""

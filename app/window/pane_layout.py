@@ -42,6 +42,7 @@ class PaneLayout(QSplitter):
         # Images touch: Qt takes the mouse some pixels beside the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
+        browser.resized.connect(self._fit_browser)
         for widget, stretch in ((browser, 2), (generator, 1), (reference, 1)):
             self.addWidget(widget)
             self.setStretchFactor(self.count() - 1, stretch)

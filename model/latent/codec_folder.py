@@ -1,78 +1,115 @@
-"""The codec folder: a browser's codec as safetensors, with a description as JSON."""
+"""The shipped codec of opacity TFs: a folder with its weights and a description."""
 
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import safetensors
-import safetensors.torch
+import numpy as np
+from numpy.typing import NDArray
 
 from model.errors import CheckpointError, reason
-from model.json_files import build, read_json
-from model.networks.codec import BrowserCodec
+from model.json_files import read_json
+from model.latent.codes import Codes, Opacities, TFCodec
 from model.volume_files.shipped import RESOURCES
 
 CODEC_FILE = "codec.json"
 WEIGHTS_FILE = "codec.safetensors"
 FORMAT = 1
-
 SHIPPED_CODEC = RESOURCES / "codec"
 
+LEAK = np.float32(0.2)
+"""Slope of the layers' activation below 0."""
 
-@dataclass(frozen=True)
-class CodecCard:
-    """All that is known about a browser's codec besides its weights.
+SMOOTHING = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1], np.float32) / 256
+"""Binomial weights that smooth decoded TFs, so that they do not waver from bin to bin.
 
-    Attributes
-    ----------
-    width : float
-        Number of channels as a fraction of the paper's.
-    training : dict
-        Design, steps and seed of its training.
-    metrics : dict
-        What it was measured at.
-    digest : str
-        SHA-256 of the weights' file.
+Before the sigmoid, where a steep edge only takes larger numbers.
+"""
+
+LARGEST_CODE = 0.9999
+"""Largest number of a code, 3.9 standard deviations of the normal distribution."""
+
+Weights = dict[str, NDArray[np.float32]]
+
+
+class BrowserCodec(TFCodec):
+    """Codec of opacity TFs for browsing: true to faint opacities, with codes in a known box.
+
+    It works on the square roots of opacities, so that a small error leaves nothing in the way
+    where a TF is 0. Its encoder gives a normal distribution (Kingma and Welling 2014), which
+    the distribution function of N(0, 1) maps to the box -1..1: as it was trained as a variational
+    codec, random codes in the box are those of plausible TFs.
+
+    NumPy computes it. To import PyTorch takes longer than the browser's first pictures.
     """
 
-    latent_dim: int
-    width: float
-    training: dict[str, Any]
-    metrics: dict[str, Any]
-    digest: str = ""
+    def __init__(self, weights: Weights) -> None:
+        self._weights = weights
+
+    def encode(self, opacities: NDArray[np.floating]) -> Codes:
+        """Encode opacity TFs (n, 256) in [0, 1] as codes (n, d) in [-1, 1]."""
+        from scipy.special import erf
+
+        x = 2 * np.sqrt(np.asarray(opacities, np.float32).clip(0))[:, None] - 1
+        # Convolutions of stride 2, and one over all that is left.
+        for number in range(0, 12, 2):
+            kernel, bias = self._layer(f"encoder.0.{number}")
+            if number < 10:
+                x = np.pad(x, ((0, 0), (0, 0), (2, 2)))
+            windows = np.lib.stride_tricks.sliding_window_view(x, kernel.shape[2], axis=2)[
+                :, :, ::2
+            ]
+            x = _leaky(np.einsum("nclk,ock->nol", windows, kernel, optimize=True) + bias[:, None])
+        weight, bias = self._layer("encoder.1")
+        # Of the distribution only the means are needed, not the variances.
+        means = (x[:, :, 0] @ weight.T + bias)[:, : len(bias) // 2]
+        return np.asarray(erf(means / np.sqrt(np.float32(2))), np.float32)
+
+    def decode(self, codes: NDArray[np.floating]) -> Opacities:
+        """Decode codes (n, d) in [-1, 1] as opacity TFs (n, 256) in [0, 1]."""
+        from scipy.special import erfinv
+
+        inside = np.asarray(codes, np.float32).clip(-LARGEST_CODE, LARGEST_CODE)
+        x = np.sqrt(np.float32(2)) * erfinv(inside)
+        for number in range(0, 6, 2):
+            weight, bias = self._layer(f"tf_decoder.0.{number}")
+            x = _leaky(x @ weight.T + bias)
+        weight, bias = self._layer("tf_decoder.1")
+        x = x @ weight.T + bias
+        padded = np.pad(x, ((0, 0), (len(SMOOTHING) // 2,) * 2), mode="edge")
+        smooth = sum(w * padded[:, i : i + x.shape[1]] for i, w in enumerate(SMOOTHING))
+        return np.square(1 / (1 + np.exp(-smooth)))
+
+    def _layer(self, name: str) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        return self._weights[f"{name}.weight"], self._weights[f"{name}.bias"]
 
 
-def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[CodecCard, BrowserCodec]:
+def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[str, BrowserCodec]:
     """Read a codec folder.
 
     Returns
     -------
-    card : CodecCard
+    digest : str
+        SHA-256 of the weights' file.
     codec : BrowserCodec
-        In evaluation mode, float32, on the CPU.
 
     Raises
     ------
     CheckpointError
         When the folder holds no codec, or one that is damaged or of another version.
     """
+    from safetensors.numpy import load
+
     try:
         described = read_json(folder / CODEC_FILE)
         content = (folder / WEIGHTS_FILE).read_bytes()
+        version, digest = described["tfscope_codec"], described["digest"]
     except OSError as error:
         raise CheckpointError(
             f"{folder}: the folder holds no codec ({reason(error)}); install tfscope again."
         ) from error
-    except ValueError as error:
-        raise CheckpointError(f"{folder / CODEC_FILE}: the file is not JSON ({error}).") from error
-    try:
-        version = described.pop("tfscope_codec")
-        card = build(CodecCard, described, exact=True)
-        codec = BrowserCodec(card.latent_dim, card.width)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise CheckpointError(
             f"{folder / CODEC_FILE}: the description is malformed near {error}."
         ) from error
@@ -80,19 +117,13 @@ def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[CodecCard, BrowserCodec]:
         raise CheckpointError(
             f"{folder}: the codec's format is {version!r}; this tfscope reads {FORMAT}."
         )
-    if _digest(content) != card.digest:
+    if hashlib.sha256(content).hexdigest() != digest:
         raise CheckpointError(
             f"{folder / WEIGHTS_FILE}: the weights are truncated or altered; copy the folder again."
         )
-    try:
-        weights = safetensors.torch.load(content)
-        codec.load_state_dict({name: value.float() for name, value in weights.items()})
-    except (safetensors.SafetensorError, RuntimeError) as error:
-        raise CheckpointError(
-            f"{folder / WEIGHTS_FILE}: the weights are not those of the described codec."
-        ) from error
-    return card, codec.eval().requires_grad_(False)
+    weights = {name: values.astype(np.float32) for name, values in load(content).items()}
+    return digest, BrowserCodec(weights)
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _leaky(x: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.maximum(x, LEAK * x)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from model.errors import LatentError
 
 if TYPE_CHECKING:
-    from model.networks.codec import BrowserCodec, LatentCodec
+    from model.networks.codec import LatentCodec
 
 SAMPLES = 10_000
 """Number of codes on a map, as in the paper (section 5.2)."""
@@ -33,16 +33,26 @@ Codes = NDArray[np.float32]
 Opacities = NDArray[np.float32]
 
 
-class TFCodec:
-    """Encodes and decodes arrays of opacity TFs; without gradients, on the CPU.
+class TFCodec(Protocol):
+    """Encodes and decodes arrays of opacity TFs."""
+
+    def encode(self, opacities: NDArray[np.floating]) -> Codes:
+        """Encode opacity TFs (n, 256) in [0, 1] as codes (n, d)."""
+
+    def decode(self, codes: NDArray[np.floating]) -> Opacities:
+        """Decode codes (n, d) as opacity TFs (n, 256) in [0, 1]."""
+
+
+class NetworkCodec(TFCodec):
+    """The codec of the paper's networks, on the CPU.
 
     Parameters
     ----------
-    network : LatentCodec or BrowserCodec
+    network : LatentCodec
         In evaluation mode.
     """
 
-    def __init__(self, network: LatentCodec | BrowserCodec) -> None:
+    def __init__(self, network: LatentCodec) -> None:
         self.network = network
 
     def encode(self, opacities: NDArray[np.floating]) -> Codes:
@@ -136,9 +146,8 @@ def samples_of(codec: TFCodec, codes: Codes) -> CodeSamples:
     """
     checked_codes(codes)
     centred = codes.astype(np.float64) - codes.mean(axis=0, dtype=np.float64)
-    singular = np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(codes))
-    values = np.zeros(codes.shape[1], dtype=np.float32)
-    values[: len(singular)] = singular
+    variances = np.linalg.eigvalsh(centred.T @ centred / len(codes))[::-1]
+    values = np.sqrt(np.maximum(variances, 0)).astype(np.float32)
     return CodeSamples(codes, codec.decode(codes), values)
 
 

@@ -6,7 +6,6 @@ average; what is there instead is said.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,14 +40,11 @@ class Cells:
         Mean place of each cell; NaN in empty cells.
     count : ndarray of int64, shape (4, 4)
         Samples in each cell.
-    nearest : ndarray of int64, shape (4, 4)
-        Index of the sample nearest to the middle of each cell.
     """
 
     codes: Codes
     places: Places
     count: NDArray[np.int64]
-    nearest: NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,15 +87,11 @@ def cell_means(codes: Codes, places: Places, brush: Brush) -> Cells:
     column, row = np.minimum((share * CELLS).astype(np.int64), CELLS - 1).T
     cell = (CELLS - 1 - row) * CELLS + column
     count = np.bincount(cell, minlength=CELLS**2)
-    middle = (np.stack(np.meshgrid(*[np.arange(CELLS)] * 2), axis=-1) + 0.5) / CELLS
-    middles = corner + sides * middle[::-1].reshape(-1, 2)
-    distances = np.square(places[None].astype(np.float64) - middles[:, None]).sum(axis=2)
     shape = (CELLS, CELLS)
     return Cells(
         _means(codes[index], cell, count).reshape(*shape, -1),
         _means(places[index], cell, count).reshape(*shape, 2),
         count.reshape(shape),
-        distances.argmin(axis=1).reshape(shape),
     )
 
 
@@ -124,19 +116,6 @@ def blended_code(codes: Codes, places: Places, place: tuple[float, float], radiu
     weights = np.exp(exponents - exponents.max())
     code = weights @ codes[inside].astype(np.float64) / weights.sum()
     return Blend(code.astype(np.float32), len(inside))
-
-
-def inside_polygon(
-    places: NDArray[np.floating], corners: Sequence[tuple[float, float]]
-) -> NDArray[np.bool_]:
-    """Whether places (n, 2) lie inside a polygon."""
-    x, y = places[:, 0], places[:, 1]
-    inside = np.zeros(len(places), dtype=bool)
-    for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
-        if ay != by:
-            crosses = (ay > y) != (by > y)
-            inside ^= crosses & (x < (bx - ax) * (y - ay) / (by - ay) + ax)
-    return inside
 
 
 def disc_radius(places: Places) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,9 +74,7 @@ class LatentMap:
 
         Distances are in standard deviations of each of the codes' numbers.
         """
-        count = min(count, len(self.codes))
-        _, found = self._index.query(np.asarray(code) / self._deviations, k=count)
-        return np.atleast_1d(found).astype(np.int64)
+        return self.distances(code).argsort(kind="stable")[:count]
 
     def place(self, code: NDArray[np.floating]) -> tuple[float, float]:
         """Approximate place of a code: the median of the places of its nearest neighbours."""
@@ -97,10 +94,3 @@ class LatentMap:
     @cached_property
     def _deviations(self) -> NDArray[np.float32]:
         return np.maximum(self.codes.std(axis=0), 1e-6)
-
-    @cached_property
-    def _index(self) -> Any:
-        # Imported here: the window, which shows the map, starts without SciPy.
-        from scipy.spatial import KDTree
-
-        return KDTree(self.codes / self._deviations)

@@ -10,7 +10,7 @@ import numpy as np
 from model.errors import LatentError
 from model.files import cache_folder
 from model.latent.codec_folder import SHIPPED_CODEC, load_codec
-from model.latent.codes import SAMPLES, Codes, TFCodec, sample_codes, samples_of
+from model.latent.codes import SAMPLES, Codes, NetworkCodec, TFCodec, sample_codes, samples_of
 from model.latent.embedding import Places, principal_places
 from model.latent.latent_map import LatentMap
 from model.latent.stored_map import MAP_FILE, load_map, map_key, save_map
@@ -54,11 +54,9 @@ class LatentSpace:
         cls, scalar_range: Range, window: Range, scale: ValueScale = "linear"
     ) -> LatentSpace:
         """Return the shipped codec's, stretched to a volume's window of interesting values."""
-        card, network = load_codec()
+        digest, codec = load_codec()
         frame = TFFrame(scalar_range, window, scale)
-        return cls(
-            TFCodec(network), frame, UNIT_SCENE, card.digest, (SHIPPED_CODEC, _cache(card.digest))
-        )
+        return cls(codec, frame, UNIT_SCENE, digest, (SHIPPED_CODEC, _cache(digest)))
 
     @classmethod
     def of_model(cls, folder: Path) -> LatentSpace:
@@ -69,7 +67,8 @@ class LatentSpace:
         card, network = load_model(folder)
         digest = str(read_header(folder).get("sha256", ""))
         frame = TFFrame(card.scene.scalar_range, card.scene.scalar_range, card.scene.scale)
-        return cls(TFCodec(network.codec), frame, card.scene, digest, (folder, _cache(digest)))
+        codec = NetworkCodec(network.codec)
+        return cls(codec, frame, card.scene, digest, (folder, _cache(digest)))
 
     def tf_of(self, code: Codes) -> OpacityTF:
         """Return the opacity TF, with 256 points or one more, of a code (d,)."""

@@ -20,6 +20,7 @@ from toy_codec import ToyCodec, toy_space
 from window_fakes import FakeBuilders
 
 from app.latent_browser.browser_bar import parsed_band
+from app.latent_browser.cell_grid import caption_of, explanation_of
 from app.latent_browser.map_view import MapView
 from app.window.main_window import MainWindow
 from model.errors import LatentError
@@ -54,9 +55,10 @@ def places(
 
 @pytest.fixture
 def window(qtbot: QtBot, make_window: WindowMaker, places: np.ndarray) -> MainWindow:
-    """A window that shows a stored map, and its grid."""
+    """A window that shows a stored map, and the grid of its cells."""
     window = make_window()
     open_browser(qtbot, window)
+    open_map(qtbot, window)
     return window
 
 
@@ -68,7 +70,14 @@ def open_browser(qtbot: QtBot, window: MainWindow) -> None:
         window.browse.click()
     work = window.workspace.latent
     qtbot.waitUntil(lambda: work.session.map is not None and work.pictures.grid is not None)
-    qtbot.waitUntil(lambda: work.session.overview is not None)
+    assert work.session.overview is not None
+
+
+def open_map(qtbot: QtBot, window: MainWindow) -> None:
+    window.browser.bar.map.click()
+    pictures = window.workspace.latent.pictures
+    qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells is not None)
+    qtbot.waitUntil(lambda: window.workspace.latent.session.different is not None)
 
 
 def pixel(map_view: MapView, place: tuple[float, float]) -> QPoint:
@@ -104,6 +113,7 @@ def test_the_browser_takes_the_place_of_the_generator(
     window = make_window()
     assert builders.spaces == []
     open_browser(qtbot, window)
+    open_map(qtbot, window)
     assert window.browser.isVisible()
     assert not window.generator.isVisible()
     assert window.reference.isVisible()
@@ -148,6 +158,54 @@ def test_the_grid_shows_the_mean_of_each_cell(
     assert len(window.browser.grid.images) == len(asked)
 
 
+def test_the_browser_opens_on_the_tfs_that_differ_most(
+    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, places: np.ndarray
+) -> None:
+    window = make_window()
+    open_browser(qtbot, window)
+    browser, latent = window.browser, window.workspace.latent
+    session, grid = latent.session, latent.pictures.grid
+    assert grid is not None and session.map is not None and session.space is not None
+    assert session.different is not None and len(set(session.different)) == 16
+    assert not browser.map.isVisible() and not browser.bar.coloring.isVisible()
+    # Each picture is of a sample of the map.
+    for number, tf in zip(session.different, grid.tfs, strict=True):
+        assert tf == session.space.tf_of(session.map.codes[number])
+    # The fake's pictures are gray, each .1 brighter than the one before; the usual factor is 1.
+    for cell, exposure in grid.exposures.items():
+        level = 0.1 * cell
+        wanted = 0.8 * (1 - level) / (level * 0.2) if 0 < level < 1 else 1.0
+        assert exposure == pytest.approx(min(max(wanted, 1), 16), rel=1e-3)
+    assert caption_of(grid, 3) == "× 9" and caption_of(grid, 9) == ""
+    assert "9 times" in explanation_of(grid, 3)
+    # What is taken is as bright as its picture, in one undo step, and stands at its mark.
+    before = window.state.transfer_function
+    centre = browser.grid.cell_rect(3).center().toPoint()
+    QTest.mouseClick(browser.grid, Qt.MouseButton.LeftButton, pos=centre)
+    assert window.brightness.value == pytest.approx(grid.exposures[3])
+    assert session.place == pytest.approx(session.map.places[session.different[3]])
+    assert window.state.edits.stack.count() == 1
+    centre = browser.grid.cell_rect(12).center().toPoint()
+    QTest.mouseClick(browser.grid, Qt.MouseButton.LeftButton, pos=centre)
+    assert window.brightness.value == 1
+    for _ in range(2):
+        window.state.edits.undo()
+    assert window.state.transfer_function == before and window.brightness.value == 1
+    # They stay while the view turns, and are chosen anew for a filter.
+    chosen = session.different
+    with qtbot.waitSignal(session.overviewChanged):
+        window.state.set_view(View(50, 10, 0, 1))
+    assert session.different is chosen
+    with qtbot.waitSignal(session.differentChanged):
+        window.latent_state.choose(band=(150.0, 160.0))
+    assert session.wanted is not None and session.wanted[session.different].all()
+    # The map is one click away, in the same place, and so are they.
+    open_map(qtbot, window)
+    assert browser.map.isVisible() and browser.map.width() == browser.grid.width()
+    browser.bar.map.click()
+    qtbot.waitUntil(lambda: latent.pictures.grid is not None and not latent.pictures.grid.cells)
+
+
 def test_in_path_traced_light_traced_pictures_follow_at_rest(
     qtbot: QtBot, window: MainWindow, builders: FakeBuilders
 ) -> None:
@@ -185,13 +243,12 @@ def test_hovering_shows_picture_and_tf(
     assert request.inputs.opacity_tf == expected
     assert request.inputs.view == window.state.view
     assert window.browser.preview.is_shown
-    assert str(samples) in window.browser.preview.caption
     # The legend is that of the picture.
     assert window.overlays.legend_tf.opacity == expected
     # At rest it is drawn once more, at full size.
     qtbot.waitUntil(lambda: not pictures.hover.image.shape[0] < 256 if pictures.hover else False)
     assert (caption.title, caption.detail) == ("Under the mouse", "click to take")
-    assert "samples" in caption.toolTip()
+    assert f"mean of {samples} TFs" in caption.toolTip()
     # It stays while the image is drawn anew.
     window.workspace.reference.choose(size=64)
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -261,8 +318,6 @@ def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWin
     cell = window.browser.grid.cell_rect(5).center().toPoint()
     QTest.mouseClick(window.browser.grid, Qt.MouseButton.LeftButton, pos=cell)
     assert window.state.edits.stack.count() == 0
-    latent.choose(nearest=True)
-    qtbot.waitUntil(lambda: pictures.grid is not None and len(pictures.grid.images) == 16)
 
 
 def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindow) -> None:
@@ -302,7 +357,6 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainW
     low, high = show_mode(120, 0.5), show_mode(180, 0.8)
     assert low == pytest.approx((-0.54, 0.0), abs=0.2)
     assert high == pytest.approx((0.54, 0.54), abs=0.2)
-    assert not session.is_exact
 
 
 def test_pictures_follow_the_view_and_are_marked_until_then(
@@ -324,13 +378,13 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
     # The overview is that of the present view.
     session = window.workspace.latent.session
     view = window.state.view
-    qtbot.waitUntil(lambda: session.overview_view == view)
+    qtbot.waitUntil(lambda: session.overview_of[0] == view)
     overview = session.overview
     window.state.set_view(View(80, 30, 0, 1))
     window.state.set_view(view)
     qtbot.waitUntil(lambda: not session._looking.is_running)
     assert session.overview is overview
-    assert session.overview_view == view
+    assert session.overview_of[0] == view
     # A grid that failed is asked for again.
     engine = builders.analysts[-1]
     images = engine.images
@@ -346,7 +400,7 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
         pictures.ask()
 
 
-def test_filters_by_value_and_lasso(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_filter_by_value(qtbot: QtBot, window: MainWindow) -> None:
     session, bar = window.workspace.latent.session, window.browser.bar
     bar.band.setText("150 to 160")
     QTest.keyClick(bar.band, Qt.Key.Key_Return)
@@ -360,14 +414,6 @@ def test_filters_by_value_and_lasso(qtbot: QtBot, window: MainWindow) -> None:
     QTest.keyClick(bar.band, Qt.Key.Key_Return)
     assert "rubbish" in window.notice.text
     bar.band.setText("")
-    assert session.wanted.all()
-    bar.lasso.click()
-    map_view = window.browser.map
-    corners = [(-0.9, -0.9), (0.0, -0.9), (0.0, 0.9), (-0.9, 0.9)]
-    drag(map_view, *[pixel(map_view, corner) for corner in corners], modifier=NO_KEY)
-    assert (session.chosen.places[:, 0] <= 0.01).all()
-    assert bar.lasso.isChecked()
-    bar.lasso.click()
     assert session.wanted.all()
 
 

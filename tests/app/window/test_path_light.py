@@ -49,7 +49,7 @@ def test_it_draws_while_the_light_is_path_traced(
     assert window.workspace.sensitivity.exact_source == "stand-in"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.
-    assert window.workspace.latent.pictures.drawer.learned_size is None
+    assert window.workspace.latent.model is None
     asked = len(model.requests)
     window.state.move_view(window.state.view)
     window.state.finish_view()
@@ -60,7 +60,7 @@ def test_it_draws_while_the_light_is_path_traced(
     assert PATH_WHO not in window.generator.status
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
-    assert window.workspace.latent.pictures.drawer.learned_size == 16
+    assert window.workspace.latent.model is not None
     # Without the network or the denoiser the model stays.
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
     reference.choose(lighting="path")

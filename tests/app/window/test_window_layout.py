@@ -254,8 +254,8 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     QTest.keyRelease(window, Qt.Key.Key_Alt)
     assert opened == [True]
     window.latent_state.choose(shown=True)
-    window.browser.map.setFocus()
-    qtbot.waitUntil(window.browser.map.hasFocus)
-    QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
+    window.browser.grid.setFocus()
+    qtbot.waitUntil(window.browser.grid.hasFocus)
+    QTest.keyClick(window.browser.grid, Qt.Key.Key_Escape)
     assert window.browser.isHidden()
     assert window.generator.canvas.hasFocus()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.errors import LatentError
-from model.latent.interpolation import blended_code, cell_means, disc_radius, inside_polygon
+from model.latent.interpolation import blended_code, cell_means, disc_radius
 
 
 @pytest.fixture
@@ -69,26 +69,15 @@ def test_cell_means(codes: np.ndarray, places: np.ndarray) -> None:
             assert cells.places[row, column] == pytest.approx(
                 places[inside].mean(axis=0, dtype=np.float64), abs=1e-6
             )
-            middle = (x0 + x1) / 2, (y0 + y1) / 2
-            nearest = np.hypot(x - middle[0], y - middle[1]).argmin()
-            assert cells.nearest[row, column] == nearest
 
 
-def test_empty_cells_have_no_code_but_a_nearest_sample(codes: np.ndarray) -> None:
+def test_empty_cells_have_no_code(codes: np.ndarray) -> None:
     places = np.array([[0.9, 0.9]], dtype=np.float32)
     cells = cell_means(codes[:1], places, (0, 0, 1, 1))
     assert cells.count.sum() == cells.count[0, 3] == 1
     assert np.isnan(cells.codes[3, 0]).all()
-    assert (cells.nearest == 0).all()
 
 
 def test_a_rectangle_that_is_not_finite_is_refused(codes: np.ndarray, places: np.ndarray) -> None:
     with pytest.raises(LatentError, match="not finite"):
         cell_means(codes, places, (0, 0, float("nan"), 1))
-
-
-def test_inside_a_polygon() -> None:
-    """A polygon that is not convex."""
-    arrow = ((0.0, 0.0), (4.0, 0.0), (1.0, 1.0), (0.0, 4.0))
-    places = np.array([[0.5, 0.5], [2.0, 2.0], [3.0, 0.1], [-1.0, 1.0], [0.1, 3.0]])
-    assert inside_polygon(places, arrow).tolist() == [True, False, True, False, True]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from model.latent.opacity_overview import OVERVIEW_SIZE, RayLengths
+from model.latent.tiny_pictures import OVERVIEW_SIZE, overview_of
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
 from model.scene.crop import CropBox
@@ -99,9 +99,8 @@ def test_drawn_they_are_what_is_stored_there(name):
 
 def test_the_overview_of_opacities_leaves_them_out():
     volume = half_ball(fill=200.0)
-    lengths = RayLengths.of(volume, OBLIQUE)
     samples = BALL_TF.sample(RANGE)[None]
-    overview = lengths.overview(samples).opacity[0]
+    overview = overview_of(volume, inputs(), samples).opacity[0]
     renderer = RaycastRenderer(volume)
     expected = renderer.render(inputs(), OVERVIEW_SIZE)[..., 3].mean()
     renderer.close()

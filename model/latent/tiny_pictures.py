@@ -1,0 +1,388 @@
+"""Tiny pictures of what thousands of opacity TFs show in one view, and those that differ most.
+
+The samples along a view's rays do not depend on the TF. They are read from the volume once, and
+all TFs are drawn over them, lit from the eye.
+"""
+
+from __future__ import annotations
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.compilation import compiled
+from model.rendering.brightness import LIT_BRIGHTNESS, brighten
+from model.rendering.raycast.camera import camera_array
+from model.rendering.scalars import shown_voxels
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.volume import Volume
+
+OVERVIEW_SIZE = 24
+"""Width and height of the tiny pictures, in pixels."""
+
+MOST_SAMPLES = 320
+"""Samples along the volume's diagonal; in large volumes they are further apart than voxels."""
+
+OPAQUE = 1 - 1e-4
+"""Largest opacity of a voxel's length, so that its logarithm is finite."""
+
+NOTHING = 0.01
+"""Opacity, or brightness, below which a pixel shows nothing."""
+
+SOLID_OPACITY, SOLID_SHARE = 0.9, 0.97
+"""A solid block: the share of the volume's pixels that are at least as opaque."""
+
+SHOWN_SHARE = 0.1
+"""Share of what is seen that a band of scalar values needs to count as shown."""
+
+PEAK_WIDTH = 4.0
+"""Standard deviation in bins by which shares are smoothed to find the largest."""
+
+AMBIENT = 0.1
+"""Light that a surface reflects which is seen from its side."""
+
+BRIGHT, BRIGHT_SHARE = 0.8, 0.01
+"""An exposed picture: the brightness that this share of its content exceeds."""
+
+LEAST_CONTENT = 0.1, 0.006
+"""The brightness that a picture worth showing exceeds, and in which share of its pixels."""
+
+MOST_EXPOSED = 16.0
+"""Largest factor of an exposure: what needs a larger one is too faint to be worth a picture."""
+
+DIFFERING = 16
+"""Number of TFs that differ most."""
+
+COMPONENTS, CLUSTERS, ROUNDS = 20, 40, 20
+"""Numbers of the pictures that are compared, groups of like pictures, and passes to find them."""
+
+LEAST_GROUP = 0.006
+"""Share of the pictures that a group needs: odd ones alone stand for nothing."""
+
+DIFFERENT = 0.065
+"""Root mean square difference of two tiny pictures whose larger ones look different."""
+
+_SAMPLED = 600
+"""Pictures that span the components."""
+
+_PART = 500
+"""TFs that a thread draws at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Overview:
+    """What each of n TFs shows in one view.
+
+    Attributes
+    ----------
+    opacity : ndarray of float32, shape (n,)
+        Mean opacity of the image, in [0, 1].
+    is_empty, is_faint, is_solid : ndarray of bool, shape (n,)
+        Whether no pixel shows anything; whether even exposure does not make much of it bright;
+        whether nearly all of the volume's pixels are opaque.
+    shares : ndarray of float32, shape (n, 256)
+        Share of each scalar value's bin in what is seen, 0 for empty images.
+    dominant : ndarray of int64, shape (n,)
+        Bin that most is seen of, with its neighbours.
+    pictures : ndarray of uint8, shape (n, pixels, 3)
+        The tiny pictures, exposed.
+    """
+
+    opacity: NDArray[np.float32]
+    is_empty: NDArray[np.bool_]
+    is_faint: NDArray[np.bool_]
+    is_solid: NDArray[np.bool_]
+    shares: NDArray[np.float32]
+    dominant: NDArray[np.int64]
+    pictures: NDArray[np.uint8]
+
+    @property
+    def shows_something(self) -> NDArray[np.bool_]:
+        """Whether an image is neither empty nor a solid block, for each TF."""
+        return ~(self.is_empty | self.is_solid)
+
+    def dominant_values(self, scalar_range: Range) -> NDArray[np.float32]:
+        """Scalar value (n,) that most is seen of, in the data's units; NaN for empty images."""
+        values = np.linspace(*scalar_range, TF_SAMPLES, dtype=np.float32)
+        return np.where(self.is_empty, np.float32(np.nan), values[self.dominant])
+
+    def shows(self, band: Range, scalar_range: Range) -> NDArray[np.bool_]:
+        """Whether each TF shows a band of scalar values, in the data's units."""
+        values, bin_width = np.linspace(*scalar_range, TF_SAMPLES, retstep=True)
+        # A single value lies between two bins.
+        half = bin_width / 2
+        inside = (values >= min(band) - half) & (values <= max(band) + half)
+        return np.asarray(self.shares[:, inside].sum(axis=1) >= SHOWN_SHARE)
+
+    def most_different(self, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return which TFs show the most different things, typical ones of their kind.
+
+        Parameters
+        ----------
+        wanted : ndarray of bool, shape (n,)
+            TFs to choose from. Empty ones are left out, and faint ones and solid blocks where
+            others suffice.
+
+        Returns
+        -------
+        ndarray of int64, shape (:data:`DIFFERING`,) or fewer
+            Row by row of a square on which like pictures are near each other.
+        """
+        found = np.flatnonzero(wanted & self.shows_something & ~self.is_faint)
+        if len(found) < DIFFERING:
+            found = np.flatnonzero(wanted & ~self.is_empty)
+        if len(found) <= DIFFERING:
+            return found
+        places = _principal_components(self.pictures[found].reshape(len(found), -1))
+        typical = _medoids(places)
+        least = (255 * DIFFERENT) ** 2 * self.pictures[0].size
+        chosen = _far_apart(places, typical[:1], typical, least)
+        # Where typical ones are too much alike, rare ones take their place.
+        chosen = _far_apart(places, chosen, np.arange(len(places)), 0)
+        return found[chosen[_on_a_square(places[chosen])]]
+
+
+def overview_of(
+    volume: Volume,
+    inputs: SceneInputs,
+    tfs: NDArray[np.floating],
+    size: int = OVERVIEW_SIZE,
+    distance: float | None = None,
+) -> Overview:
+    """Return what opacity TFs show in the view, crop box and colours of some inputs.
+
+    Parameters
+    ----------
+    tfs : ndarray, shape (n, 256)
+        Opacities over the scalar range.
+    size : int
+        Width and height of the tiny pictures.
+    distance : float, optional
+        Between samples, in voxel lengths; by default one, or more in a large volume.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    if distance is None:
+        diagonal = float(np.linalg.norm(volume.extent)) / volume.voxel_size
+        distance = max(diagonal / MOST_SAMPLES, 1.0)
+    first, bins, light = _samples(volume, inputs, size, distance)
+    colors = np.ascontiguousarray(inputs.color_tf.sample(volume.scalar_range), np.float32)
+    alphas = -np.expm1(distance * np.log1p(-np.minimum(tfs, OPAQUE))).astype(np.float32)
+    pictures = np.empty((len(alphas), size**2, 3), np.uint8)
+    shares, opacity = np.zeros_like(alphas), np.zeros((len(alphas), size**2), np.float32)
+    factors = np.empty(len(alphas), np.float32)
+
+    def draw(start: int) -> None:
+        part = slice(start, start + _PART)
+        drawn = np.zeros(pictures[part].shape, np.float32)
+        _draw(first, bins, light, alphas[part], colors, drawn, opacity[part], shares[part])
+        factors[part] = exposures(drawn, LIT_BRIGHTNESS)
+        for picture, factor in zip(drawn, factors[part], strict=True):
+            brighten(picture, float(factor))
+        pictures[part] = np.rint(255 * drawn.clip(0, 1))
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as threads:
+        list(threads.map(draw, range(0, len(alphas), _PART)))
+    inside = opacity[:, np.diff(first) > 0]
+    is_empty = opacity.max(axis=1) <= NOTHING
+    is_solid = (inside > SOLID_OPACITY).sum(axis=1) > SOLID_SHARE * inside.shape[1]
+    shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1e-30)
+    shares[is_empty] = 0
+    smooth = gaussian_filter1d(shares, PEAK_WIDTH, axis=1, mode="constant")
+    content = (pictures > 255 * LEAST_CONTENT[0]).any(axis=2).mean(axis=1)
+    is_faint = (factors >= MOST_EXPOSED * LIT_BRIGHTNESS) | (content < LEAST_CONTENT[1])
+    return Overview(
+        opacity.mean(axis=1), is_empty, is_faint, is_solid, shares, smooth.argmax(axis=1), pictures
+    )
+
+
+def exposures(pictures: NDArray[np.floating], usual: float) -> NDArray[np.float32]:
+    """Brightness (n,) at which faint pictures show as much as others.
+
+    Parameters
+    ----------
+    pictures : ndarray, shape (n, pixels, 3)
+    usual : float
+        Brightness of those that are bright enough, see :mod:`model.rendering.brightness`.
+    """
+    largest = np.maximum(np.maximum(pictures[..., 0], pictures[..., 1]), pictures[..., 2])
+    content = (largest > NOTHING / usual).sum(axis=1)
+    last = largest.shape[1] - 1
+    number = last - np.ceil(BRIGHT_SHARE * content).astype(np.int64)
+    bright = np.clip(np.sort(largest, axis=1)[np.arange(len(largest)), number], 1e-6, 1 - 1e-6)
+    # The factor at which the display curve shows it as BRIGHT.
+    wanted = BRIGHT * (1 - bright) / (bright * (1 - BRIGHT))
+    found = np.clip(wanted, usual, MOST_EXPOSED * usual)
+    return np.where(content > 0, found, usual).astype(np.float32)
+
+
+@compiled
+def _draw(
+    first: Any,
+    bins: Any,
+    light: Any,
+    alphas: Any,
+    colors: Any,
+    pictures: Any,
+    opacity: Any,
+    shares: Any,
+) -> None:
+    """Draw TFs by the opacities of a step; what is behind almost opaque samples is left out."""
+    for tf in range(len(alphas)):
+        for ray in range(len(first) - 1):
+            through = np.float32(1)
+            for sample in range(first[ray], first[ray + 1]):
+                value = bins[sample]
+                alpha = alphas[tf, value]
+                if alpha > 0:
+                    seen = through * alpha
+                    shares[tf, value] += seen
+                    lit = seen * light[sample]
+                    for channel in range(3):
+                        pictures[tf, ray, channel] += lit * colors[value, channel]
+                    through -= seen
+                    if through < np.float32(0.004):
+                        break
+            opacity[tf, ray] = 1 - through
+
+
+def _samples(
+    volume: Volume, inputs: SceneInputs, size: int, distance: float
+) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.float32]]:
+    """Return what the rays of a view meet in what the crop box leaves, whatever the TF.
+
+    Returns
+    -------
+    first : ndarray, shape (pixels + 1,)
+        First sample of each ray, row by row from the top, and the number of samples.
+    bins : ndarray, shape (samples,)
+        Scalar values, by bins of the scalar range.
+    light : ndarray, shape (samples,)
+        Light that is reflected to the eye.
+    """
+    from scipy.ndimage import map_coordinates
+
+    eye, directions, near, far = _rays(volume, inputs, size)
+    step = distance * volume.voxel_size
+    count = np.ceil((far - near) / step - 0.5).astype(np.int64)
+    ray = np.repeat(np.arange(len(count)), count)
+    number = np.arange(len(ray)) - np.repeat(np.cumsum(count) - count, count)
+    along = near[ray] + (number + 0.5) * step
+    places = (eye + along[:, None] * directions[ray])[:, ::-1]
+    voxels = shown_voxels(volume)
+
+    def values(offset: NDArray[np.float64]) -> NDArray[np.float32]:
+        at = (places + offset).T
+        return map_coordinates(voxels, at, np.float32, order=1, mode="nearest", prefilter=False)
+
+    lo, hi = volume.scalar_range
+    bins = np.rint(np.clip((values(np.zeros(3)) - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1))
+    spacing = np.array(volume.spacing)[::-1]
+    slopes = [(values(axis) - values(-axis)) for axis in np.eye(3)] / spacing[:, None]
+    back = directions[ray][:, ::-1].T * spacing[:, None]
+    steepness = np.linalg.norm(slopes, axis=0)
+    facing = np.abs((slopes * back).sum(axis=0)) / np.linalg.norm(back, axis=0)
+    # Where nothing is steep, there is no surface that could face the eye.
+    flat = steepness < 1e-3 * (hi - lo) / volume.voxel_size
+    facing = np.where(flat, 0.5, facing / np.maximum(steepness, 1e-30))
+    light = (AMBIENT + (1 - AMBIENT) * facing).astype(np.float32)
+    if volume.hidden is not None:
+        last = np.array(volume.hidden.shape) - 1
+        nearest = np.clip(np.rint(places).astype(np.int64), 0, last)
+        there = ~volume.hidden[tuple(nearest.T)]
+        ray, bins, light = ray[there], bins[there], light[there]
+    return np.searchsorted(ray, np.arange(len(count) + 1)), bins.astype(np.uint8), light
+
+
+def _rays(volume: Volume, inputs: SceneInputs, size: int) -> tuple[NDArray[np.float64], ...]:
+    """Eye (3,), directions (pixels, 3) in voxels, and the ends (pixels,) of rays in the volume.
+
+    Ends are world distances from the eye; a ray that misses the volume ends where it begins.
+    """
+    camera = camera_array(inputs.view, volume, crop=inputs.crop)
+    across = (2 * np.arange(size) + 1) / size - 1
+    y, x = np.meshgrid(-across, across, indexing="ij")
+    x, y = camera[14] + camera[15] * x.reshape(-1, 1), camera[16] + camera[17] * y.reshape(-1, 1)
+    stretch = np.sqrt(1 + (x * x + y * y) * camera[13])
+    directions = (camera[3:6] + x * camera[6:9] + y * camera[9:12]) / stretch
+    eye, low, high = camera[:3], camera[18:21], camera[21:24]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (low - eye) / directions, (high - eye) / directions
+    inside = (eye >= low) & (eye <= high)
+    parallel = directions == 0
+    enter = np.where(parallel, np.where(inside, -np.inf, np.inf), np.minimum(a, b))
+    leave = np.where(parallel, np.inf, np.maximum(a, b))
+    near = np.maximum(enter.max(axis=1), camera[12] * stretch[:, 0])
+    return eye, directions, near, np.maximum(leave.min(axis=1), near)
+
+
+def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Places (n, 20) of pictures (n, numbers) along the axes on which they differ most."""
+    known = pictures[:: max(len(pictures) // _SAMPLED, 1)].astype(np.float32)
+    known -= known.mean(axis=0)
+    # By their products, of which there are fewer than of all pixels.
+    lengths, turns = np.linalg.eigh(known @ known.T)
+    main = slice(-1, -COMPONENTS - 1, -1)
+    axes = known.T @ (turns[:, main] / np.sqrt(np.maximum(lengths[main], 1e-3)))
+    parts = np.array_split(pictures, len(pictures) // _PART + 1)
+    return np.concatenate([part.astype(np.float32) @ axes for part in parts])
+
+
+def _medoids(places: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Return the most typical members of groups of near places (k-means), largest groups first.
+
+    Small groups are left out.
+    """
+    centers = places[np.random.default_rng(0).permutation(len(places))[:CLUSTERS]]
+    for _ in range(ROUNDS):
+        group = _distances(places, centers).argmin(axis=1)
+        sizes = np.bincount(group, minlength=len(centers))
+        sums = [np.bincount(group, axis, len(centers)) for axis in places.T]
+        means = np.transpose(sums) / np.maximum(sizes, 1)[:, None]
+        centers = np.where(sizes[:, None] > 0, means, centers).astype(np.float32)
+    distances = _distances(places, centers)
+    group = distances.argmin(axis=1)
+    sizes = np.bincount(group, minlength=len(centers))
+    large = max((sizes >= LEAST_GROUP * len(places)).sum(), DIFFERING)
+    members = [np.flatnonzero(group == number) for number in np.argsort(-sizes)[:large]]
+    return np.array([m[distances[m, group[m[0]]].argmin()] for m in members if len(m)])
+
+
+def _distances(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Squared distances (n, m) of places (n, d) and (m, d)."""
+    return (a * a).sum(axis=1)[:, None] + (b * b).sum(axis=1) - 2 * a @ b.T
+
+
+def _far_apart(
+    places: NDArray[np.float32], first: NDArray[np.int64], among: NDArray[np.int64], least: float
+) -> NDArray[np.int64]:
+    """Add to some places those of others that are farthest from all, to :data:`DIFFERING`.
+
+    Parameters
+    ----------
+    first, among : ndarray of int64
+        Numbers of the first places, and of those to choose from.
+    least : float
+        Squared distance from the others that an added place has at least.
+    """
+    chosen = first
+    while len(chosen) < DIFFERING:
+        apart = _distances(places[among], places[chosen]).min(axis=1)
+        if apart.max() < least:
+            break
+        chosen = np.append(chosen, among[apart.argmax()])
+    return chosen
+
+
+def _on_a_square(places: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Order places on a square, row by row from the top: columns by the first axis, then up."""
+    side = int(np.sqrt(DIFFERING))
+    columns = np.array_split(np.argsort(places[:, 0], kind="stable"), side)
+    lines = [column[np.argsort(-places[column, 1], kind="stable")] for column in columns]
+    longest = max(map(len, lines))
+    return np.array([line[row] for row in range(longest) for line in lines if row < len(line)])

@@ -1,0 +1,122 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from blobs import blobs
+
+from model.latent.tiny_pictures import MOST_EXPOSED, Overview, exposures, overview_of
+from model.rendering.brightness import brighten
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.samples.sampling import draw_opacity_tfs
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.scene import Scene
+from model.scene.tf_perturbation import with_opacity
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.view import View
+from model.scene.volume import Volume
+
+WHITE = ColorTF((0.0, 255.0), ((0.0, 1.0, 1.0, 1.0),))
+
+
+@pytest.fixture(scope="module")
+def volume() -> Volume:
+    return blobs()
+
+
+def mode(mean: float, width: float, height: float) -> np.ndarray:
+    return OpacityTF((0.0, 255.0), (GaussianMode(mean, width, height),)).sample()
+
+
+def seen(view: View, crop: CropBox | None = None) -> SceneInputs:
+    tf = TransferFunction(OpacityTF((0.0, 255.0)), WHITE)
+    return SceneInputs.of(view, tf, crop=crop)
+
+
+@pytest.mark.parametrize("view", [View(), View(90, 0, 0, 1), View(31, -64, 20, 0.5)])
+def test_mean_opacities_are_those_of_the_ray_caster(volume: Volume, view: View) -> None:
+    tfs = draw_opacity_tfs(Scene.of(volume, 16), 0, 0, 20)
+    means = overview_of(volume, seen(view), tfs, 16, 0.1).opacity
+    renderer = RaycastRenderer(volume, sample_distance=0.1)
+    for opacities, mean in zip(tfs, means, strict=True):
+        expected = renderer.render(with_opacity(seen(view), opacities), 16)[..., 3].mean()
+        assert mean == pytest.approx(expected, abs=0.005)
+    renderer.close()
+
+
+def test_empty_and_solid_images_are_found(volume: Volume) -> None:
+    tfs = np.stack([np.zeros(256), np.full(256, 0.9), mode(120, 20, 0.3), np.full(256, 1e-5)])
+    overview = overview_of(volume, seen(View()), tfs)
+    assert overview.is_empty.tolist() == [True, False, False, True]
+    assert overview.is_solid.tolist() == [False, True, False, False]
+    assert overview.shows_something.tolist() == [False, False, True, False]
+    assert overview.opacity[0] == 0 < overview.opacity[2] < overview.opacity[1]
+
+
+def test_values_that_are_seen(volume: Volume) -> None:
+    tfs = np.stack([mode(60, 10, 0.3), mode(180, 10, 0.3), np.zeros(256)])
+    overview = overview_of(volume, seen(View()), tfs)
+    dominant = overview.dominant_values((0.0, 255.0))
+    assert dominant[:2] == pytest.approx([60, 180], abs=8)
+    assert np.isnan(dominant[2])
+    assert overview.shares[:2].sum(axis=1) == pytest.approx([1, 1], rel=1e-4)
+    assert overview.shares[2].sum() == 0
+    assert overview.shows((160.0, 200.0), (0.0, 255.0)).tolist() == [False, True, False]
+    broad = overview_of(volume, seen(View()), mode(120, 1.5, 0.5)[None])
+    assert broad.shows((120.4, 120.4), (0.0, 255.0)).all()
+    assert overview.shows((200.0, 160.0), (0.0, 255.0)).tolist() == [False, True, False]
+
+
+def test_what_is_cropped_is_not_looked_at(volume: Volume) -> None:
+    inputs = seen(View(31, -64, 20, 0.5), CropBox((0.1, 0.0, 0.2), (0.6, 0.9, 1.0)))
+    tf = mode(120, 20, 0.3)
+    mean = overview_of(volume, inputs, tf[None], 16, 0.1).opacity[0]
+    renderer = RaycastRenderer(volume, sample_distance=0.1)
+    expected = renderer.render(with_opacity(inputs, tf), 16)[..., 3].mean()
+    renderer.close()
+    assert mean == pytest.approx(expected, abs=0.005)
+
+
+def test_what_is_behind_an_opaque_value_is_not_seen(volume: Volume) -> None:
+    """A surface of 60 hides the higher values inside."""
+    tf = np.maximum(mode(60, 10, 1.0), mode(180, 10, 1.0))
+    overview = overview_of(volume, seen(View()), tf[None])
+    assert overview.dominant_values((0.0, 255.0))[0] == pytest.approx(60, abs=15)
+
+
+def test_exposed_pictures_are_as_bright_as_others() -> None:
+    """Of noise at different levels, by the display curve itself; one is too faint."""
+    noise = np.random.default_rng(0).random((1, 400, 3)).astype(np.float32)
+    pictures = noise * np.array([0.9, 0.4, 0.2, 0.01], np.float32)[:, None, None]
+    factors = exposures(pictures, 2.0)
+    assert factors[0] == 2 and factors[3] == 2 * MOST_EXPOSED
+    for picture, factor in zip(pictures[1:3], factors[1:3], strict=True):
+        brighten(picture, float(factor))
+        assert np.quantile(picture.max(axis=1), 0.99) == pytest.approx(0.8, abs=0.01)
+    assert exposures(np.zeros((1, 400, 3)), 2.0) == 2
+
+
+def test_the_most_different_are_one_of_each_kind() -> None:
+    """Of 16 kinds of pictures, of which there are few or many, one of each is chosen."""
+    rng = np.random.default_rng(0)
+    kinds = np.repeat(rng.integers(20, 230, (16, 64, 3)), np.arange(1, 17) ** 2, axis=0)
+    pictures = (kinds + rng.integers(-8, 9, kinds.shape)).astype(np.uint8)
+    kind = np.repeat(np.arange(16), np.arange(1, 17) ** 2)
+    count = len(pictures)
+    none, zeros = np.zeros(count, bool), np.zeros(count, np.float32)
+    overview = Overview(
+        zeros, none, none, none, np.zeros((count, 256), np.float32), kind, pictures
+    )  # fmt: skip
+    chosen = overview.most_different(~none)
+    assert sorted(kind[chosen]) == list(range(16))
+    # What is empty, faint or solid is left out while others suffice.
+    out = np.isin(np.arange(count), chosen)
+    for flag in ("is_empty", "is_faint", "is_solid"):
+        rest = replace(overview, **{flag: out}).most_different(~none)
+        assert len(rest) == 16 and not set(rest) & set(chosen)
+    wanted = none.copy()
+    wanted[[3, 50, 90]] = True
+    assert sorted(overview.most_different(wanted)) == [3, 50, 90]
+    assert len(overview.most_different(none)) == 0
