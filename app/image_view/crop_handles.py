@@ -57,7 +57,7 @@ class CropHandles(QObject):
         canvas.add_decoration(self._paint)
         canvas.installEventFilter(self)
         for changed in (state.viewChanged, state.crop_input.changed, state.navigationChanged):
-            changed.connect(canvas.update)
+            changed.connect(lambda *_: self._active and canvas.update())
 
     @property
     def handles(self) -> list[Handle]:

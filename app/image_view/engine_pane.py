@@ -91,6 +91,7 @@ class EnginePane(QWidget):
         self._speed = ""
         self._name = title
         self._cover = ("", "", "")
+        self._said: object = None
         self._is_late = self._is_finer_next = False
         self.canvas = ImageCanvas(self)
         self.caption = CaptionButton(on_image=True)
@@ -235,8 +236,9 @@ class EnginePane(QWidget):
         self.imageShown.emit(result.request.inputs, rgba)
 
     def _note_lateness(self, late: bool) -> None:
-        self._is_late = late
-        self._show_status()
+        if late != self._is_late:
+            self._is_late = late
+            self._show_status()
 
     def _show_status(self) -> None:
         """Say in the caption how true the image is, and draw how far it has got."""
@@ -249,6 +251,14 @@ class EnginePane(QWidget):
             text, tone = self._status()
             note = self._note_tip if self._note else ""
             lines = [self._tip, self._hint, note, self._facts, self.client.remark]
+        said = title, text, tone, tuple(lines), self.canvas.width()
+        if said != self._said:
+            self._said = said
+            self._write(title, text, tone, lines)
+        self.canvas.set_progress(self._progress())
+        self.statusShown.emit()
+
+    def _write(self, title: str, text: str, tone: Tone, lines: list[str]) -> None:
         self.caption.set_title(title)
         self.caption.set_detail(text, tone)
         self.canvas.setAccessibleName(self.caption.accessibleName())
@@ -257,8 +267,6 @@ class EnginePane(QWidget):
         self.caption.setToolTip(f"<qt>{tip}</qt>" if tip else "")
         room = self.canvas.width() - 2 * PLACE - CUBE_ROOM
         self.caption.setFixedWidth(max(min(self.caption.sizeHint().width(), room), 0))
-        self.canvas.set_progress(self._progress())
-        self.statusShown.emit()
 
     def _status(self) -> tuple[str, Tone]:
         state = self.client.state

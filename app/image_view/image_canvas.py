@@ -48,15 +48,19 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
     brightness : float
         See :func:`model.rendering.brightness.brighten`.
     """
-    rgb = np.nan_to_num(rgba[..., :3])
-    # In place: it is done for every image of a drag.
-    np.clip(rgb, 0.0, 1.0, out=rgb)
+    # In place: it is done for every image of a drag. What is no number becomes 0.
+    rgb = np.fmax(rgba[..., :3], np.float32(0))
+    np.fmin(rgb, np.float32(1), out=rgb)
     brighten(rgb, brightness)
     rgb *= np.float32(255)
-    levels = np.ascontiguousarray(np.rint(rgb, out=rgb).astype(np.uint8))
-    height, width = levels.shape[:2]
-    # The copy makes the image own its pixels.
-    return QImage(levels.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
+    np.rint(rgb, out=rgb)
+    height, width = rgb.shape[:2]
+    # Of this format, Qt enlarges images fastest.
+    image = QImage(width, height, QImage.Format.Format_RGB32)
+    image.fill(0xFF000000)
+    levels = np.frombuffer(image.bits(), np.uint8).reshape(height, width, 4)
+    levels[..., 2::-1] = rgb
+    return image
 
 
 class ImageCanvas(KeyedWidget):

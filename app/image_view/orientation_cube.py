@@ -93,8 +93,8 @@ class OrientationCube(QWidget):
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setAccessibleName("Orientation")
         self.setToolTip(HELP)
-        state.viewChanged.connect(self._follow)
-        state.navigationChanged.connect(self._follow)
+        state.viewChangeFinished.connect(self.follow)
+        state.navigationChanged.connect(self.follow)
         parent.installEventFilter(self)
         self._place()
 
@@ -115,7 +115,7 @@ class OrientationCube(QWidget):
             None for those of the state's volume, which are shown at first.
         """
         self._labels = labels
-        self._follow()
+        self.follow()
 
     @property
     def visible_faces(self) -> dict[str, QPointF]:
@@ -131,7 +131,7 @@ class OrientationCube(QWidget):
 
     def showEvent(self, event: QShowEvent) -> None:
         """Show the view that there is by now."""
-        self._follow()
+        self.follow()
         super().showEvent(event)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
@@ -161,6 +161,7 @@ class OrientationCube(QWidget):
         moved, self._last = position - self._last, position
         scale = float(np.degrees(1.0)) / HALF_EDGE / DEGREES_PER_PIXEL
         self._state.move_view(turn(self._state, scale * moved.x(), scale * moved.y()))
+        self.follow()
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """End the drag, or look from the face that was clicked."""
@@ -204,7 +205,7 @@ class OrientationCube(QWidget):
             painter.drawText(square, Qt.AlignmentFlag.AlignCenter, face.label)
         painter.end()
 
-    def _follow(self) -> None:
+    def follow(self) -> None:
         """Show the state's view, unless it lies over the other image."""
         if self.isHidden():
             return

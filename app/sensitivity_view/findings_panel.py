@@ -351,8 +351,7 @@ class FindingsPanel(QFrame):
         self._layer.peakClicked.connect(self._actions.add_mode)
         for changed in (
             self._layer.intervalsChanged, self.values.changed,
-            self._asker.regionAnswered, self._state.inputsChanged,
-            self._state.inputsChangeFinished,
+            self._asker.regionAnswered, self._state.inputsChangeFinished,
             sensitivity.regionsChanged, sensitivity.choicesChanged,
         ):  # fmt: skip
             changed.connect(lambda *_: self.refresh())

@@ -144,10 +144,10 @@ class ResponseLayer(QObject):
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._fit)
         area.recolored.connect(self._recolor)
-        asker.regionAnswered.connect(self.refresh)
+        asker.regionAnswered.connect(state.calm.soon(self.refresh))
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
         sensitivity.regionsChanged.connect(self._follow_region)
-        state.inputsChanged.connect(self._mark_stale)
+        state.inputsChanged.connect(state.calm.soon(self._mark_stale))
         self._was_shown = self._is_shown
         self._recolor()
 

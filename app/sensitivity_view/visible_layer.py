@@ -50,12 +50,12 @@ class VisibleLayer(QObject):
         area.back.addItem(self._curve, ignoreBounds=True)
         self._labels: list[Any] = []
         self._peaks: list[tuple[float, float]] = []
-        asker.visibilityAnswered.connect(self.refresh)
+        asker.visibilityAnswered.connect(state.calm.soon(self.refresh))
         sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
         for changed in (area.axisChanged, area.heightChanged):
             changed.connect(self._place_labels)
         area.recolored.connect(self._recolor)
-        state.inputsChanged.connect(self._mark_stale)
+        state.inputsChanged.connect(state.calm.soon(self._mark_stale))
         self._recolor()
 
     @property
@@ -90,20 +90,22 @@ class VisibleLayer(QObject):
         answer, choices = self._asker.visibility, self._sensitivity.choices
         is_shown = answer is not None and choices.shown and choices.visible
         self._curve.setVisible(is_shown)
-        self._peaks = []
+        peaks: list[tuple[float, float]] = []
         if answer is not None and is_shown:
             opacity = answer.request.inputs.opacity_tf
             scalar_range = opacity.scalar_range
             part = answer.value[0].astype(np.float64)
             heights = HEIGHT * part / max(float(part.max()), 1e-9)
             self._area.draw(self._curve, heights, scalar_range)
+            if self._state.live:
+                # The labels rest until the hand does.
+                self._mark_stale()
+                return
             bins = np.linspace(*scalar_range, len(heights))
             found = contributions(answer.value[0], scalar_range)
             shares = zip(found, percentages(found), strict=True)
             named = [(one, percent) for one, percent in shares if one.share >= NAMED_FROM]
-            self._peaks = [
-                (one.value, float(np.interp(one.value, bins, heights))) for one, _ in named
-            ]
+            peaks = [(one.value, float(np.interp(one.value, bins, heights))) for one, _ in named]
             texts = [
                 f"{value_text(one.value, scalar_range, opacity.scale)} · {percent} %"
                 for one, percent in named
@@ -112,6 +114,7 @@ class VisibleLayer(QObject):
                 self._labels.append(self._new_label())
             for label, text in zip(self._labels, texts, strict=False):
                 label.setText(text)
+        self._peaks = peaks
         self._mark_stale()
         self._place_labels()
 

@@ -109,7 +109,7 @@ class WhatIfQuestion(QObject):
         sensitivity.bandChanged.connect(lambda _band: self._follow_band())
         sensitivity.choicesChanged.connect(lambda _choices: self._say(""))
         for changed in (state.inputsChanged, sensitivity.regionsChanged, layer.intervalsChanged):
-            changed.connect(lambda *_: self._say(""))
+            changed.connect(self._forget)
         # What the edit would do to another image is another question.
         state.inputsChanged.connect(lambda *_: self.end())
         self.enable()
@@ -175,6 +175,10 @@ class WhatIfQuestion(QObject):
         if self.button.isChecked():
             self._band_rest.start()
         else:
+            self._say("")
+
+    def _forget(self, *_changed: object) -> None:
+        if self.result:
             self._say("")
 
     def _say(self, result: str) -> None:

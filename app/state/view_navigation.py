@@ -49,7 +49,7 @@ class ViewNavigation(QObject):
         super().__init__(parent)
         self._view = self._home = HOME_VIEW
         self._proportions = CUBE
-        self._shown = WHOLE
+        self._shown, self._middle = WHOLE, _middle_of(WHOLE)
         self._reach = SQUARE
         self._home_angles: tuple[float, float] | None = None
         self._up_axis = DEFAULT_UP
@@ -98,8 +98,7 @@ class ViewNavigation(QObject):
 
         Beside a model's image, whose pictures are not panned, it is the volume's centre.
         """
-        shown = WHOLE if self._reach == SQUARE else self._shown
-        return (shown.min(axis=0) + shown.max(axis=0)) / 2
+        return _middle_of(WHOLE) if self._reach == SQUARE else self._middle
 
     def for_picture(self, view: View) -> View:
         """Return a view with all that is shown in the middle of a square picture."""
@@ -246,6 +245,7 @@ class ViewNavigation(QObject):
         self._view_moving = False
         self._home_angles = home_angles
         self._proportions, self._axis_labels, self._shown = proportions, axis_labels, shown
+        self._middle = _middle_of(shown)
         self._up_axis, self._home, self._reach = up, home, reach
         self.navigationChanged.emit()
         self._look(view or self._home)
@@ -266,3 +266,8 @@ class ViewNavigation(QObject):
             self._view = view
             self.viewChanged.emit(view)
             self.viewChangeFinished.emit(view)
+
+
+def _middle_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Middle of the box around points, shape (3,)."""
+    return (points.min(axis=0) + points.max(axis=0)) / 2

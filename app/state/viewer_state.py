@@ -9,6 +9,7 @@ from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
+from app.state.calm import Calm
 from app.state.edit_history import EditHistory
 from app.state.edited_input import EditedInput
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
@@ -69,6 +70,8 @@ class ViewerState(ViewNavigation):
         for each in (self.tf_input, *self.edited.values()):
             each.changed.connect(self.inputsChanged)
             each.changeFinished.connect(self.inputsChangeFinished)
+        self.calm = Calm(lambda: self.live, self)
+        self.inputsChangeFinished.connect(self.calm.catch_up)
 
     @property
     def transfer_function(self) -> TransferFunction:

@@ -44,7 +44,7 @@ class ColorLayer(QObject):
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         view.addItem(self._strip, ignoreBounds=True)
         self._stops: list[DragHandle] = []
-        state.tf_input.changed.connect(self.refresh)
+        state.tf_input.changed.connect(state.calm.soon(self.refresh))
         selection.changed.connect(self.refresh)
         area.axisChanged.connect(self.refresh)
 

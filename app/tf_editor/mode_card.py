@@ -87,8 +87,7 @@ class ModeCard(QFrame):
         self.height_box.valueChanged.connect(self._height_typed)
         self.color_button.clicked.connect(self.colorRequested)
         self.remove_button.clicked.connect(self.removeRequested)
-        state.tf_input.changed.connect(self.refresh)
-        # Once more when a drag is over, and the plot has taken the numbers away.
+        # Not while something moves: the plot has the numbers then.
         state.tf_input.changeFinished.connect(self.refresh)
         selection.changed.connect(self.refresh)
         for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):

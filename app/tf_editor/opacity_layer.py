@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ class OpacityLayer(QObject):
         self._selected_curve = self._add_curve()
         self._peaks: list[DragHandle] = []
         self._flanks = [self._add_flank() for _ in range(2)]
-        state.tf_input.changed.connect(self.refresh)
+        state.tf_input.changed.connect(state.calm.soon(self.refresh))
         selection.changed.connect(self.refresh)
         area.axisChanged.connect(self.refresh)
         area.recolored.connect(self._recolor)
@@ -177,7 +178,7 @@ class OpacityLayer(QObject):
         x, y = edits.opacity_handles(self._state.transfer_function.opacity)[index]
         value = value_at(x, self._state.scale)
         text = f"{value:.5g}   opacity {y:.3f}" if y >= 0.1 else f"{value:.5g}   opacity {y:.2g}"
-        area.show_readout(self._view, x, area.scale.height(y), text)
+        self._say(x, area.scale.height(y), text)
 
     def _drag_flank(self, place: float) -> None:
         index = self._selection.index("opacity")
@@ -189,9 +190,11 @@ class OpacityLayer(QObject):
         self._state.tf_input.move(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
         height = self._area.scale.height(mode.amplitude)
-        self._area.show_readout(
-            self._view, mode.mean, height, f"{WIDTHS[self._state.scale]} {mode.width:.4g}"
-        )
+        self._say(mode.mean, height, f"{WIDTHS[self._state.scale]} {mode.width:.4g}")
+
+    def _say(self, value: float, height: float, text: str) -> None:
+        show = partial(self._area.show_readout, self._view, value, height, text)
+        self._state.calm.ask(self._area.show_readout, show)
 
     def _finish_drag(self) -> None:
         self._moves.finish(f"drag {handle_name(self._state.transfer_function.opacity)}")

@@ -97,7 +97,7 @@ class RangeLayer(QObject):
         area.heightChanged.connect(self._size_lines)
         area.recolored.connect(self._recolor)
         area.axisChanged.connect(self.refresh)
-        state.tf_input.changed.connect(self.refresh)
+        state.tf_input.changed.connect(state.calm.soon(self.refresh))
         self._recolor()
         self.refresh()
 

@@ -105,6 +105,8 @@ class ImageError(QObject):
             paint_bar(painter, rect, canvas.picture_rect.right(), "change", text)
 
     def _clear(self) -> None:
+        if self._difference is None and not self._generator.note:
+            return
         self._difference = None
         self._generator.set_note("")
         self._generator.canvas.update()

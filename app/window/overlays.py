@@ -48,6 +48,9 @@ class Overlays(QObject):
         self._has_volume = False
         self._previewed: OpacityTF | None = None
         self._cubes = [OrientationCube(state, canvas) for canvas in canvases]
+        for pane, cube in zip(panes, self._cubes, strict=True):
+            # While something moves, with each image: it lies over that, and both are painted.
+            pane.imageShown.connect(lambda *_, cube=cube: cube.follow())
         self._right = canvases[-1]
         self.insets = [OpacityInset(pane) for pane in panes]
         for canvas in canvases:

@@ -137,7 +137,7 @@ class StatusLine(QStatusBar):
         self.setSizeGripEnabled(False)
         self._rest = QTimer(self, singleShot=True, interval=NEWS_MS)
         self._rest.timeout.connect(lambda: self.tell(""))
-        state.viewChanged.connect(lambda _view: self._show_view())
+        state.viewChangeFinished.connect(lambda _view: self._show_view())
         state.navigationChanged.connect(self._show_view)
         # It may be about what is undone.
         state.edits.undone.connect(self._forget)

@@ -121,14 +121,16 @@ def test_the_card_hides_no_label(make_editor: EditorMaker, mean: float) -> None:
     assert plot_of(editor).contains(editor.card.geometry())
 
 
-def test_while_a_handle_is_dragged_it_has_its_numbers_only(make_editor: EditorMaker) -> None:
+def test_while_a_handle_is_dragged_it_has_its_numbers_only(
+    qtbot: QtBot, make_editor: EditorMaker
+) -> None:
     editor = make_editor()
     viewport = editor.area.widget.viewport()
     start = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
     left = Qt.MouseButton.LeftButton
     QTest.mousePress(viewport, left, pos=start)
     QTest.mouseMove(viewport, start + QPoint(40, 20))
-    assert editor.card.isHidden() and editor.area.readout.text
+    qtbot.waitUntil(lambda: editor.card.isHidden() and bool(editor.area.readout.text))
     QTest.mouseRelease(viewport, left, pos=start + QPoint(40, 20))
     assert editor.card.isVisible() and not editor.area.readout.text
 

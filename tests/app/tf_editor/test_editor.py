@@ -56,7 +56,9 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
         move(editor, half)
         move(editor, end)
     assert state.live
-    value, word, height = editor.area.readout.text.split()
+    readout = editor.area.readout
+    qtbot.waitUntil(lambda: readout.text[:3] in ("149", "150"))
+    value, word, height = readout.text.split()
     assert float(value) == pytest.approx(150.0, abs=0.3)
     assert word == "opacity"
     assert float(height) == pytest.approx(0.8, abs=0.02)
@@ -85,7 +87,7 @@ def test_a_handle_is_easy_to_hit_and_does_not_jump(
 
 
 def test_dragging_a_flank_changes_only_the_width(
-    editor: TransferFunctionEditor, state: ViewerState
+    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
 ) -> None:
     click(editor, pixel(editor, 170.0, 0.5))
     left, right = editor.opacity.flanks
@@ -94,7 +96,7 @@ def test_dragging_a_flank_changes_only_the_width(
     end = pixel(editor, 185.0, right.pos().y())
     press(editor, start)
     move(editor, end)
-    assert "width" in editor.area.readout.text
+    qtbot.waitUntil(lambda: "width" in editor.area.readout.text)
     release(editor, end)
     mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.amplitude) == (170.0, 0.5)
