@@ -75,7 +75,7 @@ class KeptFile(Generic[T]):
         self._forget_written()
         values, self.problem = self.values, ""
         try:
-            values = self._build(self._read(self._path))
+            values = self._build(self._read(self._path), self._path)
         except OSError as error:
             self.problem = (
                 f"{self._path}: the file cannot be read ({reason(error)}), so nothing is kept "
@@ -130,11 +130,12 @@ class KeptFile(Generic[T]):
             raise MalformedError(f"the key '{self._mark}' is missing")
         return data
 
-    def _build(self, data: dict[str, Any]) -> T:
+    def _build(self, data: dict[str, Any], path: Path) -> T:
         values, wrong = build_valid(self._kind, data)
-        if wrong:
+        # An earlier version may have kept what is no choice any more.
+        if wrong and path.exists():
             names = ", ".join(f"'{name}'" for name in wrong)
-            self.problem = f"{self._path}: {names} in it cannot be used; the rest is there."
+            self.problem = f"{path}: {names} in it cannot be used; the rest is there."
         return values
 
 

@@ -25,15 +25,7 @@ MOST_NEIGHBORS = 1000
 
 @dataclass(frozen=True)
 class KnownModel:
-    """A model of a volume that can be offered.
-
-    Attributes
-    ----------
-    name : str
-        For display.
-    worth : str
-        What it is worth, as its card says; empty where that is not known.
-    """
+    """A model of a volume that can be offered, and its errors as its card says them."""
 
     folder: Path
     name: str
@@ -50,10 +42,9 @@ class ModelCheck:
         What is missing or broken, and what to do, in a sentence; empty for a model that
         can be opened.
     scene : Scene or None
-        What the model was trained on: its volume's name and fingerprint, the scalar range,
-        image size and lighting. None where that cannot be read.
+        What the model was trained on; None where that cannot be read.
     worth : str
-        What it is worth, as its card says; empty where that is not known.
+        Its errors, as its card says them; empty where they are not known.
     """
 
     folder: Path
@@ -68,13 +59,7 @@ class ModelCheck:
 
 
 class Library:
-    """Finds the models of a volume and the volume of a model, without reading volumes.
-
-    Parameters
-    ----------
-    preferences : Preferences
-        With the volumes and models that were open before.
-    """
+    """Finds the models of a volume and the volume of a model, without reading volumes."""
 
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences

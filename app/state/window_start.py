@@ -24,18 +24,8 @@ class WindowStart:
     ----------
     model : Path or None
         A model's folder.
-    tf : Path or None
-        A TF file.
-    lighting : {"none", "direct", "soft", "path"} or None
-    light : LightDirection or None
-        Direction of the light where it is movable.
-    renderer : {"auto", "vtk", "raycast"} or None
     scalar_range : RangeChoice or None
         Range over which TFs lie.
-    scale : {"linear", "log"} or None
-        Scale of the scalar axis.
-    crop : CropBox or None
-        Part of the volume that is shown.
     choice : Choice or None
         What to read of a volume's file that holds several.
     session : Path or None
