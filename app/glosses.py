@@ -27,12 +27,16 @@ SIZE = 620, 560
 _PREFIX = "gloss:"
 
 SENTENCES = {
-    "Exact": "The derivative of the ray caster's own image: no approximation but its samples.",
-    "Stand-in": "Path-traced light has no derivative. Exact ones stand in for it: curves of the "
-    "unlit image, which agree by a cosine of .96 to .99, and fields of soft light, of .92.",
-    "Learned": "The derivative of the model's image, which is as good as the model is.",
-    "Cosine": "How far the learned and the exact curve agree in shape: 1 is perfect, 0 is not at "
-    "all.",
+    "Exact": "The exact derivative of the ray caster's image.",
+    "Surrogate": (
+        "Path-traced light has no derivative. Curves are those of the unlit image (cosine .96 to "
+        ".99), fields those of soft light (cosine .92)."
+    ),
+    "Learned": "The derivative of the model's image, as accurate as the model.",
+    "Cosine": (
+        "How well the shapes of the learned and the exact curve agree: 1 is perfect, 0 is not at "
+        "all."
+    ),
     "RMSE": "Root mean squared error over all pixels and colours, from 0 to 1: smaller is better.",
 }
 """One sentence for each term; the terms are those of the glossary."""

@@ -138,7 +138,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
     if start.light is not None and state.light is not None:
         workspace.reference.light.place(start.light)
     elif start.light is not None:
-        window.notice.tell("The light is fixed here; a model beside it was trained with another.")
+        window.notice.tell("The light is fixed here: the model was trained with another one.")
     if start.tf is not None:
         window.opening.open_transfer_function(start.tf)
 

@@ -8,6 +8,7 @@ from PySide6.QtCore import QEvent, QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QKeyEvent, QValidator
 from PySide6.QtWidgets import QDoubleSpinBox, QSpinBox, QWidget
 
+from app.short_numbers import significant
 from app.wheel_guard import WheelGuard
 from model.scene.value_scale import ValueScale, place_of, value_at
 
@@ -17,8 +18,9 @@ CHARACTERS = set("0123456789+-.,eE ")
 MOST_DECIMALS = 320
 """So many that no number is rounded to them."""
 
-SHOWN_DIGITS = 6
-"""Digits of a number that are shown, beside those that both limits share."""
+SHOWN_DIGITS, TYPED_DIGITS = 4, 6
+"""Digits that are shown of a number, and of one that was typed; those that both limits share do
+not count."""
 
 HARDLY = 0.05
 """Part of a digit that does not count: limits such as 1 and 255 share none."""
@@ -77,6 +79,7 @@ class NumberBox(QDoubleSpinBox):
         super().__init__(parent)
         self.meaning = meaning
         self._digits = SHOWN_DIGITS
+        self._typed: float | None = None
         self._scale: ValueScale = "linear"
         self.setKeyboardTracking(False)
         self.setDecimals(MOST_DECIMALS)
@@ -103,14 +106,16 @@ class NumberBox(QDoubleSpinBox):
 
     def textFromValue(self, value: float) -> str:
         """Format a value with its relevant digits, and never as "-0"."""
-        return f"{value_at(value, self._scale) + 0.0:.{self._digits}g}"
+        more = TYPED_DIGITS - SHOWN_DIGITS if value == self._typed else 0
+        return significant(value_at(value, self._scale) + 0.0, min(self._digits + more, 17))
 
     def valueFromText(self, text: str) -> float:
         """Read a number; an unchanged text keeps the exact value."""
         if text == self.textFromValue(self.value()):
             return self.value()
-        number = float(text)
-        return place_of(number, self._scale) if number > 0 or self._scale == "linear" else -math.inf
+        number, is_place = float(text), self._scale == "linear"
+        self._typed = place_of(number, self._scale) if number > 0 or is_place else -math.inf
+        return self._typed
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
         """Accept numbers within the range, and let others be typed."""

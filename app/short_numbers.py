@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 MINUS = "\N{MINUS SIGN}"
 
 SMALLEST, LARGEST = 1e-4, 1e5
+MILLION = 1e6
 """Numbers between which no power of ten is written."""
 
 
@@ -36,3 +39,15 @@ def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
         text = without_zero(text)
     sign = "" if not size else MINUS if number < 0 else "+" if signed else ""
     return sign + text
+
+
+def significant(number: float, digits: int) -> str:
+    """Write a number with some significant digits at most, such as ``"2480"`` and ``"0.05"``.
+
+    Whole digits are all written; there is no power of ten from .0001 to a million.
+    """
+    size = abs(number)
+    if not size or not SMALLEST <= size < MILLION:
+        return f"{number + 0.0:.{digits}g}"
+    text = f"{number:.{max(digits - 1 - math.floor(math.log10(size)), 0)}f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -23,7 +23,7 @@ Array = NDArray[np.float32]
 
 
 class Watch:
-    """Tells an engine whether its answer is still wanted, and is told how far that has got.
+    """Says whether an engine's answer is still wanted, and takes how far it has got.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ class Engine(Protocol):
 
     Each method returns the array described by its request's class, and raises
     :class:`model.errors.NotOfferedError` if the engine does not support the request. One that
-    is told whether its answer is wanted may raise :class:`SupersededError` once it is not.
+    asks whether its answer is wanted may raise :class:`SupersededError` once it is not.
     """
 
     @property

@@ -23,7 +23,7 @@ class LatentFigure:
     Attributes
     ----------
     title : str
-        Volume, and who draws the pictures.
+        Volume, and the renderer of the pictures.
     places : ndarray, shape (n, 2)
     grid : ndarray, shape (H, W, 3), or None
         Pictures of a rectangle's cells, to the left of the map.

@@ -28,9 +28,9 @@ class BrightnessSlider(QWidget):
         )
         self.slider.setMinimumWidth(150)
         self.slider.setToolTip(
-            "Show both images brighter or darker: dark colours by this factor, bright ones by "
-            f"less, so that nothing burns out. Lit images have {LIT_BRIGHTNESS:g}× unless you "
-            "choose. Saved pictures are as bright as they are shown."
+            "Brighten or darken both images. Dark colours change by this factor, bright ones by "
+            f"less, so that none saturates. Lit images start at {LIT_BRIGHTNESS:g}×. Saved "
+            "pictures have the same brightness."
         )
         self.number = QLabel()
         # Wide enough for any number, so that the slider keeps its place.

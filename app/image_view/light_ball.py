@@ -21,10 +21,12 @@ CLICK_REACH = 2.0
 """Largest movement of a click, in pixels."""
 
 MOVABLE = (
-    "Drag to move the light, or click to aim it; double-click for the light from the "
-    "upper left. In an image: Ctrl, Shift and drag."
+    "Drag to move the light, click to aim it, double-click for light from the upper left. In an "
+    "image: Ctrl+Shift and drag."
 )
-FIXED = "The light stays where it was when the model beside was trained; close the model to move it"
+FIXED = (
+    "The light is fixed, as the open model was trained with it. Close the model to move the light."
+)
 
 
 def light_at(x: float, y: float, limits: LightRange) -> LightDirection:

@@ -230,8 +230,8 @@ class OrientationCube(QWidget):
         if name != self._hovered:
             self._hovered = name
             label = next((face.label for face in self._faces if face.name == name), "")
-            told = f"{name} ({PATIENT.get(label, label)}): click to look from here, drag to turn"
-            self.setToolTip(told if name else HELP)
+            tip = f"{name} ({PATIENT.get(label, label)}): click to look from here, drag to turn"
+            self.setToolTip(tip if name else HELP)
             self.update()
 
 

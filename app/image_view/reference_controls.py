@@ -22,7 +22,7 @@ from model.scene.light import LightRange
 from model.scene.scene import RENDERER_NAMES
 
 LIGHTINGS = {
-    "auto": "Automatic: soft where that is fast, or as the model beside",
+    "auto": "Automatic: the model's light, else soft where that is fast",
     "none": "None",
     "direct": "Direct: shaded surfaces",
     "soft": "Soft: shadows and ambient light",
@@ -38,8 +38,8 @@ LIGHT_NAMES = {
 """Light that there is, on the button."""
 
 SIZES = {
-    "pane": "As the window",
-    "generator": "Same size as the model's",
+    "pane": "As large as the pane",
+    "generator": "As large as the model's image",
     256: "256 × 256",
     512: "512 × 512",
     1024: "1024 × 1024",
@@ -47,8 +47,8 @@ SIZES = {
 }
 
 DRAWINGS: dict[Any, str] = {
-    "auto": "Automatic: the faster while moving; at rest VTK, if a graphics card draws it",
-    **{name: f"{text[:1].upper()}{text[1:]} alone" for name, text in RENDERER_NAMES.items()},
+    "auto": "Automatic: the faster one while moving; VTK at rest, with a graphics card",
+    **{name: f"{text[:1].upper()}{text[1:]} only" for name, text in RENDERER_NAMES.items()},
 }
 
 
@@ -90,8 +90,8 @@ class ReferenceControls(QObject):
             menu,
             "denoises",
             "Denoise path-traced light",
-            "Takes the noise out of pictures of few samples; without it they show what was "
-            "traced, and soft light while something moves.",
+            "Removes noise from images of few samples. Without it, light is soft while something "
+            "moves.",
         ).setEnabled(denoising.installed())
         menu.addSeparator()
         action = QWidgetAction(menu)
@@ -144,7 +144,7 @@ class ReferenceControls(QObject):
         self.light.set_title(LIGHT_NAMES[settings.lighting] + (" (too slow)" if unlit else ""))
         self.light.setAccessibleName(f"Light: {self.light.title}")
         chosen = "Light, chosen automatically" if is_automatic else "Light"
-        self.light.setToolTip(f"{chosen}\nOf the ground truth, and brightness of both images")
+        self.light.setToolTip(f"{chosen}\nLight of the ground truth, and brightness of both images")
 
     def _offer_ball(self, limits: LightRange | None) -> None:
         self.ball.set_light(self._work.settings.light, limits)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
 
+from app.short_numbers import significant
 from app.state.latent_state import LatentState
 from model.scene.transfer_function import Range
 from model.scene.value_scale import values_at
@@ -73,10 +75,10 @@ def shades_of(
     low, high = (0.0, 1.0)
     if known.any():
         low, high = (float(v) for v in np.quantile(values[known], [0.01, 0.99]))
-    told = np.array([low, high])
+    ends = np.array([low, high])
     if choices.coloring == "value":
         low, high = session.space.frame.window if session.space else scalar_range
-        told = values_at((low, high), session.space.frame.scale if session.space else "linear")
+        ends = values_at((low, high), session.space.frame.scale if session.space else "linear")
     share = np.clip((np.nan_to_num(values) - low) / max(high - low, 1e-12), 0, 1)
     table = lookup_table()
     colors = table[(share * (len(table) - 1)).astype(np.int64)]
@@ -87,7 +89,7 @@ def shades_of(
     wanted = np.ones(count, dtype=bool) if session.wanted is None else session.wanted
     colors[~wanted] = HIDDEN
     order = np.lexsort((np.arange(count), 2 * wanted + shown))
-    legend = Legend(title, *(number.format(end) for end in told))
+    legend = Legend(title, *(number(float(end)) for end in ends))
     return Shades(colors, order, legend, wanted)
 
 
@@ -103,8 +105,8 @@ def _quantity(
     latent: LatentState,
     scalar_range: Range,
     units: str,
-) -> tuple[NDArray[np.floating], str, str]:
-    """Values (n,), NaN where unknown, their name with unit, and the format of their numbers."""
+) -> tuple[NDArray[np.floating], str, Callable[[float], str]]:
+    """Values (n,), NaN where unknown, their name with unit, and how a number is written."""
     map_, overview = session.map, session.overview
     assert map_ is not None
     unknown = np.full(len(map_.codes), np.nan)
@@ -112,13 +114,13 @@ def _quantity(
     match latent.choices.coloring:
         case "value":
             values = unknown if overview is None else overview.dominant_values(scalar_range)
-            return values, f"Most seen value{unit}", "{:.3g}"
+            return values, f"Most seen value{unit}", partial(significant, digits=3)
         case "opacity":
             values = unknown if overview is None else overview.opacity
-            return values, "Mean opacity of the picture", "{:.2f}"
+            return values, "Mean opacity of the picture", "{:.2f}".format
         case "modes":
-            return map_.samples.mode_counts.astype(np.float64), "Modes", "{:.0f}"
+            return map_.samples.mode_counts.astype(np.float64), "Modes", "{:.0f}".format
         case "distance":
-            if session.present_code is None:
-                return unknown, "Distance to the present TF", "{:.1f}"
-            return map_.distances(session.present_code), "Distance to the present TF", "{:.1f}"
+            code = session.present_code
+            distances = unknown if code is None else map_.distances(code)
+            return distances, "Distance to the present TF", "{:.1f}".format

@@ -128,25 +128,25 @@ class Chip(QToolButton):
 MEASURES: dict[str, tuple[Measure, str]] = {
     "Brightness (±)": (
         "signed",
-        "Whether the region becomes brighter (above 0) or darker: the derivative of its norm, "
-        "which a black region has not (Eq. 11 of the paper)",
+        "Whether the region becomes brighter (above 0) or darker (below 0). A black region has no "
+        "such derivative (Eq. 11 of the paper).",
     ),
     "Any change": (
         "change",
-        "How much the region's pixels change, in any direction: also where the picture is black "
-        "now (norm of dI)",
+        "How much the region's pixels change in any direction, also where they are black (norm of "
+        "dI)",
     ),
 }
 
 ENGINES: dict[str, tuple[EngineChoice, str]] = {
     "Automatic": (
         "automatic",
-        "The ray caster's exact derivative where it is fast enough, the model's otherwise; "
-        "at rest both, so that they can be compared",
+        "The ray caster's exact derivative where it is fast enough, else the model's; at rest "
+        "both, to compare them",
     ),
     "Exact": (
         "exact",
-        "The ray caster: exact; of another light under path-traced",
+        "The ray caster; in path-traced light, the derivative of another light",
     ),
     "Learned": ("learned", "The model of this volume"),
 }
@@ -168,7 +168,7 @@ VOXELS_TIP = "How many voxels have each value, on a logarithmic scale"
 
 
 class ChipBar(QWidget):
-    """Chips for the region, and for the layers of the plot, beside the panel's button.
+    """Chips for the region, and for the layers of the plot, next to the panel's button.
 
     Parameters
     ----------
@@ -185,7 +185,9 @@ class ChipBar(QWidget):
         super().__init__()
         self._state = state
         self._histogram = histogram
-        self.region = Chip("Whole image", "region", "The part of the picture that is asked about")
+        self.region = Chip(
+            "Whole image", "region", "The part of the image that curve and values refer to"
+        )
         self.change = Chip("Change", "line", CHANGE_TIP)
         self.more = QToolButton()
         self.visible = Chip("Visible", "area", VISIBLE_TIP)
@@ -234,12 +236,12 @@ class ChipBar(QWidget):
         self.said = menu.addAction("")
         self.said.setEnabled(False)
         add_action(menu, "As table…", self.tableRequested.emit).setToolTip(
-            "The curve's numbers, and what is visible of each value"
+            "The numbers of the curve"
         )
         menu.addSeparator()
         self.lock = menu.addAction("Lock scale")
         self.lock.setCheckable(True)
-        self.lock.setToolTip("Colours and curve end where they do now: to compare")
+        self.lock.setToolTip("Keep the scale of colours and curve, to compare")
         self.lock.triggered.connect(lambda on: state.choose(locked=on))
         self._folded_voxels = menu.addAction("Voxels")
         self._folded_voxels.setCheckable(True)
@@ -317,12 +319,12 @@ class ChipBar(QWidget):
             group.actions()[index].setChecked(True)
 
     def say_source(self, said: str) -> None:
-        """Say who answered, in the menu and in the tooltip."""
+        """Name the source of the curve, in the menu and in the tooltip."""
         self.said.setText(said or "No answer yet")
         self.change.setToolTip(f"{CHANGE_TIP}\n{said}" if said else CHANGE_TIP)
 
     def fold(self, width: int, has_panel: bool) -> None:
-        """Take less room in a narrow editor, and least beside the panel."""
+        """Take less room in a narrow editor, and least next to the panel."""
         is_narrow = width < FOLDED_BELOW
         self.voxels.setVisible(not is_narrow)
         self._folded_voxels.setVisible(is_narrow)

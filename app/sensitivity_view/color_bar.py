@@ -21,7 +21,7 @@ ROOM = 60
 """Height of the lines above a painted bar, at most, in pixels."""
 
 LOCKED = "locked"
-TIP = "Click to have the colours, and the curve's scale, end where they do now: to compare"
+TIP = "Click to keep the scale of colours and curve, to compare"
 
 
 class ColorBar(QToolButton):

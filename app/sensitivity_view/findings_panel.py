@@ -1,4 +1,4 @@
-"""Panel of findings: values of a region or place, edits that show most, what if, who answered."""
+"""Panel of findings: values of a region or place, edits that show most, what if, the source."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ ROWS = 3
 HEADING_HEIGHT = 22
 
 LOW_BELOW = 266
-"""Height of the panel below which its rows are lower, and *What if* stands in a heading."""
+"""Height of the panel below which its rows are lower, and *What if* is in a heading."""
 
 OPEN_FROM = 1600
 """Width of the editor from which the panel is open unless it was closed."""
@@ -126,7 +126,7 @@ class FindingsPanel(QFrame):
     layer : ResponseLayer
         Finds the intervals, and has flags for them.
     source : QWidget
-        Says who answered.
+        Names the source of the answers.
     """
 
     renameRequested = Signal()
@@ -261,7 +261,7 @@ class FindingsPanel(QFrame):
 
     def _no_value_text(self, fresh: bool) -> str:
         if fresh:
-            return "nothing: it is black"
+            return "nothing visible"
         return "computing …" if self._asker.engines else ""
 
     def _edits_note(self, fresh: bool) -> str:
@@ -271,10 +271,10 @@ class FindingsPanel(QFrame):
             if layer.left_out is None:
                 return ""
             value = value_text(layer.left_out, state.scalar_range, state.scale)
-            return f"no flag at {value}: it is background"
+            return f"no flag at {value} (background)"
         if fresh:
             # Or it only rises towards values that hardly any voxel has: see the curve.
-            return "no edit shows here" if layer.is_flat else "no value stands out: see the curve"
+            return "no edit changes this region" if layer.is_flat else "no peak: see the curve"
         if not self._asker.is_waiting:
             return ""
         return "computing …"
@@ -310,7 +310,7 @@ class FindingsPanel(QFrame):
         self._foot = QHBoxLayout()
         self._foot.setContentsMargins(4, 6, 0, 0)
         self._foot.setSpacing(8)
-        # A result takes the place of who answered: whatever else is there keeps its own.
+        # A result takes the place of the source, so that nothing else moves.
         for line in (source, self.result):
             self._said.addWidget(line)
         self._foot.addWidget(self._said, 1)
@@ -374,7 +374,7 @@ class FindingsPanel(QFrame):
         found = self.values.found[index]
         reach = range_text(found.reach, self._state.scalar_range, self._state.scale)
         texts = (reach, f"{percentages(self.values.found)[index]} %")
-        tip = "These values, and their share of what is visible there"
+        tip = "Values, and their share of what is visible"
         self.value_rows[index].say(texts, tip, share=found.share)
         for button, what in (
             (self.raises[index], "Raise"),
@@ -392,8 +392,8 @@ class FindingsPanel(QFrame):
         )
         number, word = self._effect(interval.predicted(self._sensitivity.choices.height))
         tip = (
-            f"{low} to {high}: by the curve, a mode of this opacity changes the region's pixels\n"
-            "by so much (1 is from black to white). Where the image saturates it changes less:\n"
+            f"A mode of this opacity at {low} to {high} changes the region's pixels by about this\n"
+            "much (1 is from black to white), and by less where the image saturates.\n"
             "What if renders the edit."
         )
         self.edit_rows[index].say((value, number, word), tip, badge=str(index + 1))
@@ -424,5 +424,5 @@ def _height_box(height: float) -> NumberBox:
     box.setFixedSize(44, 22)
     box.setAccessibleName("Opacity of the edits")
     box.show_value(height)
-    box.setToolTip("Opacity of the modes whose effect is listed")
+    box.setToolTip("Opacity of the modes that the list adds")
     return box

@@ -29,7 +29,7 @@ class AddButton(QToolButton):
         super().__init__()
         self.setText("Add")
         self.setToolTip(
-            f"Add a mode at {place}: of the listed opacity, in the colour that the TF has there"
+            f"Add a mode at {place}: with the listed opacity and the colour of the TF there"
         )
         # After a click, keys such as R are the window's again.
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -303,8 +303,8 @@ class ResponseLayer(QObject):
         self._area.second_labels.set_labels(labels, theme.CHANGE)
         what = "brighter (above 0) or darker" if signed else "size of the change"
         self._area.second_labels.setToolTip(
-            "Change of the region's pixel values (0 to 1) by an edit that adds .01 of opacity "
-            f"where it is highest: {what}. An arrow at the edge: the curve goes on beyond."
+            f"Change of the region's pixel values (0 to 1) per .01 of added opacity: {what}.\n"
+            "An arrow marks where the curve leaves the plot."
         )
         self._mark_cut()
         self._place_flags()

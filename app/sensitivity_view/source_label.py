@@ -1,4 +1,4 @@
-"""A line that says who answered, and how far learned and exact sensitivities agree."""
+"""A line that names the sources of what is shown, and how far learned and exact ones agree."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from app.state.workspace import Workspace
 
 GLOSSES: dict[Source, str] = {
     "exact": "Exact",
-    "stand-in": "Stand-in",
+    "stand-in": "Surrogate",
     "learned": "Learned",
 }
 """Terms of the glossary for the sources."""
@@ -74,7 +74,7 @@ class SourceLabel(QLabel):
         self.refresh()
 
     def refresh(self) -> None:
-        """Say who answered, and how far learned and exact agree."""
+        """Name the sources, and how far learned and exact ones agree."""
         asker, choices = self._asker, self._state.choices
         if not choices.shown:
             text = ""
@@ -130,9 +130,9 @@ class SourceLabel(QLabel):
         if self._state.choices.engine == "exact":
             return ""
         if self._hint and self._asker.learned_size is None:
-            return f"{gloss('Learned')}: not over this range"
+            return f"{gloss('Learned')}: not for this range"
         if self._asker.learned_size and not self._state.outline.is_in_square:
-            return f"{gloss('Learned')}: not beside the model's image"
+            return f"{gloss('Learned')}: outside the model's image"
         return ""
 
 

@@ -57,8 +57,8 @@ class HeldButton(QPushButton):
 
 
 TIP = (
-    "Show what a mode at the value under the mouse (or where the curve is highest) would change: "
-    "click to see it until the next click, or hold (W)"
+    "Render a mode at the value under the mouse, or at the highest peak of the curve. Click to "
+    "switch it on and off, or hold W."
 )
 
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.engines.client import Channel
 
 PATIENCE_MS = 500
-"""Time without an answer, or an image, after which it is told that one is under way."""
+"""Time without an answer, or an image, after which the window says that one is under way."""
 
 
 class AtWork(QObject):

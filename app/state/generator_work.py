@@ -29,7 +29,7 @@ LIGHTS: dict[Lighting, str] = {
     "path": "path-traced light",
 }
 
-NO_VOLUME = "Waiting for a volume: open one with File > Open volume."
+NO_VOLUME = "Waiting for a volume. Open one with File > Open."
 
 NO_MODEL = "No model of this volume yet."
 
@@ -246,7 +246,7 @@ class GeneratorWork(QObject):
         hints = [outside_range(inputs, scene)]
         if scene.lighting != drawn:
             hints.append(
-                f"Trained with {LIGHTS[scene.lighting]}; the reference has {LIGHTS[drawn]}"
+                f"Trained with {LIGHTS[scene.lighting]}; the ground truth has {LIGHTS[drawn]}"
             )
         if inputs.opacity_tf.scale != scene.scale:
             hints.append(f"Trained on {SCALE_NAMES[scene.scale]}")

@@ -38,7 +38,6 @@ class KernelWait(QObject):
 
     def _tell(self) -> None:
         self._reference.wait(
-            f"{self._problem.rstrip('.')}. So the first picture is the ray caster's, whose code is "
-            f"compiled for this computer, once: {monotonic() - self._began:.0f} s so far, "
-            f"about {USUAL_S} in all …"
+            f"{self._problem.rstrip('.')}. The ray caster draws the first image. Its code is being "
+            f"compiled, once per computer: {monotonic() - self._began:.0f} of about {USUAL_S} s …"
         )

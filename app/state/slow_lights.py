@@ -9,12 +9,11 @@ from model.rendering.raster import Raster
 from model.scene.scene import Lighting
 
 SLOW_SOFT_S = 0.1
-"""Time of an image while something moves, from which nobody is given soft light who has not asked
-for it: 10 images a second."""
+"""Time of a moving image from which soft light is not chosen automatically: 10 images a second."""
 
 SLOW_LIGHT_S = 3.0
-"""Time of the ray caster's image in direct light from which nobody is given light who has not asked
-for it; that of as many pixels as the first image has, however wide the pane."""
+"""Time of the ray caster's image in direct light from which no light is chosen automatically. The
+image has as many pixels as the first one, however wide the pane."""
 
 
 class SlowLights:

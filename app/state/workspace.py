@@ -33,7 +33,7 @@ from model.scene.value_scale import ValueScale, share_without_logarithm
 from model.scene.volume import Volume
 from model.volume_files.shipped import sample_of
 
-RESTORED = "TF, view, crop box and regions are as you left them; Presets > Default begins anew."
+RESTORED = "TF, view, crop box and regions are restored; Presets > Default resets the TF."
 
 
 SCALE_EDITS: dict[ValueScale, str] = {"linear": "linear scale", "log": "logarithmic scale"}
@@ -378,7 +378,7 @@ def _scale_news(volume: Volume) -> str:
         return "The scale is linear."
     share = share_without_logarithm(volume.linear.distribution)
     left = (
-        f" {100 * share:.2g} % of the voxels are zero or below, and look as the lowest value does."
+        f" {100 * share:.2g} % of the voxels are zero or below, and look like the lowest value."
         if share
         else ""
     )

@@ -20,7 +20,7 @@ from app.tf_editor.popup import pop_up
 from app.tf_editor.selection import Selection
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF
-from model.scene.value_scale import value_at
+from model.scene.value_text import value_text
 
 _PIXELS = 1024
 
@@ -133,7 +133,8 @@ class ColorLayer(QObject):
     def _drag(self, index: int, place: float) -> None:
         self._moves.drag("color", index, self._area.axis.value(place))
         x = self._state.transfer_function.color.stops[index][0]
-        self._area.show_readout(self._view, x, 0.5, f"{value_at(x, self._state.scale):.5g}")
+        text = f"value {value_text(x, self._state.scalar_range, self._state.scale)}"
+        self._area.show_readout(self._view, x, 0.5, text)
 
     def _finish_drag(self) -> None:
         self._area.readout.hide()

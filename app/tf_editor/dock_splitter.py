@@ -48,7 +48,9 @@ class DockSplitter(QSplitter):
         self.setStretchFactor(0, 1)
         self.setStretchFactor(1, 0)
         handle = self.handle(1)
-        handle.setToolTip("Drag: height of the editor; double click: the usual one (F9: hide it)")
+        handle.setToolTip(
+            "Drag to resize the editor; double-click for its usual height; F9 hides it"
+        )
         assert isinstance(handle, _Handle)
         handle.doubleClicked.connect(self.reset)
         self.splitterMoved.connect(lambda *_: self._note())

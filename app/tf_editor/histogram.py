@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtGui import QColor
 
 from app import theme
+from app.short_numbers import significant
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
@@ -71,7 +72,8 @@ class HistogramLayer:
             return ""
         low, high = values_at(self._edges[index : index + 2], scale)
         count = int(self._counts[index])
-        return f"{count:,} {'voxel' if count == 1 else 'voxels'} of {low:.5g} to {high:.5g}"
+        voxels = "voxel" if count == 1 else "voxels"
+        return f"{count:,} {voxels} from {significant(low, 5)} to {significant(high, 5)}"
 
     def set_data(self, counts: NDArray[np.int64], edges: NDArray[np.float64]) -> None:
         """Take another volume's histogram; :meth:`draw` shows it."""

@@ -38,9 +38,7 @@ WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
 """Name of a mode's width; on a logarithmic scale it counts powers of ten."""
 
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
-OPACITY_MEANING = (
-    "Part of the light that is lost over one voxel length: 0 is transparent, 1 is opaque"
-)
+OPACITY_MEANING = "Light lost over one voxel length: 0 is transparent, 1 is opaque"
 
 
 class ModeCard(QFrame):

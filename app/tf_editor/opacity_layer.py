@@ -15,6 +15,7 @@ from PySide6.QtGui import QBrush, QColor, QLinearGradient, QPainterPath, QPen
 from PySide6.QtWidgets import QGraphicsPathItem
 
 from app import theme
+from app.short_numbers import significant
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.mode_card import WIDTHS
@@ -25,7 +26,7 @@ from app.tf_editor.selection import Selection
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
-from model.scene.value_scale import value_at
+from model.scene.value_text import value_text
 
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a fraction of its amplitude."""
@@ -176,8 +177,8 @@ class OpacityLayer(QObject):
         area = self._area
         self._moves.drag("opacity", index, area.axis.value(place), area.scale.opacity(height))
         x, y = edits.opacity_handles(self._state.transfer_function.opacity)[index]
-        value = value_at(x, self._state.scale)
-        text = f"{value:.5g}   opacity {y:.3f}" if y >= 0.1 else f"{value:.5g}   opacity {y:.2g}"
+        value = value_text(x, self._state.scalar_range, self._state.scale)
+        text = f"value {value}   opacity {significant(y, 2)}"
         self._say(x, area.scale.height(y), text)
 
     def _drag_flank(self, place: float) -> None:
@@ -190,7 +191,7 @@ class OpacityLayer(QObject):
         self._state.tf_input.move(replace(tf, opacity=opacity))
         mode = opacity.modes[index]
         height = self._area.scale.height(mode.amplitude)
-        self._say(mode.mean, height, f"{WIDTHS[self._state.scale]} {mode.width:.4g}")
+        self._say(mode.mean, height, f"{WIDTHS[self._state.scale]} {significant(mode.width, 3)}")
 
     def _say(self, value: float, height: float, text: str) -> None:
         show = partial(self._area.show_readout, self._view, value, height, text)

@@ -15,7 +15,7 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.range_fitting import fit_to_range, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import values_at
+from model.scene.value_text import range_text
 
 LEAST_DISTANCE = 0.004
 """Smallest distance between the lines after a drag, as a fraction of the plot's width."""
@@ -24,8 +24,8 @@ _REACH = 5.0
 _GRIP = 7.0, 22.0
 """Width and height of the grips, in pixels."""
 _TIP = (
-    "Drag to stretch the TF to another range, as by window and level.\n"
-    "With Ctrl, the TF keeps its values and is cut: those beyond look like those at its ends."
+    "Drag to stretch the TF to another range, like window and level.\nWith Ctrl, cut the TF there "
+    "instead."
 )
 
 
@@ -175,8 +175,7 @@ class RangeLayer(QObject):
         )
         self._state.tf_input.move(changed)
         how = "cut" if self._cuts else "Ctrl: cut"
-        low, high = values_at(scalar_range, self._state.scale)
-        text = f"range {low:.4g} to {high:.4g}   {how}"
+        text = f"range {range_text(scalar_range, scalar_range, self._state.scale)}   {how}"
         self._area.show_readout(self._area.opacity, value, 0.8, text)
 
     def _finish(self) -> None:

@@ -6,6 +6,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QWidget
 
 from app.number_box import NumberBox
+from app.short_numbers import significant
 from app.state.viewer_state import ViewerState
 from app.tf_editor.range_layer import RangeLayer
 from model.scene.transfer_function import Range
@@ -47,7 +48,7 @@ class RangePopup(QFrame):
         """Open at a point of the screen, for a volume with these values."""
         self._data_range = data_range
         low, high = values_at(data_range, self._state.scale)
-        self._hint.setText(f"Values of the volume: {low:.5g} to {high:.5g}")
+        self._hint.setText(f"Values of the volume: {significant(low, 5)} to {significant(high, 5)}")
         self._refresh()
         self.move(point)
         self.show()

@@ -31,7 +31,7 @@ from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 
 SWATCH = QSize(30, 14)
 
-PRESETS_TIP = "Transfer functions to begin with, and how the volume looks then"
+PRESETS_TIP = "Transfer functions to start from, with pictures of this volume"
 
 HINT = "<br>".join(
     (
@@ -134,7 +134,7 @@ class TransferFunctionMenu(QObject):
         self._follow = self.menu.addAction("Colours follow their mode")
         self._follow.setCheckable(True)
         self._follow.setChecked(self._moves.colors_follow)
-        self._follow.setToolTip("When a mode is moved, the colour stop at its mean moves along")
+        self._follow.setToolTip("A colour stop at the mean of a mode moves with the mode")
         self._follow.toggled.connect(self._set_follow)
 
     def _add_range_menu(self) -> None:
@@ -143,7 +143,7 @@ class TransferFunctionMenu(QObject):
         add_action(menu, "Type…", self.type_range)
         for text, (lower, upper) in PERCENTILES.items():
             action = add_action(menu, text, partial(self.set_percentiles, lower, upper))
-            action.setToolTip("A few outliers no longer take most of the range")
+            action.setToolTip("Ignore a few outliers")
         add_action(menu, "Fit to data", self.fit_to_data)
 
     def _add_axis_menu(self) -> None:
@@ -156,17 +156,17 @@ class TransferFunctionMenu(QObject):
         self._scale = menu.addAction("Logarithmic scale")
         self._scale.setCheckable(True)
         self._scale.setToolTip(
-            "TF, histogram and sensitivities lie over the logarithm of the values, of which zero "
-            "and below look as the lowest one does"
+            "TF, histogram and curve over the logarithm of the values. Values of zero or below "
+            "look like the lowest one."
         )
         self._scale.toggled.connect(lambda on: self.scale_wanted.emit("log" if on else "linear"))
         self._logarithmic = menu.addAction("Logarithmic plot")
         self._logarithmic.setCheckable(True)
-        self._logarithmic.setToolTip("How values are spread over the plot; pictures stay the same")
+        self._logarithmic.setToolTip("Spacing of the values in the plot; the image stays the same")
         self._logarithmic.toggled.connect(self.set_logarithmic)
         self._fine = menu.addAction("Logarithmic opacity")
         self._fine.setCheckable(True)
-        self._fine.setToolTip("More room for opacities below 0.1, which are hard to set otherwise")
+        self._fine.setToolTip("More room for opacities below 0.1")
         self._fine.toggled.connect(lambda on: self._area.set_scale(OpacityScale(on)))
         self._area.axisChanged.connect(self._show_scales)
 

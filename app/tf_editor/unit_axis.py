@@ -24,7 +24,7 @@ _LEAST_GAP = 0.09
 """Distance between the labels of a logarithmic axis, as a fraction of the axis."""
 
 _FARTHEST = 4.0
-"""Places farther out than this are not told apart, so that no value overflows."""
+"""Places farther out than this count as equal, so that no value overflows."""
 
 LEAST_SPAN = 1e-6
 """Smallest visible part of an axis, as a fraction of all of it."""

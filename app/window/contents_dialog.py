@@ -57,7 +57,7 @@ class ContentsDialog(QDialog):
         self, name: str, contents: Sequence[Content], parent: QWidget | None = None
     ) -> None:
         super().__init__(parent)
-        self.setWindowTitle(f"What {name} holds")
+        self.setWindowTitle(f"Contents of {name}")
         self._contents = tuple(contents)
         self._kinds = list(dict.fromkeys(content.kind for content in contents))
         self.tables: dict[str, QTableWidget] = {}

@@ -65,7 +65,11 @@ class CropCard(QFrame):
         self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.whole.clicked.connect(lambda: state.crop_input.set(None))
         self.dismiss = IconButton(
-            "close", "Close", "K", "What is cropped stays so", colors=theme.ON_IMAGE
+            "close",
+            "Close",
+            "K",
+            "Close this card; the volume stays cropped",
+            colors=theme.ON_IMAGE,
         )
         self.dismiss.clicked.connect(lambda: self.set_shown(False))
         self._lay_out()

@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QFileDialog, QWidget
 
 from app.controls import Action
+from app.short_numbers import significant
 from app.state.library import ModelCheck
 from app.state.preferences import Preferences
 from app.state.session import SUFFIX
@@ -221,7 +222,9 @@ class FileOpening(QObject):
         self._preferences.note_recent("transfer_functions", path)
         same = fitted.scalar_range == loaded.scalar_range
         lo, hi = values_at(fitted.scalar_range, fitted.scale)
-        change = "" if same else f"; it was fitted to the values from {lo:.5g} to {hi:.5g}"
+        change = (
+            "" if same else f"; fitted to values from {significant(lo, 5)} to {significant(hi, 5)}"
+        )
         self.news.emit(f"Opened {path.name}{change}.")
 
     def open_model_and_volume(self, folder: Path, volume: Path | None) -> None:
@@ -247,8 +250,8 @@ class FileOpening(QObject):
         volume = self._workspace.library.volume_of(check.folder)
         if volume is None:
             self._notice.tell(
-                f"{check.folder.name} is a model of '{name}', which is not open; "
-                "it draws once its volume is.",
+                f"{check.folder.name} is a model of '{name}', which is not open. "
+                "It draws as soon as that volume is open.",
                 locate,
                 key=VOLUME_OFFER,
             )

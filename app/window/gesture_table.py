@@ -40,7 +40,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Double click, or Home", "return to the first view"),
         Gesture("Click a face of the cube", "look from there; drag it to turn"),
         Gesture("Drag a round handle of the crop box (K)", "move that plane"),
-        Gesture("C, D", "both images or one; where the generator's is off"),
+        Gesture("C, D", "both images or one; their difference"),
         Gesture("O", "the opacity images"),
         Gesture("Drag the ball in the top bar, or Ctrl, Shift and drag", "move the light"),
     ),
@@ -52,7 +52,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture(
             "Drag its edge or corner",
             "move or resize it",
-            ("Drag", "edge: move, corner: resize, beside it: turn"),
+            ("Drag", "edge: move, corner: resize, elsewhere: turn"),
         ),
         Gesture("Shift and Delete", "remove it", ("Shift Del", "remove")),
         Gesture("Escape", "return to the whole image", ("Esc", "whole image")),
@@ -67,8 +67,8 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Wheel over the curve", "width of the band", ("Wheel", "band width")),
         Gesture("P", "keep the value under the mouse", ("P", "keep")),
         Gesture("Hold W", "what would a mode there change?", ("W", "what if")),
-        Gesture("Drag beside the handles", "keep a band of several values"),
-        Gesture("Escape, or click beside the handles", "return to the images"),
+        Gesture("Drag between the handles", "keep a band of several values"),
+        Gesture("Escape, or click between the handles", "return to the images"),
         Gesture("Click a numbered flag", "add a mode there"),
     ),
     "Transfer function": (
@@ -76,7 +76,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
             "Drag a mode's peak, or a point", "its value and opacity", ("Drag", "move a handle")
         ),
         Gesture("Drag a square at its side", "its width"),
-        Gesture("Double click beside the handles", "add a mode or point", ("Double click", "add")),
+        Gesture("Double click between the handles", "add a mode or point", ("Double click", "add")),
         Gesture("Drag a line at an end of the range", "stretch the TF (with Ctrl: cut it)"),
         Gesture("Ctrl and wheel, middle drag; Home", "zoom and move the axis; all of it"),
         Gesture("Click the colour strip", "add a colour stop"),
@@ -95,7 +95,9 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Move the mouse over the map", "picture and TF of that place"),
         Gesture("Click", "apply its transfer function", ("Click", "apply this TF")),
         Gesture("Wheel over the map", "come closer", ("Wheel", "closer")),
-        Gesture("Drag beside it, or with Shift", "draw a new one", ("Shift drag", "new rectangle")),
+        Gesture(
+            "Drag outside it, or with Shift", "draw a new one", ("Shift drag", "new rectangle")
+        ),
         Gesture("Drag in the rectangle, at its edges", "move it, resize it"),
         Gesture("Middle drag, or Ctrl and drag", "move the map"),
         Gesture("Wheel over a picture of the grid", "divide that cell; return"),
@@ -104,10 +106,10 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     ),
     "Window": (
         Gesture("F6, Shift and F6", "the next area, the one before"),
-        Gesture("F8", "values and edits beside the TF, or away"),
-        Gesture("F9", "the TF editor away, and back"),
+        Gesture("F8", "show or hide values and edits"),
+        Gesture("F9", "show or hide the TF editor"),
         Gesture("F10, or Alt in a narrow window", "the menus"),
-        Gesture("Escape", "end what was begun last; dismiss the newest notice"),
+        Gesture("Escape", "end the last action; dismiss the newest notice"),
     ),
 }
 """By area; in each, those of the status line first."""

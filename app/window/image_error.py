@@ -18,8 +18,8 @@ from app.window.difference import Image, difference_of, in_colors, meaning
 from model.scene.inputs import SceneInputs
 
 TIP = (
-    f"Error (RMSE, against the ground truth): {SENTENCES['RMSE']} Of the square that both images "
-    "show. Difference (D) shows where; the caption's menu leads to the glossary."
+    f"Error (RMSE) against the ground truth, in the square that both images show. "
+    f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
 
 

@@ -116,7 +116,7 @@ def paint_scale_bar(
         The image's rectangle, whose shorter side the bar refers to; in one of fewer than about
         120 pixels nothing is painted.
     bar : ScaleBar or None
-        None where no length can be told.
+        None where no length is known.
     background : tuple of int or None
         As for :func:`app.window.image_marks.paint_legend`.
     """

@@ -136,11 +136,11 @@ THEMES: dict[ThemeChoice, str] = {"system": "As the s&ystem", "dark": "&Dark", "
 """Colours of the window, by their menu entries."""
 
 ABOUT = """<h3>tfscope</h3>
-<p>Look into volumes through transfer functions, beside a generative model of
-their renderings.</p>
+<p>Volume rendering with transfer functions, next to a generative model of the
+renderings.</p>
 <p>After M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
-Rendering</i>, IEEE TVCG 2018. The reference images are rendered by VTK
-or by tfscope's own ray caster.</p>
+Rendering</i>, IEEE TVCG 2018. The ground truth is rendered by VTK or by
+ tfscope's own ray caster.</p>
 <p>BSD 3-Clause licence.</p>"""
 
 
@@ -248,7 +248,7 @@ class Menus(QObject):
         self._build_camera(menu)
         menu.addSeparator()
         controls.fill_size(menu.addMenu("&Size of the ground truth"))
-        controls.fill_drawing(menu.addMenu("Reference ren&derer"))
+        controls.fill_drawing(menu.addMenu("Ren&derer of the ground truth"))
         menu.addSeparator()
         self._add_contents(menu)
         self._add_overlays(menu)

@@ -36,7 +36,7 @@ from model.scene.view import View
 
 MOVIE_FILTER = "Movies (*.mp4);;Animated images (*.gif)"
 
-CHANGED = "The movie was given up, as its images are drawn otherwise now; save it again."
+CHANGED = "The movie was cancelled: volume, light or quality changed. Save it again."
 
 LONGER_SIDES = (512, 1024, 1920)
 LARGEST = 4096
@@ -88,7 +88,7 @@ class MovieDialog(QDialog):
         form = QFormLayout()
         form.setVerticalSpacing(8)
         self.chooser.add_to(form)
-        for name, box in (("Seconds", self.seconds_box), ("Pictures a second", self.rate_box)):
+        for name, box in (("Seconds", self.seconds_box), ("Frames per second", self.rate_box)):
             WheelGuard(box)
             box.setToolTip(f"From {box.minimum():g} to {box.maximum():g}")
             form.addRow(name, box)
@@ -187,7 +187,7 @@ class MovieSaving(QObject):
             self.problem.emit("There is no image to make a movie of yet; wait until one is shown.")
             return
         if self.is_running:
-            self.problem.emit("Another movie is still made; wait for it, or cancel it.")
+            self.problem.emit("Another movie is being made; wait for it, or cancel it.")
             return
         dialog = MovieDialog(*self._shown.sizes()[which], self._parent)
         accepted = dialog.exec() == QDialog.DialogCode.Accepted

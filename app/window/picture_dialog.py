@@ -124,7 +124,7 @@ class PictureDialog(QDialog):
         self.chooser.add_to(form)
         form.addRow("", self._memory)
         if self.samples_box is not None:
-            form.addRow("Samples of each pixel", self.samples_box)
+            form.addRow("Samples per pixel", self.samples_box)
         form.addRow("Background", self.background_box)
         form.addRow("", self.legend_box)
         form.addRow("", self.scale_box)

@@ -46,7 +46,7 @@ class _Drawing:
 STEPS = 1000
 """Of a figure's progress."""
 
-CHANGED = "The figure was given up: volume, light or quality changed; save it again."
+CHANGED = "The figure was cancelled: volume, light or quality changed. Save it again."
 
 
 class PictureSaving(QObject):

@@ -45,18 +45,18 @@ class NarrowNotice(QObject):
         super().__init__(parent)
         self._notice = notice
         self._show_range = show_range
-        self._told: NarrowPart | None = None
+        self._noted: NarrowPart | None = None
         state.volumeStarting.connect(self._forget)
         state.tf_input.changeFinished.connect(self._judge)
 
     def _forget(self) -> None:
-        self._told = None
+        self._noted = None
 
     def _judge(self, transfer_function: TransferFunction) -> None:
         found = narrow_part(transfer_function.opacity, transfer_function.color)
-        if found == self._told:
+        if found == self._noted:
             return
-        self._told = found
+        self._noted = found
         if found is None:
             self._notice.clear(NARROW)
             return
@@ -81,7 +81,7 @@ class LightNotice(QObject):
 
     def _tell(self, seconds: float) -> None:
         self._notices.tell(
-            f"Drawn without light, with which an image takes {seconds:.1f} s here.",
+            f"Drawn without light: with it, an image takes {seconds:.1f} s here.",
             Action("Light it", partial(self._work.choose, lighting="direct")),
             key=KEY,
         )

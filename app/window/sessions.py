@@ -226,19 +226,19 @@ class Sessions(QObject):
     def _tell(self, path: Path, session: Session) -> None:
         """Say what is not as it was saved, and offer what was there before."""
         opened = self._workspace.opened
-        told = [f"{path.name} is open."]
+        said = [f"{path.name} is open."]
         if opened is not None and opened.fingerprint != session.fingerprint:
             name = session.volume.name
-            told.append(f"{name} is not the file that it was saved with: its voxels differ.")
+            said.append(f"{name} is not the file that it was saved with: its voxels differ.")
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
-            told.append(f"What is wrong in it was left out: {names}.")
+            said.append(f"Wrong values in it were left out: {names}.")
         back = []
         if self._is_before_kept and self._before_path is not None:
-            told.append("What its volume looked like before is kept.")
+            said.append("The volume's earlier look is kept.")
             back.append(Action("Go back", partial(self.open, self._before_path)))
-        if told[1:]:
-            self._notice.tell(" ".join(told), *back)
+        if said[1:]:
+            self._notice.tell(" ".join(said), *back)
 
     def _name_window(self, session: str) -> None:
         title = self._window.windowTitle().rpartition(" | ")[2]

@@ -28,7 +28,7 @@ On the first start the ray caster is compiled, for some 10 s; otherwise it is re
 
 
 class SmallPictures(QObject):
-    """Has pictures drawn; those asked for last are told.
+    """Has pictures drawn, and emits those asked for last.
 
     Parameters
     ----------

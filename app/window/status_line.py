@@ -124,11 +124,11 @@ class StatusLine(QStatusBar):
         self._view = QLabel()
         self._view.setProperty("role", "dim")
         self._view.setToolTip(
-            "The view: where it is looked from, how far away (at 1 the whole volume is seen), and "
-            "by how many halves of the image's shorter side it is moved to the right and up"
+            "View: direction, distance (1 shows the whole volume), and pan to the right and up (1 "
+            "is half the shorter side of the image)"
         )
         self._prepared = QProgressBar()
-        self._prepared.setFormat("Preparing the renderers for this computer, once: %v of %m")
+        self._prepared.setFormat("Compiling the renderers, once per computer: %v of %m")
         self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
         self._prepared.hide()
         self.addWidget(self._left, 1)
@@ -150,7 +150,7 @@ class StatusLine(QStatusBar):
 
     @property
     def preparation(self) -> str:
-        """What is told of the renderers' preparation; empty once they are ready."""
+        """How far the renderers are compiled; empty once they are ready."""
         return "" if self._prepared.isHidden() else self._prepared.text()
 
     @property

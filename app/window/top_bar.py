@@ -45,7 +45,10 @@ class TopBar(QWidget):
         self.ball, self.light, self.exactness = ball, light, exactness
         self.compare = IconButton("compare", "Compare", "C", "Generator and ground truth together")
         self.difference = IconButton(
-            "difference", "Difference", "D", "Where the generator's image is off, and how far"
+            "difference",
+            "Difference",
+            "D",
+            "Where the generator's image differs from the ground truth",
         )
         self.browse = IconButton(
             "browse", "Browse TFs", "B", "A map of TFs, with a picture of each"

@@ -100,7 +100,7 @@ class UpAxisCard(QFrame):
         """
         for axis, button in self._buttons.items():
             picture = pictures.get(axis)
-            text = f"Stand the volume upright with {axis} of its file at the top"
+            text = f"Turn the volume so that {axis} of its file at the top"
             button.setIcon(picture_icon(picture, ICON))
             button.setToolTip(text if picture is None else picture_tip(picture, text))
 

@@ -57,10 +57,10 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
         move(editor, end)
     assert state.live
     readout = editor.area.readout
-    qtbot.waitUntil(lambda: readout.text[:3] in ("149", "150"))
-    value, word, height = readout.text.split()
+    qtbot.waitUntil(lambda: readout.text[6:9] in ("149", "150"))
+    first, value, second, height = readout.text.split()
     assert float(value) == pytest.approx(150.0, abs=0.3)
-    assert word == "opacity"
+    assert (first, second) == ("value", "opacity")
     assert float(height) == pytest.approx(0.8, abs=0.02)
     assert editor.card.heading == "Mode 1 of 2"
     with qtbot.waitSignal(state.tf_input.changeFinished):

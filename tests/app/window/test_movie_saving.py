@@ -118,7 +118,7 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     gate = builders.references[-1].gate = threading.Semaphore(0)
     window.movies.draw(TURN, tmp_path / "turn.gif")
     window.workspace.reference.choose(lighting="none")
-    qtbot.waitUntil(lambda: "given up" in window.notice.text)
+    qtbot.waitUntil(lambda: "was cancelled" in window.notice.text)
     gate.release(10)
     qtbot.waitUntil(lambda: not window.movies.is_running)
     gate = builders.references[-1].gate = threading.Semaphore(0)
@@ -126,7 +126,7 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     assert window.pictures.unfinished == "figure.png is being drawn"
     window.notice.clear()
     window.workspace.reference.choose(lighting="direct")
-    qtbot.waitUntil(lambda: "given up" in window.notice.text)
+    qtbot.waitUntil(lambda: "was cancelled" in window.notice.text)
     gate.release(10)
     assert not window.pictures.unfinished
     assert not [*tmp_path.iterdir()] and window.movies.progress is None

@@ -138,7 +138,7 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     preparation, client = window.workspace.reference.preparation, window.reference.client
     assert isinstance(preparation, HeldPreparation)
     window.workspace.reading.open(Path("ramp"))
-    qtbot.waitUntil(lambda: "1 s so far" in client.text, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: ": 1 of about" in client.text, timeout=1000 * PATIENCE_S)
     assert "no light" in client.text
     assert client.state is EngineState.WAITING
     assert not window.errors
