@@ -18,8 +18,11 @@ SHARE = 0.2
 OLDEST_S = 0.48
 """Age that an answer may reach before the next is there: half a second, less what showing takes."""
 
-MOST_DEBT_S = 1.0
+MOST_DEBT_S = 0.5
 """Time for which answers go on that have taken more than their share, to give it back later."""
+
+TOO_OLD_S = 1.0
+"""Age from which on an answer is worth more than the share: on a machine too slow for both."""
 
 FADING = 0.9
 """Factor by which the longest wait so far counts less with each that follows."""
@@ -58,14 +61,15 @@ class AnswerPace(Pace):
         # The next picture may have waited for it.
         self._pictured = self._clock()
         self._latency = max(self._pictured - self._asked, self._latency)
-        self._due += seconds / SHARE
+        self._due = min(self._due + seconds / SHARE, self._pictured + 2 * TOO_OLD_S)
 
     @property
     def wait(self) -> float:
         """Seconds until something is due: until there is time, or at the next picture too late."""
         now = self._clock()
         share, age = self._due - now, self._asked + self._longest - now
-        return max(min(share, max(age, share - MOST_DEBT_S)), 0.0)
+        last = age + TOO_OLD_S - OLDEST_S
+        return max(min(share, max(age, share - MOST_DEBT_S), last), 0.0)
 
     def start(self) -> float:
         """Note that all is asked now, and return the seconds that it may take together."""
