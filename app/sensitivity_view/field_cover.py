@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -33,8 +33,8 @@ from model.sensitivity.display import (
     shown_field,
 )
 
-KEPT_IMAGES = 6
-"""Newest images that are kept until their field arrives."""
+KEPT_S = 1.0
+"""Time for which images are kept until their field arrives; the newest one for as long as it is."""
 
 LEAST_SEEN = 0.02
 """Least part of a pixel at the end of a scale: what is fainter is not seen."""
@@ -70,7 +70,7 @@ class FieldCover(QObject):
         self._sensitivity = sensitivity
         self._asker = asker
         self._choose = choose
-        self._images: OrderedDict[SceneInputs, NDArray[np.float32]] = OrderedDict()
+        self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
         self._scale = FLOOR
         self._caption = ""
         self._hint = ""
@@ -100,7 +100,7 @@ class FieldCover(QObject):
 
     def image_of(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
         """Return the pane's image (H, W, 3) of some inputs; None if it is not there yet."""
-        return self._images.get(inputs)
+        return self._images.get(inputs, (0.0, None))[1]
 
     def refresh(self) -> None:
         """Show the newest field with its image, or uncover the image."""
@@ -115,7 +115,7 @@ class FieldCover(QObject):
         if answer.request.values != band.values:
             # The band's own field is on its way; what is there belongs to another value.
             return
-        image = self._images.get(answer.request.inputs)
+        image = self.image_of(answer.request.inputs)
         if image is not None:
             self._cover(answer, image)
         elif not answer.is_of(self._state.inputs):
@@ -140,10 +140,9 @@ class FieldCover(QObject):
         self._pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
-        self._images[inputs] = image[..., :3]
-        self._images.move_to_end(inputs)
-        while len(self._images) > KEPT_IMAGES:
-            self._images.popitem(last=False)
+        now = time.monotonic()
+        self._images = {of: kept for of, kept in self._images.items() if now - kept[0] < KEPT_S}
+        self._images[inputs] = now, image[..., :3]
         self.refresh()
 
     def _check_stop(self, state: EngineState) -> None:

@@ -401,7 +401,7 @@ class SensitivityAsker(QObject):
                     # Two that shall agree about all of the image are asked about the square.
                     quality = Quality(quality.size)
                 self._channels[question][name].ask(self._request(question, quality))
-        if "region" in questions and not live:
+        if "region" in orders and (not live or (self._moves and orders["region"])):
             # Who is not asked any more would answer an older question.
             asked = {self.source(name) for name in orders["region"]}
             self.regions = {key: self.regions[key] for key in self.regions if key in asked}

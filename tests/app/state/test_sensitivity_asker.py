@@ -84,18 +84,18 @@ class Asking:
         self.asker.ask()
 
     def answer(self, note: Callable[[], object] = lambda: None) -> float:
-        """Answer all that waits for the ray caster, and return the seconds that it took.
+        """Answer all that waits, and return the seconds that it took.
 
         What is noted is noted just before an answer replaces the one before.
         """
         began = self.clock.now
-        while self.exact.waiting:
-            name = next(iter(self.exact.waiting))
-            request = self.exact.waiting.pop(name)
+        while client := next((one for one in (self.exact, self.learned) if one.waiting), None):
+            name, request = next(iter(client.waiting.items()))
+            del client.waiting[name]
             seconds = self.cost(request)
             self.clock.now += seconds
             note()
-            self.exact.channels[name].deliver(Result(request, np.ones(1), None, seconds))
+            client.channels[name].deliver(Result(request, np.ones(1), None, seconds))
         return self.clock.now - began
 
     def drag(self, seconds: float, picture: float) -> tuple[float, float]:
@@ -233,6 +233,17 @@ def test_while_something_moves_a_curve_that_nobody_sees_is_not_asked_for(asking:
     asking.state.finish_view()
     asking.answer()
     assert asking.asker.is_fresh(asking.asker.region)
+
+
+def test_while_something_moves_nothing_stays_of_who_is_not_asked(asking: Asking) -> None:
+    asking.asker.set_learned(128)
+    asking.answer()
+    assert set(asking.asker.regions) == set(BOTH)
+    asking.drag(1.0, 0.05)
+    assert set(asking.asker.regions) == set(EXACT)
+    asking.state.finish_view()
+    asking.answer()
+    assert set(asking.asker.regions) == set(BOTH)
 
 
 @pytest.mark.parametrize(
