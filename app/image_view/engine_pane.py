@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Signal
+from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
@@ -18,6 +19,7 @@ from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.lateness import Lateness
+from app.image_view.picture import BLACK, Background, compose
 from app.short_numbers import short
 from app.state.brightness import Brightness
 
@@ -148,6 +150,12 @@ class EnginePane(QWidget):
         self._is_alone = is_alone
         self._show_status()
 
+    def set_background(self, background: Background) -> None:
+        """Put something else behind the image."""
+        if background != self.canvas.background:
+            self.canvas.set_background(background)
+            self._show_brightness()
+
     def set_drawer(self, who: str, tip: str = "") -> None:
         """Say what draws the pane's images; the tooltip says more."""
         self._who, self._tip = who, tip
@@ -218,7 +226,7 @@ class EnginePane(QWidget):
         rgba = result.value
         assert rgba is not None
         self._rgba = rgba
-        self.canvas.show_image(to_qimage(rgba, self.brightness.of(self.engine)))
+        self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
         # Models draw the whole volume, and a hint says so.
         cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
@@ -308,5 +316,11 @@ class EnginePane(QWidget):
 
     def _show_brightness(self) -> None:
         if self._rgba is not None:
-            brightness = self.brightness.of(self.engine)
-            self.canvas.replace_image(to_qimage(self._rgba, brightness))
+            self.canvas.replace_image(self._picture(self._rgba))
+
+    def _picture(self, rgba: NDArray[np.float32]) -> QImage:
+        """The image as it is shown: opaque on black, else transparent where nothing is."""
+        brightness = self.brightness.of(self.engine)
+        if self.canvas.background == BLACK:
+            return to_qimage(rgba, brightness)
+        return compose(rgba, None, brightness)

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
 from app.image_view.keyed_widget import KeyedWidget
+from app.image_view.picture import BLACK, Background, paint_background
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
@@ -89,6 +90,17 @@ class ImageCanvas(KeyedWidget):
         self._progress: float | None = None
         self._cover: QImage | None = None
         self._decorations: list[Decoration] = []
+        self._background: Background = BLACK
+
+    @property
+    def background(self) -> Background:
+        """What lies behind the image, where it is transparent."""
+        return self._background
+
+    def set_background(self, background: Background) -> None:
+        """Put something else behind the image."""
+        self._background = background
+        self.update()
 
     @property
     def cover(self) -> QImage | None:
@@ -200,7 +212,7 @@ class ImageCanvas(KeyedWidget):
         painter.setRenderHints(
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
         )
-        painter.fillRect(self.rect(), QColor(theme.CANVAS))
+        paint_background(painter, self.rect(), self._background)
         if self._image is not None:
             painter.setOpacity(0.3 if self._message else 1.0)
             rect = self._image_rect(self._image)

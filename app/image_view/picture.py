@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtGui import QImage
+from PySide6.QtCore import QRect
+from PySide6.QtGui import QColor, QImage, QLinearGradient, QPainter
 
 from model.errors import RenderError
 from model.rendering.brightness import brighten
 
-Background = tuple[int, int, int]
-"""Red, green and blue, each 0..255."""
+Background = tuple[int, int, int] | Literal["gradient"]
+"""Red, green and blue, each 0..255; or grey that is darker towards the bottom."""
+
+BLACK, WHITE = (0, 0, 0), (255, 255, 255)
+
+GRADIENT = (104, 110, 120), (26, 28, 32)
+"""The gradient's colours at the top and at the bottom."""
 
 LARGEST_SIZE = 8192
 """Largest width and height of a picture."""
@@ -31,7 +39,7 @@ def compose(
     rgba : ndarray of float32 or uint8, shape (H, W, 4)
         Colour premultiplied with opacity: 0..1, values outside are clipped and NaN is 0; or
         0..255.
-    background : tuple of int or None
+    background : tuple of int, "gradient" or None
         Red, green and blue, 0..255; None for a transparent one.
     brightness : float
         See :func:`model.rendering.brightness.brighten`.
@@ -48,6 +56,8 @@ def compose(
         When there is not enough memory.
     """
     height, width = rgba.shape[:2]
+    if background == "gradient":
+        return _over_gradient(compose(rgba, None, brightness))
     formats = QImage.Format
     image_format = formats.Format_RGBA8888_Premultiplied if background is None else (
         formats.Format_RGB888
@@ -75,7 +85,27 @@ def compose(
     return image
 
 
-def _put_over(band: NDArray[np.float32], background: Background | None) -> None:
+def paint_background(painter: QPainter, rect: QRect, background: Background) -> None:
+    """Fill a rectangle with a background."""
+    if background != "gradient":
+        painter.fillRect(rect, QColor(*background))
+        return
+    gradient = QLinearGradient(rect.topLeft(), rect.bottomLeft())
+    for place, color in enumerate(GRADIENT):
+        gradient.setColorAt(place, QColor(*color))
+    painter.fillRect(rect, gradient)
+
+
+def _over_gradient(image: QImage) -> QImage:
+    result = QImage(image.size(), QImage.Format.Format_RGB888)
+    painter = QPainter(result)
+    paint_background(painter, result.rect(), "gradient")
+    painter.drawImage(0, 0, image)
+    painter.end()
+    return result
+
+
+def _put_over(band: NDArray[np.float32], background: tuple[int, int, int] | None) -> None:
     """Put rows over a background in place; without one, make them valid premultiplied colours."""
     color, opacity = band[..., :3], band[..., 3]
     if background is None:

@@ -35,6 +35,8 @@ class EditActions:
         Has the intervals.
     shown_colors : callable
         Returns the colours (n, 3) that the active region shows now.
+    made_visible : callable
+        Returns an opacity TF with opacities that show in the volume.
     """
 
     def __init__(
@@ -44,12 +46,14 @@ class EditActions:
         asker: SensitivityAsker,
         layer: ResponseLayer,
         shown_colors: Callable[[], NDArray[np.float32]],
+        made_visible: Callable[[OpacityTF], OpacityTF],
     ) -> None:
         self._state = state
         self._sensitivity = sensitivity
         self._asker = asker
         self._layer = layer
         self._shown_colors = shown_colors
+        self._made_visible = made_visible
         self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
         """For the edit that takes back the one that led to a TF: its value, and the TF before."""
 
@@ -68,13 +72,14 @@ class EditActions:
             self._add((band.low + band.high) / 2, width, striking)
 
     def emphasize(self, found: Contribution, how: Emphasis) -> None:
-        """Raise or lower the opacity of values, or show them alone.
+        """Raise or lower the opacity of values, or show them alone, opaque enough to be seen.
 
         Raising and lowering are each other's inverse, as long as nothing else is changed.
         """
         tf, value, width = self._state.transfer_function, found.value, self._width
         if how == "isolate":
-            opacity = isolate_value(tf.opacity, value, width, found.reach)
+            alone = isolate_value(tf.opacity, value, width, found.reach)
+            opacity = self._made_visible(alone)
         else:
             known = self._ways_back.get((how, tf.opacity))
             if known is not None and is_same_value(known[0], value, self._state.scalar_range):

@@ -33,6 +33,8 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
+from model.scene.thinned_volume import ThinnedVolume
+from model.scene.transfer_function import OpacityTF
 from model.sensitivity.result import SensitivityResult
 
 
@@ -74,7 +76,9 @@ class SensitivityView(QObject):
         self.chips = ChipBar(sensitivity, area.histogram)
         self.source = SourceLabel(sensitivity, asker, workspace)
         self.what_if = WhatIfQuestion(state, sensitivity, asker, self.responses, self)
-        self.actions = EditActions(state, sensitivity, asker, self.responses, self._shown_colors)
+        self.actions = EditActions(
+            state, sensitivity, asker, self.responses, self._shown_colors, self._made_visible
+        )
         self.findings = FindingsPanel(
             state,
             sensitivity,
@@ -228,6 +232,10 @@ class SensitivityView(QObject):
         if image is None:
             return np.zeros((0, 3), dtype=np.float32)
         return image[self._sensitivity.outline.mask(image.shape[:2])]
+
+    def _made_visible(self, opacity: OpacityTF) -> OpacityTF:
+        opened = self._workspace.opened
+        return opacity if opened is None else ThinnedVolume.of(opened.volume).made_visible(opacity)
 
     def _show_what_if(self, answer: WhatIfAnswer) -> None:
         cover = self.learned if answer.source == "learned" else self.exact

@@ -16,6 +16,9 @@ ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | No
 ThemeChoice = Literal["system", "dark", "light"]
 """The window's colours: the system's, or others."""
 
+BackgroundChoice = Literal["black", "gradient", "white"]
+"""What lies behind the images."""
+
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 
@@ -45,6 +48,7 @@ class SessionSettings:
     legend: bool = False
     scale_bar: bool = False
     cube: bool = True
+    background: BackgroundChoice = "black"
     opacity_images: bool = False
     hidden_panes: tuple[str, ...] = ()
     swapped: bool = False

@@ -14,7 +14,7 @@ from app.menu_tips import show_tips
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.range_fitting import fit_to_range
-from model.scene.tf_presets import Preset, presets
+from model.scene.tf_presets import Preset, looks_like_hu, presets
 
 PICTURE = 64
 """Sides of a picture, in pixels: all of them have room on a small screen."""
@@ -56,7 +56,13 @@ class PresetMenu(QMenu):
             fit_to_range(self._state.default_transfer_function, scalar_range),
         )
         others = presets(
-            scalar_range, histogram.counts, histogram.edges, self.units, self._state.scale
+            scalar_range,
+            histogram.counts,
+            histogram.edges,
+            self.units,
+            self._state.scale,
+            # Of the whole volume, so that the order stays whatever range is shown.
+            bool(self._state.axis_labels) or looks_like_hu(self._area.data_range, self.units),
         )
         return default, *others
 

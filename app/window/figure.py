@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QImage, QPainter
 
-from app.image_view.picture import Background, compose
+from app.image_view.picture import Background, compose, paint_background
 from app.window.difference import difference_of, in_colors
 from app.window.image_marks import (
     paint_caption,
@@ -45,7 +45,7 @@ class FigureLook:
     ----------
     width, height : int
         In pixels.
-    background : tuple of int or None
+    background : tuple of int, "gradient" or None
         Red, green and blue, 0..255; None for a transparent one.
     legend, scale_bar : bool
         Whether they are painted over it.
@@ -190,6 +190,7 @@ def _empty(look: FigureLook) -> QImage:
     if look.background is None:
         image.fill(Qt.GlobalColor.transparent)
     else:
-        red, green, blue = look.background
-        image.fill((255 << 24) | (red << 16) | (green << 8) | blue)
+        painter = QPainter(image)
+        paint_background(painter, image.rect(), look.background)
+        painter.end()
     return image

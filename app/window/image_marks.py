@@ -59,7 +59,7 @@ def sized_font(painter: QPainter, text: int) -> QFont:
 
 def is_bright(background: Background | None) -> bool:
     """Whether text over a background has to be dark; unknown ones are taken for dark."""
-    if background is None:
+    if background is None or background == "gradient":
         return False
     red, green, blue = background
     return 0.299 * red + 0.587 * green + 0.114 * blue > 140

@@ -19,7 +19,7 @@ from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.latent_state import LatentState
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
-from app.state.settings import ThemeChoice
+from app.state.settings import BackgroundChoice, ThemeChoice
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
@@ -31,7 +31,7 @@ from app.window.file_opening import FileOpening
 from app.window.help_pages import show_gestures, show_page
 from app.window.image_error import ImageError
 from app.window.movie_saving import MovieSaving
-from app.window.overlays import Overlays
+from app.window.overlays import BACKGROUNDS, Overlays
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.picture_saving import PictureSaving
 from app.window.sessions import Sessions
@@ -261,6 +261,7 @@ class Menus(QObject):
         full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
         full.setCheckable(True)
         menu.addSeparator()
+        self._build_backgrounds(menu.addMenu("Back&ground"))
         self._build_themes(menu.addMenu("&Theme"))
         single = add_action(menu, "Single-&key shortcuts", self._single_keys.toggle)
         single.setCheckable(True)
@@ -316,6 +317,21 @@ class Menus(QObject):
             action.setCheckable(True)
         overlays.changed.connect(show_overlays)
         show_overlays()
+
+    def _build_backgrounds(self, menu: QMenu) -> None:
+        overlays, group = self._parts.overlays, QActionGroup(self)
+        actions: dict[BackgroundChoice, QAction] = {}
+        for choice in BACKGROUNDS:
+            choose = partial(overlays.choose_background, choice)
+            actions[choice] = add_action(menu, f"&{choice.capitalize()}", choose)
+            actions[choice].setCheckable(True)
+            group.addAction(actions[choice])
+
+        def show() -> None:
+            actions[self._parts.preferences.settings.background].setChecked(True)
+
+        overlays.changed.connect(show)
+        show()
 
     def _build_comparison(self, menu: QMenu) -> None:
         """Add what is shown of the two images."""

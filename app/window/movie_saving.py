@@ -209,7 +209,9 @@ class MovieSaving(QObject):
         self._turning = turning = _Turntable(
             place,
             which,
-            FigureLook(choice.width, choice.height, legend=shown.legend, scale_bar=shown.scale_bar),
+            FigureLook(
+                choice.width, choice.height, shown.background, shown.legend, shown.scale_bar
+            ),
             state.inputs,
             shown.subject,
             SAMPLES if is_traced else 1,

@@ -13,11 +13,19 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.opacity_inset import OpacityInset
 from app.image_view.orientation_cube import OrientationCube
+from app.image_view.picture import BLACK, WHITE, Background
 from app.state.preferences import Preferences
+from app.state.settings import BackgroundChoice
 from app.state.viewer_state import ViewerState
 from app.window.figure import Subject
 from app.window.image_marks import paint_legend, paint_scale_bar
 from model.scene.transfer_function import OpacityTF, TransferFunction
+
+BACKGROUNDS: dict[BackgroundChoice, Background] = {
+    "black": BLACK,
+    "gradient": "gradient",
+    "white": WHITE,
+}
 
 
 class Overlays(QObject):
@@ -41,6 +49,7 @@ class Overlays(QObject):
         preferences: Preferences,
     ) -> None:
         super().__init__(panes[0])
+        self._panes = panes
         self._canvases = canvases = [pane.canvas for pane in panes]
         self._state = state
         self._preferences = preferences
@@ -57,6 +66,22 @@ class Overlays(QObject):
             canvas.add_decoration(partial(self._paint, canvas))
         self._show_cubes()
         self._show_opacity()
+        self._show_background()
+
+    @property
+    def background(self) -> Background:
+        """What lies behind the images."""
+        return BACKGROUNDS[self._preferences.settings.background]
+
+    def choose_background(self, choice: BackgroundChoice) -> None:
+        """Put something else behind the images."""
+        self._preferences.set(background=choice)
+        self._show_background()
+        self.changed.emit()
+
+    def _show_background(self) -> None:
+        for pane in self._panes:
+            pane.set_background(self.background)
 
     @property
     def has_cube(self) -> bool:
@@ -106,6 +131,7 @@ class Overlays(QObject):
         """Show what is remembered by now."""
         self._show_cubes()
         self._show_opacity()
+        self._show_background()
         for canvas in self._canvases:
             canvas.update()
         self.changed.emit()
@@ -148,6 +174,7 @@ class Overlays(QObject):
     def _paint(self, canvas: ImageCanvas, painter: QPainter, _square: QRect) -> None:
         rect, state, subject = canvas.picture_rect, self._state, self.subject
         if self.has_legend and canvas is self._right:
-            paint_legend(painter, rect, self.legend_tf, subject.units)
+            paint_legend(painter, rect, self.legend_tf, subject.units, self.background)
         if self.has_scale_bar and subject.scale is not None:
-            paint_scale_bar(painter, rect, subject.scale.bar(state.view, state.crop))
+            bar = subject.scale.bar(state.view, state.crop)
+            paint_scale_bar(painter, rect, bar, self.background)

@@ -66,8 +66,8 @@ class PictureDialog(QDialog):
     sizes : dict of tuple of int
         What it may show, each with its width and height on the screen, in pixels.
     begin : PictureChoice or None
-        Choice to begin with, other than its size; None for the first of the sizes, on black.
-        Samples are asked for where it has some.
+        Choice to begin with; None for the first of the sizes, on black. Of its size, the longer
+        side counts where it is one of the presets. Samples are asked for where it has some.
     button : str
         Label of the button that accepts, such as "Save…" or "Copy".
     """
@@ -105,6 +105,8 @@ class PictureDialog(QDialog):
             self.legend_box.setChecked(begin.legend)
             self.scale_box.setChecked(begin.scale_bar)
         self._take_which()
+        if begin is not None:
+            self.chooser.choose_side(max(begin.width, begin.height))
 
     def choice(self) -> PictureChoice:
         """Return what is chosen."""

@@ -122,16 +122,12 @@ class PictureSaving(QObject):
         return choice
 
     def first_choice(self) -> PictureChoice:
-        """The choice that the dialog begins with: the screen's, on the last background."""
+        """The choice that the dialog begins with: the last one, at first that of the screen."""
         shown = self._shown
-        choice = PictureChoice(0, 0, legend=shown.legend, scale_bar=shown.scale_bar)
-        if shown.is_path_traced:
-            choice = replace(choice, samples=PICTURE_SAMPLES)
-        if self._last is not None:
-            choice = replace(choice, background=self._last.background)
-            if choice.samples and self._last.samples:
-                choice = replace(choice, samples=self._last.samples)
-        return replace(choice, which=shown.which())
+        choice = PictureChoice(0, 0, shown.background, shown.legend, shown.scale_bar)
+        choice = self._last or choice
+        samples = choice.samples or PICTURE_SAMPLES if shown.is_path_traced else 0
+        return replace(choice, which=shown.which(), samples=samples)
 
     def draw(self, choice: PictureChoice, place: Path | None) -> None:
         """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from app.image_view.engine_pane import EnginePane
+from app.image_view.picture import Background
 from app.state.brightness import Brightness
 from app.state.reference_work import ReferenceWork
 from app.window.difference import Image
@@ -40,6 +41,11 @@ class ShownImages:
     def is_path_traced(self) -> bool:
         """Whether the ground truth has path-traced light."""
         return self._work.settings.lighting == "path"
+
+    @property
+    def background(self) -> Background:
+        """What lies behind them."""
+        return self._overlays.background
 
     @property
     def legend(self) -> bool:

@@ -16,15 +16,20 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import list_box
-from app.image_view.picture import LARGEST_SIZE, Background
+from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.number_box import WholeNumberBox
 from app.wheel_guard import WheelGuard
 
 LEAST_SIZE = 16
 
-BLACK, WHITE = (0, 0, 0), (255, 255, 255)
-
 _OWN_SIZE, _OTHER_COLOR = "Own size", "Other colour…"
+
+_COLORS: dict[str, Background | None] = {
+    "Transparent": None,
+    "Black": BLACK,
+    "Gradient": "gradient",
+    "White": WHITE,
+}
 
 Size = tuple[int, int]
 
@@ -98,6 +103,14 @@ class SizeChooser(QObject):
         else:
             self._take_preset(row)
 
+    def choose_side(self, longer: int) -> None:
+        """Choose the preset with a longer side; without one, nothing changes."""
+        for row in range(1, self.size_box.count()):
+            size = self.size_box.itemData(row)
+            if size is not None and max(size) == longer:
+                self._take_preset(row)
+                return
+
     def _take_preset(self, row: int) -> None:
         size = self.size_box.itemData(row)
         if size is None:
@@ -133,13 +146,13 @@ class SizeChooser(QObject):
 
 
 class BackgroundBox(QComboBox):
-    """A background: transparent, black, white or any colour."""
+    """A background: transparent, black, a gradient, white or any colour."""
 
     def __init__(self) -> None:
         super().__init__()
         WheelGuard(self)
-        self._color: Background = (128, 128, 128)
-        for name, color in (("Transparent", None), ("Black", BLACK), ("White", WHITE)):
+        self._color: tuple[int, int, int] = (128, 128, 128)
+        for name, color in _COLORS.items():
             self.addItem(_swatch(color), name, color)
         self.addItem(_swatch(self._color), _OTHER_COLOR, self._color)
         self._other = self.count() - 1
@@ -150,7 +163,7 @@ class BackgroundBox(QComboBox):
     def show_background(self, background: Background | None) -> None:
         """Choose a background."""
         rows = [row for row in range(self._other) if self.itemData(row) == background]
-        if not rows and background is not None:
+        if not rows and background is not None and background != "gradient":
             self._color = background
             self.setItemData(self._other, background)
             self.setItemIcon(self._other, _swatch(background))
@@ -172,9 +185,9 @@ def _swatch(color: Background | None) -> QIcon:
     """Return an icon of a colour; a pattern for none."""
     size = QSize(14, 14)
     pixmap = QPixmap(size)
-    pixmap.fill(QColor(*(color or (200, 200, 200))))
+    painter = QPainter(pixmap)
+    paint_background(painter, pixmap.rect(), color or (200, 200, 200))
     if color is None:
-        painter = QPainter(pixmap)
         painter.fillRect(pixmap.rect(), Qt.BrushStyle.Dense4Pattern)
-        painter.end()
+    painter.end()
     return QIcon(pixmap)

@@ -142,6 +142,13 @@ def lower_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
     return _scaled(opacity, value, width, 1 / STEP)
 
 
+def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
+    """Multiply all opacities by a factor, up to 1."""
+    modes = tuple(replace(m, amplitude=min(factor * m.amplitude, 1.0)) for m in opacity.modes)
+    points = tuple((value, min(factor * height, 1.0)) for value, height in opacity.points)
+    return replace(opacity, modes=modes, points=points)
+
+
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
     """Keep the opacity of some values only.
 

@@ -64,8 +64,8 @@ class _Recipe:
 
 _CT = (
     _Recipe(
-        "CT bone",
-        "Bone in ivory, with nothing in front of it",
+        "Bone white",
+        "CT: bone in ivory, with nothing in front of it",
         ((130, 0.0), (220, 0.03), (450, 0.25), (1200, 0.7), (3000, 0.8)),
         (
             (130, 0.55, 0.25, 0.15), (300, 0.87, 0.68, 0.45), (700, 0.97, 0.92, 0.80),
@@ -73,8 +73,8 @@ _CT = (
         ),
     ),
     _Recipe(
-        "CT skin",
-        "The outer surface of the body",
+        "Skin",
+        "CT: the outer surface of the body",
         ((-600, 0.0), (-350, 0.06), (-150, 0.5), (100, 0.6), (3000, 0.6)),
         (
             (-600, 0.45, 0.22, 0.14), (-300, 0.80, 0.52, 0.38), (-50, 0.93, 0.70, 0.56),
@@ -82,8 +82,8 @@ _CT = (
         ),
     ),
     _Recipe(
-        "CT vessels",
-        "Vessels with contrast agent in red before pale, translucent bone",
+        "Vessels",
+        "CT: vessels with contrast agent in red, in front of pale, translucent bone",
         ((90, 0.0), (150, 0.02), (220, 0.22), (380, 0.3), (520, 0.1), (1000, 0.18), (3000, 0.3)),
         (
             (90, 0.35, 0.02, 0.03), (200, 0.80, 0.10, 0.08), (380, 0.95, 0.35, 0.20),
@@ -94,17 +94,8 @@ _CT = (
 
 _OTHERS = (
     _Recipe(
-        "MR",
-        "Faint surfaces, and inside them what is bright, from pale blue to white",
-        ((0.12, 0.0), (0.25, 0.03), (0.45, 0.06), (0.65, 0.2), (0.85, 0.5), (1.0, 0.7)),
-        (
-            (0.0, 0.30, 0.42, 0.62), (0.3, 0.55, 0.70, 0.92), (0.55, 0.95, 0.80, 0.72),
-            (0.8, 1.0, 0.92, 0.80), (1.0, 1.0, 1.0, 0.97),
-        ),
-    ),
-    _Recipe(
-        "Micro-CT",
-        "The solid as an opaque surface, its densest parts in another colour",
+        "Opaque surface",
+        "Micro-CT: the solid, with its densest parts in another colour",
         ((0.20, 0.0), (0.30, 0.12), (0.40, 0.6), (0.75, 0.8), (1.0, 0.9)),
         (
             (0.20, 0.52, 0.44, 0.36), (0.42, 0.93, 0.84, 0.66), (0.65, 1.0, 0.93, 0.72),
@@ -112,8 +103,17 @@ _OTHERS = (
         ),
     ),
     _Recipe(
-        "Simulation",
-        "Translucent layers all over the range, from blue over white to red",
+        "Glass",
+        "MR: faint surfaces, and what is bright inside them, from pale blue to white",
+        ((0.12, 0.0), (0.25, 0.03), (0.45, 0.06), (0.65, 0.2), (0.85, 0.5), (1.0, 0.7)),
+        (
+            (0.0, 0.30, 0.42, 0.62), (0.3, 0.55, 0.70, 0.92), (0.55, 0.95, 0.80, 0.72),
+            (0.8, 1.0, 0.92, 0.80), (1.0, 1.0, 1.0, 0.97),
+        ),
+    ),
+    _Recipe(
+        "Layers",
+        "Simulations: translucent layers over the whole range, from blue to red",
         (
             (0.04, 0.0), (0.10, 0.05), (0.16, 0.005), (0.29, 0.005), (0.35, 0.08), (0.41, 0.01),
             (0.55, 0.01), (0.61, 0.16), (0.67, 0.02), (0.80, 0.02), (0.88, 0.4), (1.0, 0.55),
@@ -150,8 +150,9 @@ def presets(
     edges: NDArray[np.float64],
     units: str = "",
     scale: ValueScale = "linear",
+    of_patient: bool = True,
 ) -> list[Preset]:
-    """Return TFs to begin with over a volume's scalar range.
+    """Return TFs to begin with over a volume's scalar range, always in the same order.
 
     Parameters
     ----------
@@ -165,6 +166,8 @@ def presets(
         Unit of the scalars; "HU" says that values are Hounsfield units.
     scale : {"linear", "log"}
         Scale of range and edges; on a logarithmic one no value is taken for HU.
+    of_patient : bool
+        Whether those for CT of patients come first.
     """
     marks = _landmarks(counts, edges)
     is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)
@@ -185,15 +188,12 @@ def presets(
     def of_dense(value: float) -> float:
         return marks.peak + value * (marks.dense - marks.peak)
 
-    return [
-        *(Preset(r.name, r.explanation, _tf(r, scalar_range, scale, of_hu)) for r in _CT),
-        *(Preset(r.name, r.explanation, _tf(r, scalar_range, scale, placed)) for r in _OTHERS),
-        Preset(
-            _DENSE_PARTS.name,
-            _DENSE_PARTS.explanation,
-            _tf(_DENSE_PARTS, scalar_range, scale, of_dense),
-        ),
+    of_ct = [Preset(r.name, r.explanation, _tf(r, scalar_range, scale, of_hu)) for r in _CT]
+    others = [
+        Preset(r.name, r.explanation, _tf(r, scalar_range, scale, of))
+        for r, of in (*((recipe, placed) for recipe in _OTHERS), (_DENSE_PARTS, of_dense))
     ]
+    return [*of_ct, *others] if of_patient else [*others, *of_ct]
 
 
 def looks_like_hu(data_range: Range, units: str = "") -> bool:

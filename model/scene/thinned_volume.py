@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
 from model.scene.orientation import corners
+from model.scene.tf_emphasis import raised
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.volume import Volume
 
@@ -23,6 +24,12 @@ LEAST_OPACITY = 0.005
 
 LEAST_RAY = 0.1
 """Opacity from which on a ray counts as showing what it passes."""
+
+SHOWS = 0.8
+"""Opacity at which the median ray ends through what is made visible."""
+
+MOST_RAISE = 12
+"""Doublings of an opacity at most."""
 
 LEVELS = 2048
 """Scalar values that are told apart, eight per bin of a TF."""
@@ -69,6 +76,19 @@ class ThinnedVolume:
         ndarray of float64, shape (ny nx + nz nx + nz ny,), in [0, 1]
         """
         return np.concatenate([rays.ravel() for rays in self._rays(opacity)])
+
+    def made_visible(self, opacity: OpacityTF) -> OpacityTF:
+        """Raise the opacities by one factor, until half of the rays that they meet end at .8."""
+        rays = self.ray_opacities(opacity)
+        met = rays > 0.05 * max(float(rays.max()), 1e-9)
+        low, high = 0.0, float(MOST_RAISE)
+        if not met.any() or np.median(rays[met]) >= SHOWS:
+            return opacity
+        for _ in range(MOST_RAISE):
+            middle = (low + high) / 2
+            ends = self.ray_opacities(raised(opacity, 2.0**middle))[met]
+            low, high = (low, middle) if np.median(ends) >= SHOWS else (middle, high)
+        return raised(opacity, 2.0**high)
 
     def shown_box(self, opacity: OpacityTF) -> CropBox:
         """Return a box around what an opacity TF shows, without a few stray voxels.

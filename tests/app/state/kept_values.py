@@ -24,6 +24,7 @@ SETTINGS = Settings(
     denoises=False,
     legend=True,
     scale_bar=True,
+    background="white",
     cube=False,
     opacity_images=True,
     hidden_panes=("generator",),

@@ -47,3 +47,26 @@ def test_opacity_images_lie_in_the_corner(make_window: WindowMaker, builders: Fa
     opacity.trigger()
     assert generator.picture is None
     assert window.generator.canvas.grab().toImage().pixelColor(*at) == before.pixelColor(*at)
+
+
+def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window: WindowMaker) -> None:
+    window = make_window()
+    pane, rgba = window.reference, np.zeros((16, 16, 4), np.float32)
+    # The left half is empty, the right half is opaque and red.
+    rgba[:, 8:] = (1.0, 0.0, 0.0, 1.0)
+    (black,) = [a for a in window.findChildren(QAction) if a.text() == "&Black"]
+    assert black.isChecked() and pane.canvas.background == (0, 0, 0)
+    found = {}
+    for name in ("&White", "&Gradient"):
+        (choice,) = [a for a in window.findChildren(QAction) if a.text() == name]
+        choice.trigger()
+        assert choice.isChecked()
+        pane.canvas.replace_image(pane._picture(rgba))
+        rect, shown = pane.canvas.picture_rect, pane.canvas.grab().toImage()
+        xs = rect.left() + rect.width() // 4, rect.left() + 3 * rect.width() // 4
+        ys = rect.top() + rect.height() // 3, rect.top() + 3 * rect.height() // 4
+        assert all(shown.pixelColor(xs[1], y).getRgb()[:3] == (255, 0, 0) for y in ys)
+        found[name] = [shown.pixelColor(xs[0], y).value() for y in ys]
+        assert window.pictures.first_choice().background == pane.canvas.background
+    assert found["&White"] == [255, 255]
+    assert 20 < found["&Gradient"][1] < found["&Gradient"][0] < 130

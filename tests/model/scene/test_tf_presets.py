@@ -26,7 +26,7 @@ def named(values, units=""):
 
 def test_those_of_ct_show_what_their_names_say():
     found = named(ct(np.random.default_rng(0)))
-    bone, skin, vessels = (found[f"CT {name}"].opacity for name in ("bone", "skin", "vessels"))
+    bone, skin, vessels = (found[name].opacity for name in ("Bone white", "Skin", "Vessels"))
     air, muscle, contrast, dense = -1000.0, 40.0, 300.0, 900.0
     assert bone([air, muscle]).max() == 0
     assert bone(dense) > 0.4
@@ -34,7 +34,7 @@ def test_those_of_ct_show_what_their_names_say():
     assert skin(muscle) > 0.4
     assert vessels([air, muscle]).max() == 0
     assert vessels(contrast) > vessels(600.0)
-    red, green, blue = found["CT vessels"].color(contrast)
+    red, green, blue = found["Vessels"].color(contrast)
     assert red > 2 * green > 2 * blue / 1.5
 
 
@@ -53,7 +53,7 @@ def test_a_ct_on_another_scale_has_the_same_presets():
     scale, shift = 255 / 2500, 1000 * 255 / 2500
     own = named(ct(np.random.default_rng(0)))
     other = named(ct(np.random.default_rng(0), scale, shift))
-    for name in ("CT bone", "CT skin"):
+    for name in ("Bone white", "Skin"):
         for value in (-1000.0, 40.0, 900.0):
             assert other[name].opacity(value * scale + shift) == pytest.approx(
                 own[name].opacity(value), abs=0.1
@@ -178,3 +178,13 @@ def test_grains_are_shown_without_the_resin_about_them(grains):
     opacity = default_transfer_function(Volume(values)).opacity
     assert opacity(110.0) < 0.01
     assert opacity(grains + np.arange(-6, 7)).max() > 0.3
+
+
+@pytest.mark.parametrize("of_patient", [True, False])
+def test_the_best_for_the_kind_of_data_come_first_whatever_range_is_shown(of_patient: bool) -> None:
+    values = ct(np.random.default_rng(0))
+    first = "Bone white" if of_patient else "Opaque surface"
+    for lo, hi in ((-1000.0, 1500.0), (0.0, 300.0)):
+        counts, edges = np.histogram(values, bins=256, range=(lo, hi))
+        listed = presets((lo, hi), counts, edges, of_patient=of_patient)
+        assert listed[0].name == first and len(listed) == 7

@@ -167,3 +167,21 @@ def test_missing_voxels_show_nothing_unless_they_are_drawn():
     np.testing.assert_allclose(rays[7], 0, atol=1e-12)
     whole = ThinnedVolume.of(volume.drawing_missing(True))
     np.testing.assert_allclose(whole.ray_opacities(opacity)[-1], 1 - 0.5**8, rtol=1e-6)
+
+
+def test_what_is_made_visible_ends_half_of_its_rays_at_four_fifths() -> None:
+    # A ball of 150 in a box of 0, of which every ray along an axis passes as many voxels.
+    z, y, x = np.mgrid[-20:21, -20:21, -20:21]
+    inside = x**2 + y**2 + z**2 <= 15**2
+    volume = Volume(np.where(inside, 150, 0).astype(np.uint8))
+    faint = OpacityTF((0.0, 150.0), modes=(GaussianMode(150.0, 10.0, 0.01),))
+    seen = ThinnedVolume.of(volume).made_visible(faint)
+    (mode,) = seen.modes
+    assert (mode.mean, mode.width) == (150.0, 10.0)
+    counts = inside.sum(axis=0)
+    ends = 1 - (1 - mode.amplitude) ** counts[counts > 0]
+    assert np.median(ends) == pytest.approx(0.8, abs=0.02)
+    # What shows already, or cannot, stays as it is.
+    assert ThinnedVolume.of(volume).made_visible(seen) == seen
+    nothing = OpacityTF((0.0, 150.0), modes=(GaussianMode(80.0, 5.0, 0.01),))
+    assert ThinnedVolume.of(volume).made_visible(nothing) == nothing
