@@ -36,7 +36,7 @@ def of_session(order: RenderOrder, path: Path, has_view: bool) -> RenderOrder:
     memory, settings = session.content.memory, session.content.settings
     if session.wrong:
         names = ", ".join(f"'{name}'" for name in session.wrong)
-        warn(f"{path}: what is wrong in it is left out: {names}.")
+        warn(f"{path}: its {names} could not be read.")
     lighting = order.lighting
     if lighting is None and memory.lighting != "auto":
         lighting = memory.lighting

@@ -135,7 +135,7 @@ class KeptFile(Generic[T]):
         # An earlier version may have kept what is no choice any more.
         if wrong and path.exists():
             names = ", ".join(f"'{name}'" for name in wrong)
-            self.problem = f"{path}: {names} in it cannot be used; the rest is there."
+            self.problem = f"{path}: its {names} could not be read; the rest is there."
         return values
 
 

@@ -232,7 +232,7 @@ class Sessions(QObject):
             said.append(f"{name} is not the file that it was saved with: its voxels differ.")
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
-            said.append(f"Wrong values in it were left out: {names}.")
+            said.append(f"Its {names} could not be read.")
         back = []
         if self._is_before_kept and self._before_path is not None:
             said.append("The volume's earlier look is kept.")

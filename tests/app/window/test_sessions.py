@@ -131,7 +131,7 @@ def test_what_is_not_as_it_was_is_told(
     open_session(qtbot, window, path)
     assert window.workspace.reference.settings.lighting == "soft"
     (notice,) = texts_of(window)
-    assert "left out: 'lighting'" in notice
+    assert "'lighting' could not be read" in notice
     window.notice.clear()
     # Other voxels, and a file that is damaged.
     window.sessions.save(path)
