@@ -97,7 +97,7 @@ class Channel(QObject):
     def deliver(self, result: Result) -> None:
         """Hand an answer over to the asker, unless it was called off."""
         number = result.request.sequence
-        if self._pending is not None and number >= self._pending.sequence:
+        if result.is_last and self._pending is not None and number >= self._pending.sequence:
             self._await(None)
         if number >= self._cancelled:
             self.answered.emit(result)
@@ -129,14 +129,12 @@ class EngineClient(QObject):
     remark : str
         One sentence on why this engine draws, and no other; may be empty.
     by_raycast : bool
-        Whether the ray caster draws.
+        Whether the ray caster drew the last image that no other follows.
     images : Channel
         That of the images which are shown as this engine's.
     """
 
     stateChanged = Signal(object)
-    heldBack = Signal()
-    """Emitted when an engine is started that waits for :meth:`begin`."""
     engineReady = Signal(object)
     requested = Signal(object)
     """Emitted with each request that is accepted, on any channel, before the engine has it."""
@@ -156,15 +154,9 @@ class EngineClient(QObject):
         self._takes_requests = True
         self._busy_text = ""
         self._is_built = False
-        self._is_held = False
         self._early: dict[str, Request] = {}
         self._channels: dict[str, Channel] = {}
         self.images = Channel(self, IMAGES, self)
-
-    @property
-    def is_held(self) -> bool:
-        """True while the engine waits for :meth:`begin` to be built."""
-        return self._is_held
 
     @property
     def is_settled(self) -> bool:
@@ -186,16 +178,13 @@ class EngineClient(QObject):
         assert channel.name not in self._channels, channel.name
         self._channels[channel.name] = channel
 
-    def start(self, factory: Callable[[], Engine], busy_text: str, held: bool = False) -> None:
+    def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
         """Replace the engine by one built by `factory` in a new worker thread.
 
         Parameters
         ----------
         busy_text : str
             What is said meanwhile; empty to leave the last image as it is.
-        held : bool
-            Whether it is built at :meth:`begin` only, as others need the processor first. Until
-            then requests wait, as for any engine that is built.
         """
         self.stop()
         self._takes_requests = True
@@ -211,18 +200,8 @@ class EngineClient(QObject):
         worker.finished.connect(self._clear_retired)
         self._worker = worker
         self._busy_text = busy_text
-        self._is_held = held
         self._enter(EngineState.LOADING, busy_text)
-        if held:
-            self.heldBack.emit()
-        else:
-            worker.start()
-
-    def begin(self) -> None:
-        """Build the engine that was held back, if there is one."""
-        if self._is_held and self._worker is not None:
-            self._is_held = False
-            self._worker.start()
+        worker.start()
 
     def submit(self, request: Request) -> None:
         """Submit a channel's request to the engine; ignored when paused or without an engine."""
@@ -279,11 +258,7 @@ class EngineClient(QObject):
         """Stop the engine; returns at once, even if it is busy."""
         if self._worker is not None:
             self._worker.stop()
-            if self._is_held:
-                self._worker.deleteLater()
-            else:
-                self._retired.append(self._worker)
-            self._is_held = False
+            self._retired.append(self._worker)
             self._worker = None
             for channel in self._channels.values():
                 channel.drop()
@@ -313,7 +288,6 @@ class EngineClient(QObject):
 
     def _engine_ready(self, ready: EngineReady) -> None:
         self.description, self.remark = ready.description, ready.remark
-        self.by_raycast = ready.by_raycast
         worker = self._worker
         # Whoever listens may pause the client, ask for something newer, or start another engine.
         self.engineReady.emit(ready)
@@ -333,11 +307,8 @@ class EngineClient(QObject):
 
     def _take_result(self, result: Result) -> None:
         request = result.request
-        # What is drawn to be measured is not shown.
-        if not (isinstance(request, ImageRequest) and request.is_measured):
-            self.description = result.description or self.description
-            self.remark = result.remark or self.remark
-            self.by_raycast = self.by_raycast or result.by_raycast
+        self.description = result.description or self.description
+        self.remark = result.remark or self.remark
         if not self._takes_requests:
             return
         if request.channel != IMAGES:
@@ -352,8 +323,10 @@ class EngineClient(QObject):
         if self.state is not EngineState.WORKING:
             # From now on the image is shown instead of the text.
             self._enter(EngineState.WORKING)
+        if not result.stands_in:
+            self.by_raycast = result.by_raycast
         self.images.deliver(result)
-        if not request.quality.live and request.sequence == self._wanted:
+        if result.is_last and not request.quality.live and request.sequence == self._wanted:
             self._enter(EngineState.SETTLED)
 
     def _take_progress(self, progress: Progress) -> None:
@@ -370,4 +343,4 @@ class EngineClient(QObject):
 
 
 def _is_question(request: Request) -> bool:
-    return not isinstance(request, ImageRequest) or request.is_measured
+    return not isinstance(request, ImageRequest)

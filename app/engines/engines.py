@@ -6,7 +6,8 @@ they are loaded.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -16,6 +17,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from app.engines.drawer import Drawer
+from app.engines.image import Image
 from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
@@ -26,14 +29,16 @@ from app.engines.requests import (
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
+    TradeRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
     Watch,
 )
+from app.engines.sizes import FIRST_SCALE, FIRST_SLOW_SCALE, Sizes
 from model.errors import NotOfferedError
 from model.kernel_cache import KernelGroup
-from model.rendering.renderer import smooth_distance
+from model.rendering.renderer import Renderer, smooth_distance
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -80,8 +85,9 @@ class ReferenceSettings:
         Whether path-traced pictures are denoised, where the package for it is installed.
     samples : int
         Of each pixel of path-traced pictures to save.
-    falls_back : bool
-        Whether the ray caster draws where VTK cannot; not where its kernels are still compiled.
+    passes : bool
+        Whether another renderer draws soon, once its kernels are compiled: until then no image
+        takes long, and nothing draws in VTK's place.
     """
 
     lighting: Lighting = "none"
@@ -90,7 +96,7 @@ class ReferenceSettings:
     renderer: Drawing = "vtk"
     denoises: bool = True
     samples: int = 64
-    falls_back: bool = True
+    passes: bool = False
 
     @classmethod
     def of(cls, scene: Scene) -> ReferenceSettings:
@@ -129,7 +135,6 @@ class GeneratorEngine:
     remark = ""
     image_error = None
     draws_codes = True
-    by_raycast = False
 
     def __init__(self, generator: Generator) -> None:
         self._generator = generator
@@ -148,9 +153,15 @@ class GeneratorEngine:
         """Scene that the generator was trained on."""
         return self._generator.scene
 
-    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Generate one image."""
-        return self._generator.render(request.inputs)
+        begun = time.perf_counter()
+        rgba = self._generator.render(request.inputs)
+        yield Image(rgba, time.perf_counter() - begun, self.description)
+
+    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
+        """Not supported: generators have one size."""
+        raise NotOfferedError("A generator's images have one size.")
 
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Generate an image; its size is the generator's."""
@@ -218,28 +229,56 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 
 def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+    from model.rendering.fallback import FallbackRenderer
+    from model.rendering.renderer import open_renderer
+
     place = volume, settings.lighting, settings.light, settings.sample_distance
     if settings.lighting == "path":
-        from app.engines.path_tracing import PathTracingEngine
-        from model.generator.path_light_generator import cleaning_of
-        from model.rendering.path_tracing.refinement import RefiningRenderer
-        from model.rendering.path_tracing.renderer import PathTracer
+        return _path_tracing_engine(volume, settings)
+    if settings.renderer == "raycast":
+        return RendererEngine(_drawer(settings, open_renderer("raycast", *place), "raycast"))
+    if settings.passes and settings.renderer == "vtk":
+        return RendererEngine(_drawer(settings, open_renderer("vtk", *place)))
+    if settings.renderer == "vtk" or settings.lighting == "soft":
+        return RendererEngine(_drawer(settings, FallbackRenderer(*place)))
+    from app.engines.reference_engine import ReferenceEngine
 
-        tracer = PathTracer(volume, settings.light, settings.sample_distance)
-        cleaning, release = cleaning_of(volume, settings.light, settings.denoises)
-        refining = RefiningRenderer(tracer, cleaning, settings.samples)
-        return PathTracingEngine(refining, settings.sample_distance, release)
+    def open_final(drawer: Drawer) -> Drawer:
+        vtk = FallbackRenderer(*place, spares_processor=True, ray_caster=drawer.renderer)
+        return _drawer(settings, vtk, sizes=drawer.sizes if vtk.by_raycast else None)
+
+    ray_caster = _drawer(settings, open_renderer("raycast", *place), "raycast")
+    return ReferenceEngine(ray_caster, open_final)
+
+
+def _drawer(
+    settings: ReferenceSettings,
+    renderer: Renderer,
+    name: RendererName = "vtk",
+    sizes: Sizes | None = None,
+) -> Drawer:
+    sizes = sizes or Sizes(FIRST_SLOW_SCALE if settings.lighting == "soft" else FIRST_SCALE)
     distances = settings.sample_distance, settings.smooth_distance
-    name = settings.renderer
-    if name == "raycast" or not settings.falls_back:
-        assert name != "auto"
-        from model.rendering.renderer import open_renderer
+    return Drawer(renderer, distances[0], name, distances[1], settings.passes, sizes)
 
-        return RendererEngine(open_renderer(name, *place), distances[0], name, distances[1])
-    from model.rendering.fallback import FallbackRenderer
 
-    vtk = FallbackRenderer(*place, spares_processor=settings.renderer == "auto")
-    return RendererEngine(vtk, distances[0], "vtk", distances[1])
+def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
+    from app.engines.path_tracing import PathTracingEngine
+    from model.generator.path_light_generator import cleaning_of
+    from model.rendering.path_tracing.refinement import RefiningRenderer
+    from model.rendering.path_tracing.renderer import PathTracer
+    from model.rendering.renderer import open_renderer
+
+    place = settings.light, settings.sample_distance
+    cleaning, release = cleaning_of(volume, settings.light, settings.denoises)
+    refining = RefiningRenderer(PathTracer(volume, *place), cleaning, settings.samples)
+    soft = replace(settings, lighting=PATH_FIELDS)
+
+    def open_soft() -> Drawer:
+        return _drawer(soft, open_renderer("raycast", volume, PATH_FIELDS, *place), "raycast")
+
+    may_stand_in = open_soft if settings.renderer == "auto" else None
+    return PathTracingEngine(refining, settings.sample_distance, release, may_stand_in)
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
@@ -257,7 +296,7 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     else:
         engine = _reference_engine(volume, replace(settings, renderer="raycast"))
     # Once this engine is there, its images take as long as they always do.
-    engine.image(ImageRequest(_some_inputs(volume), Quality(LEAST_SIZE, live=True)))
+    engine.images(BatchRequest(_some_inputs(volume), Quality(LEAST_SIZE)))
     return engine
 
 

@@ -14,7 +14,7 @@ from model.scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Result of a request: an array or an error, never both.
+    """Result of a request: an array or an error, never both. Several, where images become better.
 
     Attributes
     ----------
@@ -26,11 +26,10 @@ class Result:
         Computation time.
     description, remark : str
         The engine's, which may change as it falls back on another renderer; "" for as before.
-    by_raycast : bool
-        Whether the ray caster has drawn it.
+    is_last, by_raycast, stands_in, samples
+        Of an image; see :class:`app.engines.image.Image`.
     image_error : float or None
-        How far the engine estimates an image from the exact one, root mean square of the
-        colours, infinite as long as it does not know; None if it does not estimate it.
+        Its `error`, or that of a picture to save.
     """
 
     request: Request
@@ -39,7 +38,10 @@ class Result:
     seconds: float
     description: str = ""
     remark: str = ""
+    is_last: bool = True
     by_raycast: bool = False
+    stands_in: bool = False
+    samples: int = 1
     image_error: float | None = None
 
 
@@ -69,15 +71,12 @@ class EngineReady:
         Whether it draws images from latent codes.
     remark : str
         One sentence on why this one draws, and no other; may be empty.
-    by_raycast : bool
-        Whether the ray caster draws.
     """
 
     description: str
     scene: Scene | None
     draws_codes: bool = False
     remark: str = ""
-    by_raycast: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,29 @@
-"""The path tracer as an engine, whose picture goes on where the last request for it ended."""
+"""The path tracer as an engine, whose images have ever more samples."""
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.engines.drawer import Drawer, limits_of
+from app.engines.image import Image
 from app.engines.messages import SupersededError
 from app.engines.renderer_engine import TILE, RendererEngine
-from app.engines.requests import UNWATCHED, Array, ImageRequest, PictureRequest, Watch
+from app.engines.requests import UNWATCHED, Array, ImageRequest, PictureRequest, Request, Watch
+from app.engines.sizes import FINER, FIRST_SLOW_SCALE, SOON_SECONDS, Sizes
 from model.rendering.path_tracing.coarse_light import SIDE
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 from model.rendering.path_tracing.renderer import questions
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
+
+MOVING, SAMPLE = "moving", "one sample of each pixel"
+"""Kinds of images, whose times are measured."""
 
 FEW_CLEAN, FEW = 1, 16
 """Samples of each pixel of small pictures, where they are cleaned and where they are not."""
@@ -27,6 +35,9 @@ MARGIN = 64
 class PathTracingEngine(RendererEngine):
     """The path tracer as an engine, which counts an image's samples, and estimates its error.
 
+    While something moves, several pixels share their light. Where nothing cleans, the ray caster
+    draws then, in soft light.
+
     Parameters
     ----------
     renderer : RefiningRenderer
@@ -35,67 +46,124 @@ class PathTracingEngine(RendererEngine):
         Of final images, in voxels.
     release : callable
         Releases what cleans.
+    open_soft : callable, optional
+        Opens the ray caster in soft light; None to do without.
     """
-
-    by_raycast = False
 
     def __init__(
         self,
         renderer: RefiningRenderer,
         sample_distance: float,
         release: Callable[[], None] = lambda: None,
+        open_soft: Callable[[], Drawer] | None = None,
     ) -> None:
-        super().__init__(renderer, sample_distance)
-        self._refining, self._release = renderer, release
+        super().__init__(Drawer(renderer, sample_distance))
+        self._refining, self._distance = renderer, sample_distance
+        self._release, self._open_soft = release, open_soft
+        self._soft: Drawer | None = None
+        self._sizes = Sizes(FIRST_SLOW_SCALE)
         self._said = ""
-        self._drawn = _Drawn()
+        self._refinement = _Refinement()
 
     @property
     def description(self) -> str:
         """Name of the renderer, and what it says of its last image."""
         return f"path tracer{self._said}"
 
-    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
-        """Trace as many samples as the request asks for, until it is no longer wanted.
+    @property
+    def remark(self) -> str:
+        """Empty: it was asked for."""
+        return ""
 
-        A request for more samples of the last picture goes on where that ended. While something
-        moves, several pixels share their light.
+    def _moving_raster(self, whole: Raster, seconds: float) -> Raster:
+        if self._stand_in is not None:
+            return self._stand_in.moving_raster(whole, seconds)
+        return self._sizes.within(MOVING, whole, seconds)
+
+    def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
+        if self._stand_in is not None:
+            return replace(self._stand_in.moving(request.inputs, raster), stands_in=True)
+        begun = time.perf_counter()
+        found = self._refining.moving(request.inputs, raster, watch, self._distance)
+        if found is None:
+            raise SupersededError
+        self._sizes.note(MOVING, raster, time.perf_counter() - begun)
+        said = f", light of 1 in {SIDE**2} pixels, {found.deed}" if found.deed else ""
+        return self._image(found, begun, said)
+
+    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
+        """Trace more and more samples of each pixel, on from where the same scene's image ended.
+
+        Where one sample takes long, coarser images come first.
         """
-        quality = request.quality
-        distance = self._sample_distance * quality.coarseness
-        if quality.live:
-            return self._moving(request, distance, watch)
-        key = request.inputs, quality.pixels, distance
-        # What is measured is drawn anew, even if it is there.
-        if self._drawn.key != key or request.is_measured:
-            self._drawn = drawn = _Drawn(key)
-            drawn.coming = self._refining.refined(
-                request.inputs,
-                quality.pixels,
-                MOST_SAMPLES,
-                lambda: drawn.watch(),
-                distance,
-            )
-        last = self._drawn.after(quality.samples, quality.error, watch)
-        if last is None:
-            self._drawn = _Drawn()
-            raise SupersededError
-        self._said = f", {last.samples} sample{'s' * (last.samples > 1)}"
-        if last.deed:
-            self._said += f", {last.deed}"
-        self.image_error = last.error
-        return last.rgba
+        inputs, whole = request.inputs, request.quality.pixels
+        refinement = self._refinement
+        if refinement.inputs == inputs and refinement.last is not None:
+            width = max(width, refinement.last.rgba.shape[1])
+        if width < whole.width and self._sizes.is_slow(SAMPLE, whole):
+            for image in self._first(request, watch, width):
+                yield replace(image, is_last=False)
+                width = image.width
+        limits = limits_of(request)[1:]
+        for raster, is_last in self._sizes.at_rest(SAMPLE, whole, width, limits):
+            yield from self._refined(request, raster, is_last, watch)
 
-    def _moving(self, request: ImageRequest, distance: float, watch: Watch) -> Array:
-        renderer = self._refining
-        picture = renderer.moving(request.inputs, request.quality.pixels, watch, distance)
-        if picture is None:
-            raise SupersededError
-        self._said = ""
-        if picture.deed:
-            self._said = f", light of 1 in {SIDE**2} pixels, {picture.deed}"
-        self.image_error = picture.error
-        return picture.rgba
+    def _first(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
+        """Draw what is seen before the first sample of each pixel."""
+        whole = request.quality.pixels
+        if self._stand_in is not None:
+            for image in self._stand_in.resting(request, watch, width, (SOON_SECONDS,)):
+                yield replace(image, stands_in=True)
+            return
+        raster = self._sizes.within(MOVING, whole, SOON_SECONDS)
+        if raster.width > FINER * width:
+            yield self._moving(request, raster, watch)
+
+    def _refined(
+        self, request: ImageRequest, raster: Raster, is_last: bool, watch: Watch
+    ) -> Iterator[Image]:
+        """Draw an image with ever more samples, or with one, if a finer image follows."""
+        stop, refinement = request.stop, self._refinement
+        if (refinement.inputs, refinement.raster) != (request.inputs, raster):
+            drawing = self._refining.refined
+            self._refinement = refinement = _Refinement(request.inputs, raster)
+            refinement.coming = drawing(
+                request.inputs,
+                raster,
+                MOST_SAMPLES,
+                lambda: refinement.watch(),
+                self._distance,
+            )
+        refinement.watch, begun = watch, time.perf_counter()
+        found = refinement.last
+        if found is None and (found := refinement.go_on()) is not None:
+            self._sizes.note(SAMPLE, raster, time.perf_counter() - begun)
+        while found is not None:
+            said = f", {found.samples} sample{'s' * (found.samples > 1)}"
+            said += f", {found.deed}" if found.deed else ""
+            image = self._image(found, begun, said)
+            is_enough = found.samples >= stop.samples or found.error <= stop.error
+            yield replace(image, is_last=is_last and is_enough)
+            if is_enough or not is_last:
+                return
+            begun = time.perf_counter()
+            found = refinement.go_on()
+        # What it was to go on with has ended, as nobody wanted it.
+        self._refinement = _Refinement()
+        raise SupersededError
+
+    def _image(self, found: Refined, begun: float, said: str) -> Image:
+        self._said, seconds = said, time.perf_counter() - begun
+        return Image(
+            found.rgba, seconds, self.description, samples=found.samples, error=found.error
+        )
+
+    @property
+    def _stand_in(self) -> Drawer | None:
+        """The ray caster in soft light, where it draws what moves."""
+        if self._soft is None and self._open_soft is not None and not self._refining.cleans:
+            self._soft = self._open_soft()
+        return self._soft
 
     def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, watch: Watch) -> Array:
         """Trace a small image of few samples."""
@@ -112,7 +180,7 @@ class PathTracingEngine(RendererEngine):
         Tiles are drawn with a margin: what takes the noise out looks around each pixel.
         """
         quality, renderer = request.quality, self._refining
-        whole, distance = quality.pixels, self._sample_distance * quality.coarseness
+        whole, distance = quality.pixels, self._distance
         samples = quality.samples if quality.samples > 1 else renderer.samples
         picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
         squares = 0.0
@@ -132,8 +200,10 @@ class PathTracingEngine(RendererEngine):
         return picture
 
     def close(self) -> None:
-        """End the tracer, and release what cleans."""
+        """End the tracer and the ray caster, and release what cleans."""
         super().close()
+        if self._soft is not None:
+            self._soft.renderer.close()
         self._release()
 
 
@@ -153,21 +223,27 @@ class _Counting:
         return self._watch()
 
 
-class _Drawn:
-    """A path-traced picture that becomes better, as far as it is drawn."""
+class _Refinement:
+    """A path-traced image that becomes better, as far as it is drawn.
 
-    def __init__(self, key: object = None) -> None:
-        self.key = key
+    Attributes
+    ----------
+    coming : iterator of Refined
+        What follows.
+    watch : Watch
+        Tells whether it is wanted.
+    last : Refined or None
+        What is there.
+    """
+
+    def __init__(self, inputs: SceneInputs | None = None, raster: Raster | None = None) -> None:
+        self.inputs, self.raster = inputs, raster
         self.coming: Iterator[Refined] = iter(())
         self.watch: Watch = UNWATCHED
-        self._last: Refined | None = None
+        self.last: Refined | None = None
 
-    def after(self, samples: int, error: float, watch: Watch) -> Refined | None:
-        """Return it after some samples, or with fewer if it is good enough; None if unwanted."""
-        self.watch = watch
-        while self._last is None or (self._last.samples < samples and self._last.error > error):
-            picture = next(self.coming, None)
-            if picture is None:
-                return self._last if watch() else None
-            self._last = picture
-        return self._last
+    def go_on(self) -> Refined | None:
+        """Draw more samples; None if they are not wanted."""
+        found = next(self.coming, None)
+        self.last = found or self.last
+        return found

@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from app.engines.drawer import Drawer
 from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
@@ -41,7 +42,7 @@ def prepare(group: KernelGroup) -> None:
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume, cast("Lighting", group.lighting))
-    engine = RendererEngine(renderer, renderer.sample_distance)
+    engine = RendererEngine(Drawer(renderer, renderer.sample_distance))
     try:
         (_draw if group.purpose == "images" else _answer)(engine, volume)
     finally:
@@ -50,7 +51,7 @@ def prepare(group: KernelGroup) -> None:
 
 def _draw(engine: Engine, volume: Volume) -> None:
     for live in (True, False):
-        engine.image(ImageRequest(_inputs(volume), Quality(PIXELS, live=live)))
+        list(engine.images_of(ImageRequest(_inputs(volume), Quality(PIXELS, live=live))))
 
 
 def _answer(engine: Engine, volume: Volume) -> None:

@@ -12,22 +12,20 @@ GOOD_ENOUGH = 0.003
 
 @dataclass(frozen=True)
 class Quality:
-    """Quality of a requested image; generators have a fixed size and ignore the coarseness.
+    """Quality of a requested image; generators have a fixed size.
 
     Attributes
     ----------
     size : int
         Width and height in pixels; of a picture that is not square, the shorter of the two.
     coarseness : float
-        Factor of a renderer's sample distance.
+        Factor of a renderer's sample distance in small pictures.
     live : bool
         True while the user is dragging and speed matters more than quality.
     raster : Raster or None
         Pixels of a picture that is not square; None for a square one.
     samples : int
-        Of each pixel in path-traced light; other renderers ignore it.
-    error : float
-        Estimated error from which a path-traced image gets no more samples.
+        Of each pixel of a path-traced picture to save; other renderers ignore it.
     """
 
     size: int
@@ -35,7 +33,6 @@ class Quality:
     live: bool = False
     raster: Raster | None = None
     samples: int = 1
-    error: float = GOOD_ENOUGH
 
     @property
     def pixels(self) -> Raster:

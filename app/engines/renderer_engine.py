@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
-import time
+from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.messages import SupersededError
-from app.engines.quality import Quality
+from app.engines.drawer import Drawer, go_on_if
+from app.engines.image import Image
 from app.engines.requests import (
     UNWATCHED,
     Array,
@@ -18,106 +18,105 @@ from app.engines.requests import (
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
+    Request,
+    TradeRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
     Watch,
 )
+from app.engines.trade import traded
 from model.errors import NotOfferedError
-from model.scene.scene import RENDERER_NAMES, RendererName
 from model.scene.tf_perturbation import edit_over
 
 if TYPE_CHECKING:
     from model.rendering.raster import Raster
     from model.rendering.raycast.renderer import RaycastRenderer
-    from model.rendering.renderer import Renderer
     from model.scene.inputs import SceneInputs
-
-FIRST_GUESS_S = 5e-6
-"""Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
-
-BAND_S, MOST_BANDS = 0.25, 16
-"""Time that a band of a final image should take, and the largest number of bands.
-
-A final image is given up between two bands.
-"""
 
 TILE = 1024
 """Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
 
 
 class RendererEngine:
-    """VTK or the ray caster as an engine.
+    """One renderer as an engine.
 
     Parameters
     ----------
-    sample_distance : float
-        Of VTK's images, in voxels.
-    name : str
-        Which renderer it is, where it does not know itself.
-    smooth : float, optional
-        Sample distance of the ray caster's images; by default the same.
+    drawer : Drawer
+        Draws its images.
     """
 
     scene = None
     draws_codes = False
     image_error: float | None = None
 
-    def __init__(
-        self,
-        renderer: Renderer,
-        sample_distance: float,
-        name: RendererName = "raycast",
-        smooth: float | None = None,
-    ) -> None:
-        self._name = name
-        self._renderer = renderer
-        self._sample_distance = sample_distance
-        self._smooth = smooth or sample_distance
-        self._seconds_per_pixel = FIRST_GUESS_S
+    def __init__(self, drawer: Drawer) -> None:
+        self._drawer = drawer
+        self._finest: tuple[SceneInputs, Image] | None = None
 
     @property
     def description(self) -> str:
         """Name of the renderer; where another one had to draw, the sentence that says so."""
-        name = RENDERER_NAMES["raycast" if self.by_raycast else self._name]
-        return getattr(self._renderer, "reason", "") or name
+        return self._drawer.description
 
     @property
     def remark(self) -> str:
         """One sentence on why this renderer draws; empty if it was asked for."""
-        return getattr(self._renderer, "remark", "")
+        return self._drawer.remark
 
-    @property
-    def by_raycast(self) -> bool:
-        """Whether the ray caster draws."""
-        return getattr(self._renderer, "by_raycast", self._name == "raycast")
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+        """Draw one image while something moves; at rest ever finer ones.
 
-    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
-        """Render at the request's quality, a band of rows after the other if that takes long."""
-        quality, raster = request.quality, request.quality.pixels
-        distance = self._distance(quality)
-        if quality.live:
-            return self._renderer.render(request.inputs, raster, distance)
-        expected = self._seconds_per_pixel * raster.columns * raster.rows
-        bands = min(math.ceil(expected / BAND_S), MOST_BANDS)
-        start = time.perf_counter()
-        image = np.empty((*raster.shape, 4), dtype=np.float32)
-        for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
-            _go_on_if(watch)
-            image[band.top : band.bottom] = self._renderer.render(request.inputs, band, distance)
-        self._seconds_per_pixel = (time.perf_counter() - start) / (raster.columns * raster.rows)
-        return image
+        None is coarser than what has been drawn of the same scene.
+        """
+        inputs, whole = request.inputs, request.quality.pixels
+        if request.quality.live:
+            raster = self._moving_raster(whole, request.stop.live_seconds)
+            image = self._moving(request, raster, watch)
+            self._finest = inputs, image
+            yield image
+            return
+        if self._finest is not None and self._finest[0] != inputs:
+            self._finest = None
+        width = 0 if self._finest is None else self._finest[1].width
+        for image in self._resting(request, watch, width):
+            if not image.stands_in:
+                self._finest = inputs, image
+            yield image
+
+    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
+        """Measure images while something moves against the one at rest that was drawn last."""
+        if self._finest is None or self._finest[0] != request.inputs:
+            raise NotOfferedError("There is no image at rest to measure others against.")
+        whole, (_inputs, truth) = request.quality.pixels, self._finest
+        return traded(partial(self._moving, request, watch=watch), whole, truth.rgba, watch)
+
+    def _moving_raster(self, whole: Raster, seconds: float) -> Raster:
+        return self._drawer.moving_raster(whole, seconds)
+
+    def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
+        """Draw an image while something moves."""
+        return self._drawer.moving(request.inputs, raster)
+
+    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
+        """Draw ever finer images, where one of a width is shown."""
+        return self._drawer.resting(request, watch, width)
+
+    def _own(self) -> Drawer:
+        """Return what draws at rest."""
+        return self._drawer
 
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Render a picture of any size, tile by tile."""
         whole = request.quality.pixels
-        distance = self._distance(request.quality)
+        drawer = self._own()
         picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
         tiles = list(whole.tiles(TILE, TILE))
         for done, tile in enumerate(tiles):
-            _go_on_if(watch)
+            go_on_if(watch)
             watch.note(done / len(tiles))
-            image = self._renderer.render(request.inputs, tile, distance)
+            image = drawer.renderer.render(request.inputs, tile, drawer.distance)
             part = picture[tile.top : tile.bottom, tile.left : tile.right]
             part[...] = np.rint(255 * image)
         return picture
@@ -126,17 +125,17 @@ class RendererEngine:
         """Render the images one after the other."""
         # Small pictures: rings are not what one sees in them.
         pixels = request.quality.pixels
-        distance = self._sample_distance * request.quality.coarseness
+        distance = self._own().sample_distance * request.quality.coarseness
         images = []
         for done, inputs in enumerate((request.inputs, *request.more)):
-            _go_on_if(watch)
+            go_on_if(watch)
             watch.note(done / (1 + len(request.more)))
             images.append(self._small(inputs, pixels, distance, watch))
         return np.stack(images)
 
     def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, _watch: Watch) -> Array:
         """Draw one of several small images."""
-        return self._renderer.render(inputs, pixels, distance)
+        return self._own().renderer.render(inputs, pixels, distance)
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
@@ -144,7 +143,7 @@ class RendererEngine:
         """Differentiate the image exactly; not offered by VTK."""
         from model.sensitivity.rendered import region_responses
 
-        _go_on_if(watch)
+        go_on_if(watch)
         renderer, size = self._of_curves(), request.quality.pixels
         with renderer.coarsely_lit(request.quality.live):
             return region_responses(
@@ -155,7 +154,7 @@ class RendererEngine:
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the image exactly; not offered by VTK."""
-        _go_on_if(watch)
+        go_on_if(watch)
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
         with renderer.coarsely_lit(request.quality.live):
@@ -181,14 +180,9 @@ class RendererEngine:
     def _ray_caster(self) -> RaycastRenderer:
         from model.rendering.raycast.renderer import RaycastRenderer
 
-        if not isinstance(self._renderer, RaycastRenderer):
+        if not isinstance(self._drawer.renderer, RaycastRenderer):
             raise NotOfferedError("VTK does not know its derivative; choose the ray caster.")
-        return self._renderer
-
-    def _distance(self, quality: Quality) -> float:
-        """Return the sample distance of an image, in voxels."""
-        usual = self._smooth if self.by_raycast else self._sample_distance
-        return usual * quality.coarseness
+        return self._drawer.renderer
 
     def _of_curves(self) -> RaycastRenderer:
         """Return what the curves of regions are of."""
@@ -200,10 +194,4 @@ class RendererEngine:
 
     def close(self) -> None:
         """Release the OpenGL context or the threads."""
-        self._renderer.close()
-
-
-def _go_on_if(watch: Watch) -> None:
-    """Give up an answer that nobody waits for any more."""
-    if not watch():
-        raise SupersededError
+        self._drawer.renderer.close()

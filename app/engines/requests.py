@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.engines.exactness import STOPS, USUAL, Exactness
+from app.engines.image import Image
 from app.engines.quality import Quality
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
@@ -69,8 +71,8 @@ class Request(ABC):
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
     @abstractmethod
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Return an engine's answer.
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
+        """Return an engine's answer, or ever better ones.
 
         Raises
         ------
@@ -83,22 +85,37 @@ class Request(ABC):
 
 @dataclass(frozen=True)
 class ImageRequest(Request):
-    """Request for one image: float32 RGBA (H, W, 4) in [0, 1], premultiplied, row 0 at the top.
+    """Request for ever better images of a scene; of one only while something moves.
+
+    The pixels of its quality are those of the whole image, of which coarser ones have fewer.
 
     Attributes
     ----------
-    stands_in : bool
-        Whether it is shown in place of another renderer's image until that is there.
-    is_measured : bool
-        Whether only its time and error are wanted: it is drawn even if it is there, and not shown.
+    stop : Exactness
+        What images may take while something moves, and owe at rest.
+    is_fixed : bool
+        Whether all pixels are wanted, however long they take.
     """
 
-    stands_in: bool = field(default=False, kw_only=True)
-    is_measured: bool = field(default=False, kw_only=True)
+    stop: Exactness = STOPS[USUAL]
+    is_fixed: bool = False
+
+    def answer(self, engine: Engine, watch: Watch) -> Iterator[Image]:
+        """Draw them."""
+        return engine.images_of(self, watch)
+
+
+@dataclass(frozen=True)
+class TradeRequest(Request):
+    """Request for seconds and error of images while something moves: float32 (n, 2).
+
+    The n images have each of :data:`app.engines.pace.SCALES` of the whole width, the fewest pixels
+    first. Their error is the distance from the last image at rest.
+    """
 
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Draw it."""
-        return engine.image(self, watch)
+        """Draw and measure them."""
+        return engine.trade(self, watch)
 
 
 @dataclass(frozen=True)
@@ -225,12 +242,8 @@ class Engine(Protocol):
         """One sentence on why this one draws, and no other; empty if nothing is to be said."""
 
     @property
-    def by_raycast(self) -> bool:
-        """Whether the ray caster draws."""
-
-    @property
     def image_error(self) -> float | None:
-        """Estimated RMSE of the last image, infinite if not known yet; None if there is none."""
+        """Estimated RMSE of the last picture to save, infinite if not known; None without one."""
 
     @property
     def scene(self) -> Scene | None:
@@ -240,8 +253,11 @@ class Engine(Protocol):
     def draws_codes(self) -> bool:
         """Whether images can be drawn from latent codes; False for renderers."""
 
-    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Array:
-        """Draw one image."""
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+        """Draw ever better images, up to one that is the last; fewer once none is wanted."""
+
+    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
+        """Measure time and error of images while something moves."""
 
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Draw a picture to save."""

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 
+from app.engines.drawer import Drawer
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import UNWATCHED, Array, BatchRequest, Engine, Watch
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -45,7 +46,7 @@ class StandInEngine(RendererEngine):
         sample_distance: float,
         tracing: Callable[[], Engine] | None = None,
     ) -> None:
-        super().__init__(pictures, sample_distance)
+        super().__init__(Drawer(pictures, sample_distance))
         self._curves, self._tracing = curves, tracing
         self._tracer: Engine | None = None
         self._traced_seconds = FIRST_GUESS_S

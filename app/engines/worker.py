@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
+import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
 from app.engines.messages import (
@@ -42,17 +43,22 @@ class Mailbox:
             self._slots[request.channel] = request
             self._changed.notify()
 
-    def take(self) -> Request | None:
-        """Wait for a request and remove that of the channel which has waited longest.
+    def take(self, waits: bool = True) -> Request | None:
+        """Remove the request of the channel which has waited longest.
+
+        Parameters
+        ----------
+        waits : bool
+            Whether to wait for one.
 
         Returns
         -------
         Request or None
-            None once the mailbox is closed.
+            None once the mailbox is closed, or where there is none.
         """
         with self._changed:
-            self._changed.wait_for(lambda: self._closed or self._slots)
-            if self._closed:
+            self._changed.wait_for(lambda: self._closed or self._slots or not waits)
+            if self._closed or not self._slots:
                 return None
             channel = next(iter(self._slots))
             self._abandoned.discard(channel)
@@ -87,7 +93,10 @@ class Mailbox:
 
 
 class EngineWorker(QObject):
-    """Builds an engine in its own thread and computes the newest requests there.
+    """Builds an engine in its own thread and answers the newest requests there.
+
+    Images become better until there is a newer request of their channel. Between two of them
+    other channels have their turn.
 
     All signals are delivered in the thread of this object. After :meth:`stop`,
     only `finished` is emitted.
@@ -154,7 +163,6 @@ class EngineWorker(QObject):
                 engine.scene,
                 engine.draws_codes,
                 engine.remark,
-                engine.by_raycast,
             )
         except BaseException as error:
             # Whatever it is: a thread that ended without a word would be waited for, for ever.
@@ -162,15 +170,30 @@ class EngineWorker(QObject):
             return
         try:
             self._message.emit(ready)
-            while (request := self._mailbox.take()) is not None:
-                result = _result(engine, request, self._watch(request))
-                if result is not None:
-                    self._message.emit(result)
-                # Otherwise this thread would keep them until the next request.
-                del request, result
+            self._answer_all(engine)
         finally:
             engine.close()
             del engine
+
+    def _answer_all(self, engine: Engine) -> None:
+        # Images that better ones may follow, by their channel.
+        begun: dict[str, Iterator[Result]] = {}
+        while not self._mailbox.closed:
+            request = self._mailbox.take(waits=not begun)
+            if request is not None:
+                begun.pop(request.channel, None)
+                coming = _results(engine, request, self._watch(request))
+            elif begun:
+                coming = begun.pop(next(iter(begun)))
+            else:
+                continue
+            result = next(coming, None)
+            if result is not None:
+                self._message.emit(result)
+                if not result.is_last:
+                    begun[result.request.channel] = coming
+            # Otherwise this thread would keep them until the next request.
+            del request, coming, result
 
     def _watch(self, request: Request) -> Watch:
         last = time.monotonic()
@@ -196,29 +219,45 @@ class EngineWorker(QObject):
             self.progressed.emit(message)
         elif isinstance(message, EngineFailed):
             self.engineFailed.emit(message.error)
-        elif message.request.sequence > self._delivered.get(message.request.channel, -1):
+        elif message.request.sequence >= self._delivered.get(message.request.channel, -1):
             self._delivered[message.request.channel] = message.request.sequence
             self.resultReady.emit(message)
 
 
-def _result(engine: Engine, request: Request, watch: Watch) -> Result | None:
-    """Compute a request's result, exceptions as error sentences; None if nobody wants it."""
-    value, error = None, None
+def _results(engine: Engine, request: Request, watch: Watch) -> Iterator[Result]:
+    """Answer a request, with exceptions as error sentences, until nobody wants it any more."""
     start = time.perf_counter()
     try:
-        value = request.answer(engine, watch)
-    except SupersededError:
-        return None
+        answer = request.answer(engine, watch)
+        if isinstance(answer, np.ndarray):
+            yield Result(
+                request,
+                answer,
+                None,
+                time.perf_counter() - start,
+                engine.description,
+                engine.remark,
+                image_error=engine.image_error,
+            )
+            return
+        for image in answer:
+            yield Result(
+                request,
+                image.rgba,
+                None,
+                image.seconds,
+                image.by,
+                engine.remark,
+                image.is_last,
+                image.by_raycast,
+                image.stands_in,
+                image.samples,
+                image.error,
+            )
+            if not watch():
+                return
+    except (SupersededError, GeneratorExit):
+        return
     except BaseException as exception:
-        error = error_sentence(exception)
-    seconds = time.perf_counter() - start
-    return Result(
-        request,
-        value,
-        error,
-        seconds,
-        engine.description,
-        engine.remark,
-        engine.by_raycast,
-        engine.image_error,
-    )
+        seconds = time.perf_counter() - start
+        yield Result(request, None, error_sentence(exception), seconds, engine.description)

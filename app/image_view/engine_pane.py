@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from app import theme
 from app.caption_button import CaptionButton, Tone
 from app.engines.channels import EngineName
-from app.engines.client import Channel, EngineClient
+from app.engines.client import EngineClient
 from app.engines.messages import Result
 from app.engines.states import EngineState
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
@@ -25,9 +24,6 @@ from app.state.brightness import Brightness
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
-
-PREVIEWED = (EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED)
-"""States in which another engine's image may be shown until this one's is there."""
 
 PLACE = 8
 """Distance of the caption to the canvas's left and upper edge, in pixels."""
@@ -53,8 +49,6 @@ class EnginePane(QWidget):
     brightness : Brightness
     engine : {"exact", "learned"}
         Whose light its images have.
-    stand_in : Channel, optional
-        To another engine, whose images are shown until the engine's own are there.
 
     Attributes
     ----------
@@ -75,7 +69,6 @@ class EnginePane(QWidget):
         client: EngineClient,
         brightness: Brightness,
         engine: EngineName,
-        stand_in: Channel | None = None,
         parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
@@ -84,8 +77,6 @@ class EnginePane(QWidget):
         self.engine: EngineName = engine
         self._newest = -1
         self._rgba: NDArray[np.float32] | None = None
-        # The generator's images have one size, in a drag and at rest.
-        self._refines = stand_in is not None
         self._facts = self._who = self._light = self._coming = ""
         self._most_samples = self._samples = 0
         self._is_alone = False
@@ -107,8 +98,6 @@ class EnginePane(QWidget):
         self.canvas.resized.connect(self._show_status)
         client.stateChanged.connect(self._show_state)
         client.images.answered.connect(self._show_result)
-        if stand_in is not None:
-            stand_in.answered.connect(partial(self._show_stand_in, stand_in.client))
         brightness.changed.connect(self._show_brightness)
         self._show_state(client.state)
 
@@ -209,19 +198,11 @@ class EnginePane(QWidget):
         self._show_status()
 
     def _show_result(self, result: Result) -> None:
-        self._is_finer_next = self._refines or not result.request.quality.live
-        self._show(result, self.client.description)
-
-    def _show_stand_in(self, stand_in: EngineClient, result: Result) -> None:
-        if result.value is not None and self.client.state in PREVIEWED:
-            self._is_finer_next = not result.request.quality.live
-            self._show(result, stand_in.description)
-
-    def _show(self, result: Result, by: str) -> None:
-        """Show an image unless one is there that was asked for later, as the engine's own is."""
-        request = result.request
+        """Show an image unless one is there that was asked for later."""
+        request, by = result.request, self.client.description
         if request.sequence < self._newest:
             return
+        self._is_finer_next = not result.is_last
         self._newest = request.sequence
         rgba = result.value
         assert rgba is not None
@@ -234,8 +215,7 @@ class EnginePane(QWidget):
         self._facts = "   ".join(fact for fact in facts if fact)
         if self.engine == "exact":
             self._who = by
-            is_own = by == self.client.description
-            self._samples = request.quality.samples if is_own else 0
+            self._samples = 0 if result.stands_in else result.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
         self._lateness.note(request.inputs)

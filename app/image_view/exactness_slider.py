@@ -7,9 +7,9 @@ from functools import cached_property
 from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 
+from app.engines.exactness import STOPS
 from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
-from app.state.exactness import STOPS
 from app.state.fidelity import error_text
 from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.wheel_guard import WheelGuard

@@ -6,9 +6,9 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QVBoxLayout, QWidget
 
-from app.state.exactness import STOPS, Stop
+from app.engines.exactness import STOPS, Stop
+from app.engines.pace import SCALES
 from app.state.fidelity import LEAST_SAID, error_text
-from app.state.pace import SCALES
 from app.state.reference_work import ReferenceWork
 
 WIDTH = 400
@@ -63,11 +63,11 @@ class TradePopover(QFrame):
             exact = traded is not None and traded.error < LEAST_SAID
             error.setText("exact" if exact else "" if traded is None else error_text(traded.error))
             rest.setText(self._rest_text(name))
-        if self._trade.is_complete:
+        if self._trade.found:
             pixels = self._work.whole_raster()
             self.status.setText(MEASURED.format(pixels.width, pixels.height))
-        elif self._trade.is_measuring:
-            self.status.setText(MEASURING.format(len(self._trade.found) + 1, len(SCALES)))
+        elif self._trade.begun:
+            self.status.setText(MEASURING.format(self._trade.begun, len(SCALES)))
         else:
             self.status.setText(WAITING)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from app.state.pace import Pace
+from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH
 
 SHARE = 0.2

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from app.engines.messages import Result
 from app.engines.quality import GOOD_ENOUGH
 from app.engines.requests import ImageRequest, Request
+from app.engines.trade import distance
 from app.state.fidelity import (
     COARSE,
     ENDS,
@@ -25,16 +23,11 @@ from app.state.fidelity import (
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
-COMPARED = 128
-"""Pixels along each side, at most, by which two images are compared."""
-
 MOST_OWN_ERROR = 0.5
 """Error of an image at rest, relative to what is measured against it, from which that is void."""
 
 MOST_SECONDS = 1.0
 """Time of the first image from which it says nothing of those that follow while something moves."""
-
-Image = NDArray[np.float32]
 
 
 class ImageErrors:
@@ -76,7 +69,7 @@ class ImageErrors:
                 self._error = 0.0 if _is_full(result, whole) else None
         elif moved is None or self._error == 0 or not _are_alike(moved.request, result.request):
             return
-        elif _is_own(result) and _has_all_pixels(result, whole):
+        elif not result.stands_in and _has_all_pixels(result, whole):
             assert moved.value is not None and result.value is not None
             found = distance(moved.value, result.value)
             if (result.image_error or 0.0) <= MOST_OWN_ERROR * found:
@@ -113,65 +106,33 @@ class ImageErrors:
         return Fidelity(own, MOVING if own is None else "", (LET_GO, *how))
 
 
-def distance(coarse: Image, fine: Image) -> float:
-    """Root mean squared difference of two images' colours, as a screen shows them.
-
-    Parameters
-    ----------
-    coarse : ndarray of float32, shape (h, w, 4)
-        Interpolated linearly where the other has its pixels.
-    fine : ndarray of float32, shape (H, W, 4)
-        A grid of its pixels is compared.
-    """
-    places = [_grid(count) for count in fine.shape[:2]]
-    truth = fine[np.ix_(*places)][..., :3]
-    found = coarse[..., :3]
-    for axis in (0, 1):
-        have = coarse.shape[axis]
-        at = np.clip((places[axis] + 0.5) * have / fine.shape[axis] - 0.5, 0, have - 1)
-        before = np.floor(at).astype(np.intp)
-        part = (at - before).astype(np.float32).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
-        after = np.minimum(before + 1, have - 1)
-        found = np.take(found, before, axis) * (1 - part) + np.take(found, after, axis) * part
-    one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (found, truth))
-    return float(np.sqrt(np.mean((one - other).astype(np.float64) ** 2)))
-
-
-def _grid(count: int) -> NDArray[np.intp]:
-    """Places of at most :data:`COMPARED` pixels, evenly over all of them."""
-    chosen = min(count, COMPARED)
-    return ((np.arange(chosen) + 0.5) * count / chosen).astype(np.intp)
-
-
 def _are_alike(moved: Request, rests: Request) -> bool:
-    """Whether two images show the same, in panes of the same proportions."""
-    coarse, fine = moved.quality.pixels, rests.quality.pixels
-    off = abs(coarse.width * fine.height - fine.width * coarse.height)
-    return moved.inputs == rests.inputs and off <= max(fine.width, fine.height)
+    """Whether two images show the same, in panes of the same size."""
+    return (moved.inputs, moved.quality.pixels) == (rests.inputs, rests.quality.pixels)
 
 
-def _is_own(result: Result) -> bool:
-    """Whether the reference itself has drawn an image, not a preview's engine."""
-    return not (isinstance(result.request, ImageRequest) and result.request.stands_in)
+def _width(result: Result) -> int:
+    assert result.value is not None
+    return int(result.value.shape[1])
 
 
 def _has_all_pixels(result: Result, whole: Raster) -> bool:
-    return result.request.quality.pixels.width >= whole.width
+    return _width(result) >= whole.width
 
 
 def _is_full(result: Result, whole: Raster) -> bool:
     """Whether a moving image is as fine as one at rest."""
-    has_all = _has_all_pixels(result, whole) and result.request.quality.coarseness == 1.0
     # What has an error of its own becomes better at rest.
-    return has_all and _is_own(result) and result.image_error is None
+    is_own = not result.stands_in and result.image_error is None
+    return _has_all_pixels(result, whole) and is_own
 
 
 def _at_rest(last: Result, whole: Raster) -> Fidelity:
-    quality, own = last.request.quality, last.image_error
-    if quality.pixels.width < whole.width:
-        return Fidelity(None, COARSE.format(quality.pixels.width, whole.width), (TOO_LONG,))
+    request, own = last.request, last.image_error
+    if not _has_all_pixels(last, whole):
+        return Fidelity(None, COARSE.format(_width(last), whole.width), (TOO_LONG,))
     if own is None or own <= GOOD_ENOUGH:
         return Fidelity()
-    if own <= quality.error:
+    if isinstance(request, ImageRequest) and own <= request.stop.error:
         return Fidelity(own, "", (MORE, ESTIMATED))
-    return Fidelity(own, "", (ENDS.format(quality.samples), ESTIMATED))
+    return Fidelity(own, "", (ENDS.format(last.samples), ESTIMATED))

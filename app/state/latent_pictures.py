@@ -16,13 +16,13 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from app.engines.channels import Channels, EngineName
 from app.engines.client import EngineClient
 from app.engines.messages import Result
+from app.engines.pace import Pace
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
 from app.state.at_work import AtWork
 from app.state.brightness import Brightness
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
-from app.state.pace import Pace
 from app.state.viewer_state import ViewerState
 from model.latent.interpolation import CELLS
 from model.scene.inputs import SceneInputs

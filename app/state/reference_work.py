@@ -8,12 +8,12 @@ from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from app.engines.client import Channel, EngineClient
+from app.engines.client import EngineClient
 from app.engines.engines import Builders, Drawing, ReferenceSettings
+from app.engines.exactness import STOPS, USUAL, Stop
 from app.engines.messages import Result
 from app.engines.states import EngineState
-from app.state.dispatcher import NO_MODEL_SIZE, Dispatcher
-from app.state.exactness import STOPS, USUAL, Stop
+from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.kernel_wait import KernelWait
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
@@ -22,7 +22,6 @@ from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import LightKeeper
 from app.state.volume_memory import LightingChoice
-from model.rendering.path_tracing import denoising
 from model.rendering.raster import Raster
 from model.scene.light import LightDirection, LightRange
 from model.scene.region import SQUARE, Reach
@@ -128,8 +127,6 @@ class ReferenceWork(QObject):
 
     Parameters
     ----------
-    stand_in : Channel
-        To the analyst.
     preferences : Preferences
         Choices are kept there.
 
@@ -147,6 +144,8 @@ class ReferenceWork(QObject):
         Compiles the kernels that volume and light need.
     trade : TradeWork
         Measures time and error of images while something moves.
+    has_drawn : bool
+        Whether an image is seen, or none is to be: until then nothing else takes the processor.
     """
 
     choicesChanged = Signal(object)
@@ -168,38 +167,37 @@ class ReferenceWork(QObject):
         self,
         state: ViewerState,
         reference: EngineClient,
-        stand_in: Channel,
+        analyst: EngineClient,
         builders: Builders,
-        dispatcher: Dispatcher,
+        scheduler: ImageScheduler,
         preferences: Preferences,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._state = state
-        self._reference, self._analyst = reference, stand_in.client
+        self._reference, self._analyst = reference, analyst
         self._builders = builders
-        self._dispatcher = dispatcher
+        self._scheduler = scheduler
         self._preferences = preferences
         self._volume: Volume | None = None
         self._scene: Scene | None = None
         self.choices = _remembered(preferences)
         self.settings = self.wanted = ReferenceSettings()
-        self._analyst_waits = False
+        self.has_drawn = self._analyst_waits = False
         self._slow_lights = SlowLights()
         self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
         reference.images.answered.connect(self._judge_light)
-        stand_in.answered.connect(self._judge_light)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
-        self.trade = TradeWork(state, reference, self._analyst, dispatcher, self)
+        self.trade = TradeWork(state, reference, self)
         self.light = LightKeeper(state, preferences, self)
         self.preparation = Preparation(self)
         self.preparation.prepared.connect(self._take_prepared)
-        reference.images.answered.connect(lambda _result: self.preparation.begin())
-        reference.settled.connect(self.preparation.begin)
+        reference.images.answered.connect(self._take_first)
+        reference.settled.connect(self._take_first)
         reference.stateChanged.connect(self._note_failure)
         self._kernel_wait = KernelWait(reference)
         self._vtk_problem = ""
@@ -219,7 +217,7 @@ class ReferenceWork(QObject):
     @property
     def reach(self) -> Reach:
         """Reach that the home view fits: the whole image's, or that of a model's square."""
-        return self._dispatcher.plan.raster.reach if self._scene is None else SQUARE
+        return self._scheduler.raster.reach if self._scene is None else SQUARE
 
     def resting_distance(self, stop: Stop) -> float:
         """Return how far samples of images at rest would be apart at a stop, in voxels."""
@@ -229,7 +227,7 @@ class ReferenceWork(QObject):
 
     def whole_raster(self) -> Raster:
         """Return the pixels of an image where nothing stands against it."""
-        return self._dispatcher.plan.raster
+        return self._scheduler.raster
 
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
@@ -278,9 +276,9 @@ class ReferenceWork(QObject):
         self.choicesChanged.emit(choices)
         self.follow(self._scene)
         if redrawn:
-            self._dispatcher.send()
+            self._scheduler.send()
         elif traded and self._volume is not None:
-            self._dispatcher.show_trade()
+            self._scheduler.show_trade()
 
     def start(self, volume: Volume, scene: Scene | None) -> None:
         """Draw another volume.
@@ -301,7 +299,6 @@ class ReferenceWork(QObject):
             # A model that comes or goes with the volume leaves another pane.
             self._follow_pane()
         self._take_settings()
-        self._dispatcher.forget_times()
         self.volumeStarted.emit()
         # Over another range, the last image stays until the first new one.
         self._start_reference(PREPARING if is_new else "")
@@ -315,13 +312,12 @@ class ReferenceWork(QObject):
         before = self.settings
         self._take_settings()
         if self.settings != before and self._volume is not None:
-            self._dispatcher.forget_times()
             # Of the same volume: its last image stays until the first new one.
             self._start_reference("")
-            by_same = replace(self.settings, renderer=before.renderer, falls_back=before.falls_back)
+            by_same = replace(self.settings, renderer=before.renderer, passes=before.passes)
             if by_same != before:
                 self._start_analyst()
-            self._dispatcher.send()
+            self._scheduler.send()
 
     def set_pane_pixels(self, width: int, height: int) -> None:
         """Say how many pixels the pane has; images follow once it rests."""
@@ -364,23 +360,15 @@ class ReferenceWork(QObject):
 
     def _size_images(self) -> None:
         """Choose the number of pixels of the reference."""
-        size, dispatcher = self.choices.size, self._dispatcher
+        size, scheduler = self.choices.size, self._scheduler
         if size == "generator" and self._scene is not None:
             size = self._scene.image_size
-        is_fixed, is_path = isinstance(size, int), self.settings.lighting == "path"
-        exactness = STOPS[self.choices.stop]
-        is_clean = self.settings.denoises and denoising.installed()
-        dispatcher.change(
-            is_fixed=is_fixed,
-            raster=Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels),
-            may_stand_in=self.choices.drawing == "auto",
-            exactness=exactness,
-            most_samples=exactness.samples if is_path else 1,
-            draws_live=is_path and is_clean,
-            passes=self.is_preparing,
-            begins_coarse=self.is_preparing or self.settings.lighting in ("soft", "path"),
+        scheduler.is_fixed = isinstance(size, int)
+        scheduler.raster = (
+            Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
         )
-        self.resized.emit(dispatcher.final_raster)
+        scheduler.stop = STOPS[self.choices.stop]
+        self.resized.emit(scheduler.raster)
 
     def _follow_pane(self) -> None:
         """Have the home view follow the pane until that rests, and stay from then on."""
@@ -388,12 +376,12 @@ class ReferenceWork(QObject):
         self._pane_rest.start()
 
     def _take_pane_size(self) -> None:
-        before = self._dispatcher.plan.raster
+        before = self._scheduler.raster
         self._size_images()
         self._fit_home()
         self.fits_view = False
-        if self._dispatcher.plan.raster != before and self._volume is not None:
-            self._dispatcher.send()
+        if self._scheduler.raster != before and self._volume is not None:
+            self._scheduler.send()
 
     def _offer_light(self) -> None:
         """Make the light movable where it may be, and keep its direction where it was."""
@@ -409,7 +397,7 @@ class ReferenceWork(QObject):
     def _judge_light(self, result: Result) -> None:
         """Show a faster light in place of one that nobody has chosen and that takes too long."""
         lighting = self.settings.lighting
-        seconds = self._slow_lights.judge(lighting, result, self._dispatcher.plan.raster)
+        seconds = self._slow_lights.judge(lighting, result, self._scheduler.raster)
         if seconds and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":
@@ -425,10 +413,15 @@ class ReferenceWork(QObject):
         if lighting == "path" and self._vtk_problem:
             others = "soft", by_vtk
         for other in (lighting, *others):
-            settings = replace(wanted, lighting=other)
+            settings = replace(wanted, lighting=other, passes=other != lighting)
             if self._are_prepared(settings, images_only=True):
                 return settings
-        return replace(wanted, lighting=by_vtk, renderer="vtk", falls_back=False)
+        return replace(wanted, lighting=by_vtk, renderer="vtk", passes=True)
+
+    @property
+    def _is_vtk_for_now(self) -> bool:
+        """Whether VTK draws as nothing else can before its kernels are compiled."""
+        return self.settings.passes and self.settings.renderer == "vtk"
 
     def _are_prepared(self, settings: ReferenceSettings, images_only: bool = False) -> bool:
         if self._volume is None:
@@ -445,31 +438,39 @@ class ReferenceWork(QObject):
 
     def _note_failure(self, state: EngineState) -> None:
         """Wait for the ray caster's first kernel where VTK cannot draw until then."""
-        if state is EngineState.FAILED and not self.settings.falls_back:
+        if state is EngineState.FAILED and self._is_vtk_for_now:
             self._vtk_problem = self._reference.text
             self._start_reference()
 
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
-        if self._vtk_problem and not self.settings.falls_back:
+        if self._vtk_problem and self._is_vtk_for_now:
             self._kernel_wait.begin(self._vtk_problem)
             return
         self._kernel_wait.end()
         build = partial(self._builders.reference, self._volume, self.settings)
-        # A ray caster that need not be compiled shows another volume first.
-        may_wait = self._dispatcher.plan.may_stand_in and self._are_prepared(self.settings)
-        held = bool(busy_text) and may_wait
-        self._reference.start(build, busy_text, held)
+        self.has_drawn = self._reference in self._scheduler.hidden
+        self._reference.start(build, busy_text)
 
     def _start_analyst(self) -> None:
+        """Start it once its kernels are compiled, and the reference, which comes first, is seen."""
         assert self._volume is not None
-        self._analyst_waits = not self._are_prepared(self.settings)
+        is_prepared = self._are_prepared(self.settings)
+        self._analyst_waits = not (is_prepared and self.has_drawn)
         if self._analyst_waits:
-            self._analyst.wait(WAITING)
+            self._analyst.wait(PREPARING if is_prepared else WAITING)
         else:
             build = partial(self._builders.analyst, self._volume, self.settings)
             self._analyst.start(build, PREPARING)
         self.analystReplaced.emit()
+
+    def _take_first(self, _result: Result | None = None) -> None:
+        """Begin what the first picture is not to wait for."""
+        self.preparation.begin()
+        if not self.has_drawn:
+            self.has_drawn = True
+            if self._analyst_waits and self._are_prepared(self.settings):
+                self._start_analyst()
 
 
 def _remembered(preferences: Preferences) -> ReferenceChoices:

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from msgspec import Meta
 
 from app.engines.engines import Drawing
-from app.state.exactness import USUAL, Stop
+from app.engines.exactness import USUAL, Stop
 
 ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | None
 """As many pixels as the generator's image, a number of pixels, or as many as the pane has."""

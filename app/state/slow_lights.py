@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from app.engines.messages import Result
-from app.engines.requests import ImageRequest
-from app.state.dispatcher import FIRST_SCALE, FIRST_SIZE
+from app.engines.sizes import FIRST_SIZE, FIRST_SLOW_SCALE
 from model.rendering.raster import Raster
 from model.scene.scene import Lighting
 
@@ -40,7 +39,7 @@ class SlowLights:
         ----------
         lighting : {"none", "direct", "soft", "path"}
         result : Result
-            Of an image, or of another request, which tells nothing.
+            Of an image of the reference.
         whole : Raster
             Pixels of an image at rest.
 
@@ -49,23 +48,20 @@ class SlowLights:
         float
             Seconds that such an image takes if this has now been found to be too long; else 0.
         """
-        request = result.request
         if lighting in self._judged or result.value is None:
-            return 0.0
-        if not isinstance(request, ImageRequest) or request.is_measured:
             return 0.0
         if lighting == "soft":
             return self._judge_soft(result, whole)
-        if lighting == "none" or not request.stands_in or request.quality.live:
+        if lighting == "none" or not result.by_raycast or result.request.quality.live:
             return 0.0
         self._judged |= {lighting}
-        share = min(1.0, FIRST_SIZE**2 / _count(request.quality.pixels))
+        share = min(1.0, FIRST_SIZE**2 / _pixels(result))
         return self._found(lighting, result.seconds * share, SLOW_LIGHT_S)
 
     def _judge_soft(self, result: Result, whole: Raster) -> float:
         """Judge by as many pixels as an image has while something moves."""
-        moving = FIRST_SCALE**2 * _count(whole)
-        seconds = result.seconds * min(1.0, moving / _count(result.request.quality.pixels))
+        moving = FIRST_SLOW_SCALE**2 * whole.width * whole.height
+        seconds = result.seconds * min(1.0, moving / _pixels(result))
         if seconds > SLOW_SOFT_S and not self._is_loaded:
             # With the first image, what draws it was loaded or compiled.
             self._is_loaded = True
@@ -81,5 +77,6 @@ class SlowLights:
         return seconds
 
 
-def _count(raster: Raster) -> int:
-    return raster.width * raster.height
+def _pixels(result: Result) -> int:
+    assert result.value is not None
+    return result.value.shape[0] * result.value.shape[1]

@@ -1,20 +1,17 @@
-"""Measures what images while something moves cost in the present scene, and how wrong they are."""
+"""What images while something moves cost in the present scene, and how wrong they are."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.channels import Channels
-from app.engines.client import EngineClient
+from app.engines.client import Channel, EngineClient
+from app.engines.exactness import Exactness
 from app.engines.messages import Result
-from app.engines.requests import ImageRequest
+from app.engines.pace import SCALES
+from app.engines.requests import ImageRequest, TradeRequest
 from app.engines.states import EngineState
-from app.state.dispatcher import Dispatcher
-from app.state.exactness import Exactness
-from app.state.image_errors import distance
-from app.state.pace import SCALES
 from app.state.viewer_state import ViewerState
 
 
@@ -36,105 +33,76 @@ class Traded:
 
 
 class TradeWork(QObject):
-    """Has the present scene drawn as while something moves, at each number of pixels.
+    """Has the present scene measured as while something moves, at each number of pixels.
 
-    Only while somebody looks, and once the image at rest is there, against which the others are
-    measured. A change of the scene ends it.
-
-    Parameters
-    ----------
-    reference, stand_in : EngineClient
-        One of them draws while something moves.
-    dispatcher : Dispatcher
-        Knows which, and at which quality.
+    Only while somebody looks, and once the image at rest is there. A change of the scene ends it.
 
     Attributes
     ----------
     found : tuple of Traded
-        The fewest pixels first.
+        The fewest pixels first; empty until all are measured.
+    begun : int
+        Number of the image that is being measured; 0 while none is.
     """
 
     changed = Signal()
 
-    def __init__(
-        self,
-        state: ViewerState,
-        reference: EngineClient,
-        stand_in: EngineClient,
-        dispatcher: Dispatcher,
-        parent: QObject,
-    ) -> None:
+    def __init__(self, state: ViewerState, reference: EngineClient, parent: QObject) -> None:
         super().__init__(parent)
         self.found: tuple[Traded, ...] = ()
-        self._state, self._reference, self._dispatcher = state, reference, dispatcher
+        self.begun = 0
+        self._state, self._reference = state, reference
         self._is_watched = False
-        self._truth: Result | None = None
-        clients = {client: client for client in (reference, stand_in)}
-        self._channels = Channels(clients, "measured", self._measure, self)
+        self._channel = Channel(reference, "measured", self)
+        self._channel.answered.connect(self._take)
+        self._channel.progressed.connect(self._note)
         state.inputsChanged.connect(self._forget)
         reference.stateChanged.connect(self._follow)
-        reference.images.answered.connect(self._take)
-
-    @property
-    def is_measuring(self) -> bool:
-        """Whether more is about to be found."""
-        return self._channels.is_pending
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether all is found."""
-        return len(self.found) == len(SCALES)
 
     def watch(self, is_watched: bool) -> None:
         """Say whether somebody looks."""
         self._is_watched = is_watched
         if is_watched:
-            self._go_on()
+            self._measure()
         else:
-            self._channels.cancel()
+            self._end()
 
     def at(self, stop: Exactness) -> Traded | None:
         """Return the image that a stop leads to: the finest that it has time for, or the fastest.
 
-        None as long as not all is measured.
+        None as long as nothing is measured.
         """
-        if not self.is_complete:
-            return None
         fast = [each for each in self.found if each.seconds <= stop.live_seconds]
-        return fast[-1] if fast else self.found[0]
+        return fast[-1] if fast else next(iter(self.found), None)
 
     def _follow(self, state: EngineState) -> None:
         if state is EngineState.SETTLED:
-            self._go_on()
+            self._measure()
         elif state is EngineState.LOADING:
-            self._truth = None
             self._forget()
 
     def _forget(self) -> None:
-        self._channels.cancel()
         self.found = ()
+        self._end()
+
+    def _end(self) -> None:
+        self._channel.cancel()
+        self._note(-1.0)
+
+    def _measure(self) -> None:
+        newest = self._reference.images.newest
+        is_wanted = self._is_watched and not (self.found or self._channel.is_pending)
+        is_at_rest = self._reference.state is EngineState.SETTLED
+        if is_wanted and is_at_rest and isinstance(newest, ImageRequest):
+            self._channel.ask(TradeRequest(newest.inputs, newest.quality))
+            self._note(0.0)
+
+    def _note(self, part: float) -> None:
+        self.begun = 1 + round(part * len(SCALES)) if part >= 0 else 0
         self.changed.emit()
 
     def _take(self, result: Result) -> None:
-        if not result.request.quality.live:
-            self._truth = result
-
-    def _go_on(self) -> None:
-        """Ask for the next image, if it is wanted and can be measured."""
-        truth, is_at_rest = self._truth, self._reference.state is EngineState.SETTLED
-        is_wanted = self._is_watched and not (self.is_complete or self.is_measuring)
-        if is_wanted and is_at_rest and truth and truth.request.inputs == self._state.inputs:
-            client, quality = self._dispatcher.live_at(sorted(SCALES)[len(self.found)])
-            # It is not live: it is given up for what is asked for meanwhile.
-            quality = replace(quality, live=False)
-            self._channels[client].ask(ImageRequest(self._state.inputs, quality, is_measured=True))
-        self.changed.emit()
-
-    def _measure(self, _client: EngineClient, result: Result) -> None:
-        if result.value is not None and self._truth is not None and self._truth.value is not None:
-            scale = sorted(SCALES)[len(self.found)]
-            error = distance(result.value, self._truth.value)
-            self.found = (*self.found, Traded(scale, result.seconds, error))
-            self._go_on()
-        else:
-            self.changed.emit()
+        if result.value is not None:
+            rows = zip(sorted(SCALES), result.value.tolist(), strict=True)
+            self.found = tuple(Traded(scale, *measured) for scale, measured in rows)
+        self._note(-1.0)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import Channel, EngineClient
+from app.engines.client import EngineClient
 from app.engines.engines import Builders
+from app.engines.exactness import STOPS
 from app.state.brightness import Brightness
-from app.state.dispatcher import Dispatcher
-from app.state.exactness import STOPS
 from app.state.generator_work import NO_VOLUME, GeneratorWork
+from app.state.image_scheduler import ImageScheduler
 from app.state.latent_state import LatentState
 from app.state.latent_work import LatentWork
 from app.state.library import Library
@@ -21,7 +21,6 @@ from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
-from app.state.start_order import StartOrder
 from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import VolumeKeeper
 from app.state.volume_ranging import VolumeRanging
@@ -45,8 +44,8 @@ class Workspace(QObject):
 
     Parameters
     ----------
-    stand_in : Channel
-        To the analyst, a ray caster whose images are shown until the reference's are there.
+    analyst : EngineClient
+        Client of the ray caster that answers questions.
     builders : Builders
         Functions that read volumes and build engines.
     preferences : Preferences
@@ -81,7 +80,7 @@ class Workspace(QObject):
         latent: LatentState,
         generator: EngineClient,
         reference: EngineClient,
-        stand_in: Channel,
+        analyst: EngineClient,
         brightness: Brightness,
         builders: Builders,
         preferences: Preferences,
@@ -91,13 +90,11 @@ class Workspace(QObject):
         super().__init__(parent)
         self._state = state
         self._clients = generator, reference
-        self._images = generator.images, reference.images, stand_in
-        self._generator, self._analyst = generator, stand_in.client
+        self._generator, self._analyst = generator, analyst
         self._preferences = preferences
         self.library = Library(preferences)
         self.model = GeneratorWork(generator, builders, device, self)
-        self._order = StartOrder(generator, reference, stand_in, self.model, self)
-        self._dispatcher = Dispatcher(state, generator, reference, stand_in, self)
+        self._scheduler = ImageScheduler(state, generator, reference, self)
         self.sensitivity = SensitivityAsker(
             state, sensitivity, self._analyst, generator, self._is_starting, brightness, self
         )
@@ -105,7 +102,7 @@ class Workspace(QObject):
             state, latent, self._analyst, generator, brightness, builders.latent_space, self
         )
         self.reference = ReferenceWork(
-            state, reference, stand_in, builders, self._dispatcher, preferences, self
+            state, reference, analyst, builders, self._scheduler, preferences, self
         )
         self._keeper = VolumeKeeper(state, sensitivity, preferences, self)
         self.reading = VolumeReading(
@@ -138,11 +135,13 @@ class Workspace(QObject):
             each.failed.connect(self._volume_failed)
         self.reading.problem.connect(self.problem)
         self.reading.news.connect(self.news)
-        self._order.done.connect(self.sensitivity.ask)
-        for channel in self._images:
-            channel.answered.connect(self.sensitivity.follow_image)
         for client in self._clients:
+            client.images.answered.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
+        # A model that is loaded takes the processor from the first picture.
+        reference = self._clients[1]
+        reference.images.answered.connect(lambda _result: self.model.begin())
+        reference.settled.connect(self.model.begin)
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
@@ -150,7 +149,7 @@ class Workspace(QObject):
 
     def _is_starting(self) -> bool:
         """Whether a volume's first pictures are still to be drawn."""
-        return self._order.is_under_way
+        return not self.reference.has_drawn
 
     @property
     def opened(self) -> OpenedVolume | None:
@@ -165,7 +164,7 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
-        drawn = all(c in self._dispatcher.plan.hidden or c.is_settled for c in self._clients)
+        drawn = all(c in self._scheduler.hidden or c.is_settled for c in self._clients)
         is_busy = self.reading.is_busy or self.ranging.is_busy or self.reference.is_preparing
         return drawn and not is_busy
 
@@ -201,14 +200,13 @@ class Workspace(QObject):
         """Say which images are in sight; others are not drawn."""
         seen = zip(self._clients, (generator, reference), strict=True)
         hidden = frozenset(client for client, shown in seen if not shown)
-        missed = self._dispatcher.plan.hidden - hidden
-        self._dispatcher.change(hidden=hidden)
+        missed = self._scheduler.hidden - hidden
+        self._scheduler.hidden = hidden
         if missed and self._opened is not None:
-            self._dispatcher.send()
+            self._scheduler.send()
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
-        self._order.stop()
         self.reference.stop()
         self.sensitivity.stop()
         self.latent.stop()
@@ -244,7 +242,7 @@ class Workspace(QObject):
             RESTORED if kept is not None and self.reading.wanted.transfer_function is None else "",
         ]
         self.news.emit(" ".join(filter(None, notes)))
-        self._dispatcher.change(scale=opened.volume.scale)
+        self._scheduler.scale = opened.volume.scale
         volume = opened.volume
         self._state.start_view(
             volume.proportions,
@@ -276,7 +274,7 @@ class Workspace(QObject):
     def _range_taken(self, opened: OpenedVolume) -> None:
         is_rescaled = self._opened is None or self._opened.volume.scale != opened.volume.scale
         self._opened = opened
-        self._dispatcher.change(scale=opened.volume.scale)
+        self._scheduler.scale = opened.volume.scale
         self.latent.session.start_volume(opened.volume, opened.window)
         self.reference.start(opened.volume, self.model.scene_for(self._opened))
         if is_rescaled:
@@ -287,10 +285,9 @@ class Workspace(QObject):
             self.news.emit(_scale_news(opened.volume))
         self._follow_scene()
         self.rangeChanged.emit(opened)
-        self._dispatcher.send()
+        self._scheduler.send()
 
     def _generator_ready(self) -> None:
-        before = self._dispatcher.plan.raster
         self._follow_scene()
         self._note_model()
         scene, tf = self.model.scene_for(self._opened), self._state.transfer_function
@@ -304,7 +301,7 @@ class Workspace(QObject):
             # As if the model had been there before the volume.
             wanted = scene.scalar_range, scene.scale
             self.ranging.show_over(*wanted)
-        self._dispatcher.send(generator_only=before == self._dispatcher.plan.raster)
+        self._scheduler.send()
 
     @property
     def _is_untouched(self) -> bool:
@@ -345,7 +342,7 @@ class Workspace(QObject):
 
     def _follow_light(self) -> None:
         self.model.follow_light(self._opened, self.reference.settings, self.reference.wanted)
-        self._dispatcher.change(generator_follows=self.model.draws_path)
+        self._scheduler.generator_follows = self.model.draws_path
 
     def _restart_questions(self) -> None:
         """Ask the analyst everything anew."""
@@ -362,7 +359,7 @@ class Workspace(QObject):
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""
-        if self._clients[1] in self._dispatcher.plan.hidden:
+        if self._clients[1] in self._scheduler.hidden:
             return False
         is_drawn = self._opened is not None and not self._clients[1].is_settled
         return self.reading.is_busy or is_drawn

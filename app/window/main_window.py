@@ -16,8 +16,9 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from app.controls import order_focus
-from app.engines.client import Channel, EngineClient
+from app.engines.client import EngineClient
 from app.engines.engines import REAL_BUILDERS, Builders
+from app.engines.exactness import STOPS
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
 from app.image_view.exactness_slider import ExactnessSlider
@@ -28,7 +29,6 @@ from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.brightness import Brightness
-from app.state.exactness import STOPS
 from app.state.generator_work import LIGHTS
 from app.state.latent_state import LatentChoices, LatentState
 from app.state.opened_volume import OpenedVolume
@@ -94,12 +94,9 @@ class MainWindow(QMainWindow):
         generator, reference, analyst = (
             EngineClient(name, self) for name in ("generator", "reference", "analyst")
         )
-        stand_in = Channel(analyst, "stand-in", self)
         self.brightness = Brightness(self.preferences, self, self.state)
         self.generator = EnginePane("Generator", generator, self.brightness, "learned")
-        self.reference = EnginePane(
-            "Ground truth", reference, self.brightness, "exact", stand_in=stand_in
-        )
+        self.reference = EnginePane("Ground truth", reference, self.brightness, "exact")
         self.editor = TransferFunctionEditor(self.state)
         self.notice = Notices()
         self.workspace = Workspace(
@@ -108,7 +105,7 @@ class MainWindow(QMainWindow):
             self.latent_state,
             generator,
             reference,
-            stand_in,
+            analyst,
             self.brightness,
             builders,
             self.preferences,

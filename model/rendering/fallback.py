@@ -28,6 +28,8 @@ class FallbackRenderer:
         See :func:`model.rendering.renderer.open_renderer`.
     spares_processor : bool
         Whether the ray caster draws where VTK would draw by the processor.
+    ray_caster : Renderer, optional
+        That one; by default it is opened when it is needed.
 
     Attributes
     ----------
@@ -45,17 +47,19 @@ class FallbackRenderer:
         light: LightDirection | None = None,
         sample_distance: float = 0.5,
         spares_processor: bool = False,
+        ray_caster: Renderer | None = None,
     ) -> None:
         self.sample_distance = sample_distance
         self.reason = self.remark = ""
         self._place = volume, lighting, light, sample_distance
+        self._ray_caster = ray_caster
         self._renderer: Renderer
         if lighting in ("soft", "path"):
             self.remark = {
                 "soft": "Soft light is the ray caster's.",
                 "path": "The path tracer draws.",
             }[lighting]
-            self._renderer = open_renderer("raycast", *self._place)
+            self._renderer = self._opened_ray_caster()
             return
         if spares_processor:
             from model.rendering.opengl import software_name
@@ -66,7 +70,7 @@ class FallbackRenderer:
                     f"No graphics card draws here ({software} does), so the ray caster draws at "
                     "rest, too: VTK would take many times as long. Choose VTK to see its image."
                 )
-                self._renderer = open_renderer("raycast", *self._place)
+                self._renderer = self._opened_ray_caster()
                 return
         try:
             self._renderer = open_renderer("vtk", *self._place)
@@ -97,4 +101,7 @@ class FallbackRenderer:
 
     def _fall_back(self, error: CannotDrawError) -> None:
         self.reason = f"{str(error).rstrip('.')}; the ray caster draws instead."
-        self._renderer = open_renderer("raycast", *self._place)
+        self._renderer = self._opened_ray_caster()
+
+    def _opened_ray_caster(self) -> Renderer:
+        return self._ray_caster or open_renderer("raycast", *self._place)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from dataclasses import dataclass, field
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,8 @@ from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
 from app.engines.engines import Builders, ReferenceSettings
+from app.engines.image import Image
+from app.engines.pace import SCALES
 from app.engines.quality import Quality
 from app.engines.requests import (
     UNWATCHED,
@@ -22,6 +26,7 @@ from app.engines.requests import (
     PictureRequest,
     RegionSensitivityRequest,
     Request,
+    TradeRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,
     VisibilityRequest,
@@ -62,12 +67,10 @@ def red_of(request: Request) -> int:
     """Level, of 255, of the red that a fake engine's image has everywhere.
 
     The request's own, or one that grows with each inputs that are drawn, and is one higher in live
-    images; where an image is measured it tells the number of pixels.
+    images.
     """
     if isinstance(request, LevelRequest):
         return request.level
-    if isinstance(request, ImageRequest) and request.is_measured:
-        return request.quality.pixels.width % 256
     level = _levels.setdefault(request.inputs, DARKEST + len(_levels))
     return (level + request.quality.live) % 256
 
@@ -114,6 +117,27 @@ class FakeEngine:
         image[..., 0] = red_of(request) / 255
         image[..., 3] = 1.0
         return image
+
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+        """One image; while something moves, one of fewer samples."""
+        begun = time.perf_counter()
+        rgba = self.image(request, watch)
+        seconds = time.perf_counter() - begun
+        yield Image(
+            rgba,
+            seconds,
+            self.description,
+            by_raycast=self.by_raycast,
+            stands_in=request.quality.live,
+            error=self.image_error,
+        )
+
+    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
+        """The finer, the slower and the better."""
+        self.others.append(request)
+        self._wait_or_fail()
+        scales = np.array(sorted(SCALES), np.float32)
+        return np.column_stack([scales / 10, (1 - scales) / 100])
 
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         pixels = request.quality.pixels
@@ -179,6 +203,20 @@ class FakeEngine:
     def close(self) -> None:
         self.threads.append(threading.current_thread())
         self.closed = True
+
+
+class RefiningEngine(FakeEngine):
+    """Yields images of these widths, each of them once the gate lets it through."""
+
+    def __init__(self, widths: list[int], gate: threading.Semaphore | None = None) -> None:
+        super().__init__(gate=gate)
+        self.widths = widths
+
+    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+        for width in self.widths:
+            image = next(super().images_of(request, watch))
+            rgba = np.resize(image.rgba, (1, width, 4))
+            yield replace(image, rgba=rgba, is_last=width == self.widths[-1])
 
 
 @dataclass

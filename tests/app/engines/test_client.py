@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 from pytestqt.qtbot import QtBot
-from window_fakes import PATIENCE_S, FakeEngine, make_request
+from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines.client import Channel, EngineClient
 from app.engines.messages import Result
@@ -50,29 +50,37 @@ def test_an_image_is_waited_for_and_settles(qtbot: QtBot, told: Told) -> None:
     assert told.results[0].request == make_request(3)
 
 
-def test_a_held_engine_is_built_when_it_may_begin_and_draws_before_it_answers(
-    qtbot: QtBot, told: Told
-) -> None:
-    engine = FakeEngine()
-    told.client.start(lambda: engine, "Loading …", held=True)
+def test_an_engine_draws_before_it_answers(qtbot: QtBot, told: Told) -> None:
+    may_load = threading.Event()
+
+    def build() -> FakeEngine:
+        assert may_load.wait(PATIENCE_S)
+        return FakeEngine()
+
+    told.client.start(build, "Loading …")
     question = VisibilityRequest(
         make_request(1).inputs, make_request(1).quality, (Region(0, 0, 4, 4),)
     )
     told.seen.ask(question)
     told.client.submit(make_request(2))
-    qtbot.wait(50)
-    assert told.client.is_held
     assert told.states == [EngineState.LOADING]
     with qtbot.waitSignals([told.client.images.answered, told.seen.answered]):
-        told.client.begin()
-    assert not told.client.is_held
+        may_load.set()
     assert [result.request.channel for result in told.results] == [IMAGES, "visibility"]
-    # One that is replaced before it began leaves no thread behind.
-    told.client.start(FakeEngine, "Loading …", held=True)
-    told.client.stop()
-    told.client.begin()
-    assert not told.client.is_held
-    told.client.join()
+
+
+def test_it_settles_with_the_last_of_ever_better_images(qtbot: QtBot, told: Told) -> None:
+    told.client.start(lambda: RefiningEngine([3, 6, 9]), "Loading …")
+    with qtbot.waitSignal(told.client.settled):
+        told.client.images.ask(make_request(1))
+        assert told.client.images.is_pending
+    assert told.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
+    assert [result.value.shape[1] for result in told.results if result.value is not None] == [
+        3,
+        6,
+        9,
+    ]
+    assert not told.client.images.is_pending
 
 
 def test_errors_are_a_state_with_its_sentence_until_the_next_image(

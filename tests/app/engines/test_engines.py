@@ -11,22 +11,29 @@ from numpy.typing import NDArray
 from ramp import make_volume
 from window_fakes import FakeEngine, make_request
 
-from app.engines import path_tracing, stand_in
-from app.engines.engines import (
-    RendererEngine,
-)
+from app.engines import drawer, path_tracing, stand_in
+from app.engines.drawer import Drawer
+from app.engines.exactness import STOPS
+from app.engines.image import Image
 from app.engines.messages import SupersededError
+from app.engines.pace import SCALES
 from app.engines.path_tracing import PathTracingEngine
 from app.engines.quality import Quality
+from app.engines.reference_engine import ReferenceEngine
+from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     BatchRequest,
+    Engine,
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
+    TradeRequest,
     ValueSensitivityRequest,
     Watch,
 )
+from app.engines.sizes import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS
 from app.engines.stand_in import StandInEngine
+from model.errors import NotOfferedError
 from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
@@ -41,6 +48,9 @@ from model.sensitivity.rendered import region_responses
 class RecordingRenderer:
     """Paints each pixel with its row and column in the whole picture."""
 
+    def close(self) -> None:
+        """Nothing is held."""
+
     def __init__(self) -> None:
         self.calls: list[tuple[Raster, float]] = []
 
@@ -54,73 +64,224 @@ class RecordingRenderer:
 
 def make_engine() -> tuple[RendererEngine, RecordingRenderer]:
     renderer = RecordingRenderer()
-    return RendererEngine(cast(Any, renderer), sample_distance=0.5), renderer
+    return RendererEngine(Drawer(cast(Any, renderer), 0.5)), renderer
 
 
-def test_a_live_image_is_one_coarse_call_and_a_final_one_comes_in_bands() -> None:
-    engine, renderer = make_engine()
-    wide = Raster(600, 500)
-    request = replace(make_request(1), quality=Quality(500, 4.0, live=True, raster=wide))
-    engine.image(request)
-    assert renderer.calls == [(wide, 2.0)]
-    image = engine.image(replace(request, quality=Quality(500, raster=wide)))
-    bands = renderer.calls[1:]
-    assert len(bands) > 2 and {distance for _, distance in bands} == {0.5}
-    np.testing.assert_allclose(image[:, 0, 0], np.arange(500) / 1000, atol=1e-6)
+class SlowRenderer(RecordingRenderer):
+    """Says that each pixel takes its time, which passes on the clock of the engines alone."""
+
+    now = 0.0
+
+    def __init__(self, seconds: float) -> None:
+        super().__init__()
+        self.seconds = seconds
+
+    def render(self, inputs: object, size: Raster, sample_distance: float) -> NDArray[Any]:
+        SlowRenderer.now += self.seconds * size.rows * size.columns
+        return super().render(inputs, size, sample_distance)
 
 
-def test_a_final_image_is_given_up_when_nobody_wants_it() -> None:
-    engine, renderer = make_engine()
-    answers = iter([True, False])
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawer.time, "perf_counter", lambda: SlowRenderer.now)
+
+
+PANE = Raster(1000, 400)
+AT_REST = ImageRequest(make_request(1).inputs, Quality(400, raster=PANE))
+MOVING = replace(AT_REST, quality=replace(AT_REST.quality, live=True))
+
+
+def rests(engine: Engine, **changes: Any) -> list[Image]:
+    """Images at rest, each wider than the one before; the last of them says so."""
+    images = list(engine.images_of(replace(AT_REST, **changes)))
+    widths = [image.width for image in images]
+    assert widths == sorted(widths)
+    assert [image.is_last for image in images] == [False] * (len(images) - 1) + [True]
+    return images
+
+
+@pytest.mark.parametrize("seconds", [1e-7, 2e-6, 1e-5])
+def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(
+    clock: None, seconds: float
+) -> None:
+    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(seconds)), 0.5))
+    rests(engine)
+    # By now it is known how long pixels take; the scene is another.
+    images = rests(engine, inputs=replace(AT_REST.inputs, view=View(80.0)))
+    assert images[-1].rgba.shape == (400, 1000, 4)
+    np.testing.assert_allclose(images[-1].rgba[:, 0, 0], np.arange(400) / 1000, atol=1e-6)
+    assert images[0].seconds <= 1.5 * SOON_SECONDS or images[0].width < 0.2 * PANE.width
+    assert len(images) <= 3
+    # A finer image than what moves, which is there, or none.
+    (moved,) = engine.images_of(MOVING)
+    assert rests(engine)[0].width > moved.width or moved.width == PANE.width
+    # What is there is never drawn coarser.
+    assert [image.width for image in rests(engine)] == [PANE.width]
+
+
+def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock: None) -> None:
+    seconds = 2.1 * LONGEST_SECONDS / (PANE.width * PANE.height)
+    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(seconds)), 0.5))
+    images = rests(engine)
+    assert images[0].width < images[-1].width < PANE.width
+    assert LONGEST_SECONDS / 8 < images[-1].seconds <= 1.25 * LONGEST_SECONDS
+    assert rests(engine, is_fixed=True)[-1].width == PANE.width
+    # Where another renderer draws soon, nothing takes long.
+    brief = RendererEngine(Drawer(cast(Any, SlowRenderer(2e-5)), 0.5, is_brief=True))
+    assert max(image.seconds for image in rests(brief)) <= 1.5 * REST_SECONDS
+
+
+def test_an_image_that_moves_takes_as_long_as_is_chosen(clock: None) -> None:
+    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(1e-6)), 0.5))
+    widths = []
+    for stop in STOPS.values():
+        for _ in range(3):
+            (image,) = engine.images_of(replace(MOVING, stop=stop))
+        assert image.is_last and image.seconds <= 1.01 * stop.live_seconds
+        widths.append(image.width)
+    assert widths == sorted(widths) and widths[0] < widths[-1]
+
+
+def test_vtks_images_are_of_fewer_samples_while_something_moves(clock: None) -> None:
+    renderer = SlowRenderer(1e-7)
+    engine = RendererEngine(Drawer(cast(Any, renderer), 0.5, "vtk"))
+    (image,) = engine.images_of(MOVING)
+    assert image.stands_in and image.by == "VTK" and not image.by_raycast
+    assert renderer.calls[-1][1] == 2.0
+    assert not rests(engine)[-1].stands_in
+    assert renderer.calls[-1][1] == 0.5
+
+
+def beside(vtk: RecordingRenderer, name: Any = "vtk") -> tuple[ReferenceEngine, list[Drawer]]:
+    """An engine of a fast ray caster beside this, and what was opened."""
+    opened: list[Drawer] = []
+
+    def open_final(ray_caster: Drawer) -> Drawer:
+        opened.append(Drawer(cast(Any, vtk), 0.5, name))
+        return opened[-1]
+
+    return ReferenceEngine(Drawer(cast(Any, SlowRenderer(1e-7)), 0.5), open_final), opened
+
+
+def test_the_ray_casters_sharp_image_comes_before_vtk_is_opened_and_draws(clock: None) -> None:
+    engine, opened = beside(SlowRenderer(2e-6))
+    (moved,) = engine.images_of(MOVING)
+    assert moved.by_raycast and moved.stands_in and not opened
+    coming = engine.images_of(AT_REST)
+    first = next(coming)
+    assert first.by_raycast and first.stands_in and not first.is_last and not opened
+    *others, last = coming
+    assert [image.by for image in others] == ["ray caster"] * len(others)
+    # No coarse image of VTK's takes the place of the sharp one.
+    assert (last.by, last.is_last, last.stands_in, last.width) == ("VTK", True, False, PANE.width)
+    assert len(opened) == 1
+    # What moves is the ray caster's all the same.
+    (moved,) = engine.images_of(replace(MOVING, inputs=replace(MOVING.inputs, view=View(9.0))))
+    assert moved.by_raycast and moved.stands_in
+    fast, _ = beside(SlowRenderer(1e-8))
+    rests(fast)
+    images = rests(fast, inputs=replace(AT_REST.inputs, view=View(80.0)))
+    assert [image.by for image in images] == ["VTK"]
+
+
+def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock: None) -> None:
+    renderer = SlowRenderer(1e-7)
+    engine, _ = beside(renderer, "raycast")
+    images = rests(engine)
+    assert not renderer.calls
+    assert (images[-1].by, images[-1].stands_in, images[-1].width) == ("ray caster", False, 1000)
+    assert images[-2].width == PANE.width
+    (moved,) = engine.images_of(MOVING)
+    assert not moved.stands_in and moved.by_raycast
+
+
+def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clock: None) -> None:
+    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(1e-6)), 0.5))
+    request = TradeRequest(AT_REST.inputs, AT_REST.quality)
+    with pytest.raises(NotOfferedError):
+        engine.trade(request)
+    rests(engine)
+    noted: list[float] = []
+    found = engine.trade(request, Watch(noted=noted.append))
+    assert noted == [number / len(SCALES) for number in range(len(SCALES))]
+    pixels = [1000 * 400 * scale**2 for scale in sorted(SCALES)]
+    np.testing.assert_allclose(found[:, 0], 1e-6 * np.array(pixels), rtol=0.02)
+    assert found[-1, 1] == 0 and (found[:-1, 1] > 0).all()
+
+
+def test_a_final_image_is_given_up_when_nobody_wants_it(clock: None) -> None:
+    renderer = SlowRenderer(1e-6)
+    engine = RendererEngine(Drawer(cast(Any, renderer), 0.5))
+    rests(engine)
+    drawn, answers = len(renderer.calls), iter([True, False])
     with pytest.raises(SupersededError):
-        engine.image(replace(make_request(1), quality=Quality(1000)), lambda: next(answers))
-    assert len(renderer.calls) == 1
+        list(engine.images_of(AT_REST, lambda: next(answers)))
+    assert len(renderer.calls) == drawn + 1
+
+
+def traced(engine: PathTracingEngine, size: int, samples: int) -> list[Image]:
+    stop = replace(STOPS["balanced"], samples=samples, error=0.0)
+    images = list(engine.images_of(ImageRequest(make_request(1).inputs, Quality(size), stop)))
+    assert images[-1].is_last and not any(image.is_last for image in images[:-1])
+    return images
 
 
 def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it() -> None:
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
     engine = PathTracingEngine(renderer, sample_distance=0.5)
-    request = replace(make_request(1), quality=Quality(32, samples=1))
-    first = engine.image(request)
-    assert engine.description == "path tracer, 1 sample" and engine.image_error == math.inf
-    many = engine.image(replace(request, quality=Quality(32, samples=16)))
-    assert engine.description == "path tracer, 16 samples"
+    images = traced(engine, 32, 16)
+    whole = [image for image in images if image.width == 32]
+    assert [image.samples for image in whole] == [1, 2, 4, 8, 16]
+    assert whole[0].by == "path tracer, 1 sample" and whole[0].error == math.inf
+    assert whole[-1].by == engine.description == "path tracer, 16 samples"
+    request = make_request(1)
     truth = PathTracer(make_volume(), threads=1, samples=1024, seed=1).render(request.inputs, 32)
-    found = float(np.sqrt(np.mean((many - truth)[..., :3] ** 2)))
-    assert engine.image_error is not None and found / 1.5 < engine.image_error < 1.5 * found
-    np.testing.assert_array_equal(many[..., 3], first[..., 3])
+    found = float(np.sqrt(np.mean((whole[-1].rgba - truth)[..., :3] ** 2)))
+    error = whole[-1].error
+    assert error is not None and found / 1.5 < error < 1.5 * found
     asked = count()
+    endless = ImageRequest(
+        request.inputs, Quality(64), replace(STOPS["exact"], samples=1 << 20, error=0.0)
+    )
     with pytest.raises(SupersededError):
-        engine.image(
-            replace(request, quality=Quality(64, samples=1 << 20)), Watch(lambda: next(asked) < 20)
-        )
+        list(engine.images_of(endless, Watch(lambda: next(asked) < 20)))
     engine.close()
 
 
-def test_a_path_traced_picture_goes_on_where_it_ended() -> None:
-    traced: list[int] = []
+def test_a_path_traced_image_goes_on_where_it_ended() -> None:
+    calls: list[int] = []
 
     class Counting(PathTracer):
         def _run(self, task: Any, raster: Any, wanted: Any, together: int = 1) -> bool:
-            traced.append(together)
+            calls.append(together)
             return super()._run(task, raster, wanted, together)
 
     engine = PathTracingEngine(RefiningRenderer(Counting(make_volume(), threads=1), None), 0.5)
-    request = replace(make_request(1), quality=Quality(16, samples=2))
-    for samples in (2, 4, 8):
-        image = engine.image(replace(request, quality=Quality(16, samples=samples)))
-    # What the ray caster sees, and eight samples.
-    assert sum(traced) == 9
-    whole = PathTracer(make_volume(), threads=1, samples=8).render(request.inputs, 16)
-    np.testing.assert_allclose(image, whole, atol=1e-6)
-    # Another view is another picture.
-    engine.image(replace(request, inputs=replace(request.inputs, view=View(azimuth=80.0))))
-    assert sum(traced) == 12
-    measured = ImageRequest(request.inputs, Quality(16), is_measured=True)
-    # What is measured is drawn anew, though it is there.
-    engine.image(measured)
-    engine.image(measured)
-    assert sum(traced) == 16
+    traced(engine, 16, 2)
+    calls.clear()
+    images = traced(engine, 16, 8)
+    # Six samples more, and nothing coarser.
+    assert sum(calls) == 6
+    assert [image.samples for image in images] == [2, 4, 8]
+    whole = PathTracer(make_volume(), threads=1, samples=8).render(make_request(1).inputs, 16)
+    np.testing.assert_allclose(images[-1].rgba, whole, atol=1e-6)
+    # What is good enough is there at once.
+    assert [image.samples for image in traced(engine, 16, 4)] == [8]
+    engine.close()
+
+
+def test_where_nothing_cleans_soft_light_is_seen_while_something_moves() -> None:
+    soft = Drawer(RaycastRenderer(make_volume(), "soft", LightDirection()), 0.5)
+    renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
+    engine = PathTracingEngine(renderer, 0.5, open_soft=lambda: soft)
+    inputs = replace(make_request(1).inputs, light=LightDirection())
+    live = ImageRequest(inputs, Quality(32, live=True))
+    (moved,) = engine.images_of(live)
+    assert moved.stands_in and moved.by_raycast and moved.error is None
+    side = moved.width
+    np.testing.assert_array_equal(moved.rgba, soft.renderer.render(inputs, side))
+    *_, last = engine.images_of(replace(live, quality=Quality(32), stop=STOPS["fast"]))
+    assert last.is_last and not last.stands_in and last.by.startswith("path tracer")
     engine.close()
 
 
@@ -215,7 +376,7 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
     engine = StandInEngine.of(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
     inputs = replace(make_request(1).inputs, light=light)
-    drawn = engine.image(ImageRequest(inputs, Quality(24)))
+    drawn = engine.images(BatchRequest(inputs, Quality(24)))[0]
     np.testing.assert_array_equal(drawn, soft.render(inputs, 24))
     region = RegionSensitivityRequest(inputs, Quality(24), Outline(), 8.0)
     found = engine.region_sensitivity(region)

@@ -12,9 +12,10 @@ from pytestqt.qtbot import QtBot
 from ramp import make_volume
 from window_fakes import PATIENCE_S, make_request
 
-from app.engines.engines import RendererEngine
+from app.engines.drawer import Drawer
 from app.engines.messages import Result
 from app.engines.quality import Quality
+from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     BatchRequest,
     ImageRequest,
@@ -67,9 +68,12 @@ class Harness:
     def __init__(self) -> None:
         self.renderer = SlowRenderer()
         self.results: list[Result] = []
-        self.worker = EngineWorker(lambda: RendererEngine(cast(Any, self.renderer), 1.0), "slow")
+        self.worker = EngineWorker(self._build, "slow")
         self.worker.resultReady.connect(self.results.append)
         self.worker.start()
+
+    def _build(self) -> RendererEngine:
+        return RendererEngine(Drawer(cast(Any, self.renderer), 1.0))
 
     def begin(self, request: Request) -> None:
         """Ask, and wait for the first rendering to begin."""

@@ -8,8 +8,10 @@ import torch
 from ramp import make_tf, make_volume
 from torch import nn
 
-from app.engines.engines import GeneratorEngine, RendererEngine
+from app.engines.drawer import Drawer
+from app.engines.engines import GeneratorEngine
 from app.engines.quality import Quality
+from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
@@ -48,7 +50,7 @@ def engine() -> GeneratorEngine:
 
 @pytest.fixture(scope="module")
 def ray_caster() -> RendererEngine:
-    return RendererEngine(RaycastRenderer(make_volume(), threads=1), 1.0)
+    return RendererEngine(Drawer(RaycastRenderer(make_volume(), threads=1), 1.0))
 
 
 def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) -> None:

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 from pytestqt.qtbot import QtBot
-from window_fakes import PATIENCE_S, FakeEngine, make_request
+from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines.messages import Result
 from app.engines.requests import VisibilityRequest
@@ -175,4 +175,54 @@ def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
     value = harness.results[1].value
     assert value is not None
     assert value.shape == (1, 256)
+    harness.end(qtbot)
+
+
+def widths_of(harness: Harness) -> list[tuple[int, int]]:
+    """Numbers of the requests, and widths of their images, in the order that they came."""
+    images = [r for r in harness.results if r.request.channel == "images" and r.value is not None]
+    return [(r.request.sequence, r.value.shape[1]) for r in images if r.value is not None]
+
+
+def test_images_become_better_until_there_is_a_newer_request(qtbot: QtBot) -> None:
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
+    harness.worker.submit(make_request(1))
+    gate.release()
+    qtbot.waitUntil(lambda: widths_of(harness) == [(1, 3)])
+    wait_started(harness.engine)
+    wait_started(harness.engine)
+    # The second one is being drawn.
+    harness.worker.submit(make_request(2))
+    gate.release(10)
+    qtbot.waitUntil(lambda: len(harness.results) == 5)
+    assert widths_of(harness) == [(1, 3), (1, 6), (2, 3), (2, 6), (2, 9)]
+    assert [r.is_last for r in harness.results] == [False] * 4 + [True]
+    harness.end(qtbot)
+
+
+def test_nothing_better_follows_what_is_called_off(qtbot: QtBot) -> None:
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
+    harness.worker.submit(make_request(1))
+    wait_started(harness.engine)
+    harness.worker.abandon("images")
+    gate.release(10)
+    harness.worker.submit(visibility(2))
+    qtbot.waitUntil(
+        lambda: harness.results[-1:] != [] and harness.results[-1].request.sequence == 2
+    )
+    assert widths_of(harness) == [(1, 3)]
+    harness.end(qtbot)
+
+
+def test_others_have_their_turn_while_images_become_better(qtbot: QtBot) -> None:
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
+    harness.worker.submit(make_request(1))
+    wait_started(harness.engine)
+    harness.worker.submit(visibility(2))
+    gate.release(10)
+    qtbot.waitUntil(lambda: len(harness.results) == 4)
+    assert [r.request.sequence for r in harness.results] == [1, 2, 1, 1]
     harness.end(qtbot)

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
-from app.state.exactness import USUAL
+from app.engines.exactness import USUAL
 from app.state.reference_work import ReferenceChoices
 from app.window.main_window import MainWindow
 from model.scene.scene import Lighting

@@ -17,7 +17,7 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
 
-MOVING = Quality(8, coarseness=4.0, live=True)
+MOVING = Quality(8, live=True)
 
 
 @pytest.fixture

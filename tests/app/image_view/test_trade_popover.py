@@ -3,15 +3,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-import pytest
 from pytestqt.qtbot import QtBot
 from rested_window import rested
-from window_fakes import FakeBuilders, red_of
+from window_fakes import FakeBuilders
 
+from app.engines.exactness import STOPS
+from app.engines.pace import SCALES
+from app.engines.requests import TradeRequest
 from app.image_view.trade_popover import WAITING, TradePopover
-from app.state.exactness import STOPS
-from app.state.pace import SCALES
 from app.window.main_window import MainWindow
 from model.scene.view import View
 
@@ -20,7 +19,7 @@ Maker = Callable[..., MainWindow]
 
 def opened(qtbot: QtBot, window: MainWindow) -> TradePopover:
     window.exactness.figures.click()
-    qtbot.waitUntil(lambda: window.workspace.reference.trade.is_complete)
+    qtbot.waitUntil(lambda: bool(window.workspace.reference.trade.found))
     return window.exactness.popover
 
 
@@ -30,23 +29,14 @@ def test_all_stops_are_measured_while_it_is_open(
     window = rested(qtbot, make_window)
     trade = window.workspace.reference.trade
     engine = builders.references[-1]
-    assert not any(each.is_measured for each in engine.requests)
-    before = window.reference.client.description
+    assert not any(isinstance(each, TradeRequest) for each in engine.others)
     popover = opened(qtbot, window)
-    asked = [each for each in engine.requests if each.is_measured]
-    # The fewest pixels come first.
+    (asked,) = [each for each in engine.others if isinstance(each, TradeRequest)]
     whole = window.workspace.reference.whole_raster()
-    widths = [each.quality.pixels.width for each in asked]
-    assert widths == [whole.scaled(s).width for s in sorted(SCALES)]
-    # They are given up for what is asked for meanwhile.
-    assert not any(each.quality.live for each in asked)
-    # Red tells the number of pixels, so errors are known.
-    truth = engine.requests[engine.requests.index(asked[0]) - 1]
-    for request, found in zip(asked, trade.found, strict=True):
-        gap = abs(red_of(request) - red_of(truth)) / 255 / np.sqrt(3)
-        assert found.error == pytest.approx(gap, abs=1e-6)
-        assert found.seconds > 0
-    assert window.reference.client.description == before
+    assert (asked.inputs, asked.quality.pixels) == (window.state.inputs, whole)
+    assert [each.scale for each in trade.found] == sorted(SCALES)
+    errors = [each.error for each in trade.found]
+    assert errors == sorted(errors, reverse=True) and errors[-1] == 0
     time, error, rest = popover.rows["balanced"]
     assert time.text().endswith(" ms") and error.text()
     assert rest.text() == ".1 voxel steps"
@@ -62,14 +52,14 @@ def test_all_stops_are_measured_while_it_is_open(
     assert trade.at(replace(STOPS["fast"], live_seconds=0.001)) == trade.found[0]
     # An edit ends it, and rest begins it anew while it is open.
     window.state.move_view(View(40, 20))
-    assert trade.found == () and not trade.is_measuring
+    assert trade.found == () and not trade.begun
     assert popover.status.text() == WAITING
     window.state.finish_view()
-    qtbot.waitUntil(lambda: trade.is_complete)
+    qtbot.waitUntil(lambda: bool(trade.found))
     popover.hide()
     window.state.set_view(View(50, 20))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert trade.found == () and not trade.is_measuring
+    assert trade.found == () and not trade.begun
 
 
 def test_an_image_that_fails_ends_it(
@@ -79,6 +69,6 @@ def test_an_image_that_fails_ends_it(
     trade = window.workspace.reference.trade
     builders.references[-1].error = ValueError("no memory")
     window.exactness.figures.click()
-    qtbot.waitUntil(lambda: trade.found == () and not trade.is_measuring)
+    qtbot.waitUntil(lambda: trade.found == () and not trade.begun)
     assert window.reference.client.error is None
     assert window.exactness.popover.status.text() == WAITING

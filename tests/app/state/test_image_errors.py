@@ -10,8 +10,9 @@ from window_fakes import make_request
 
 from app.engines.messages import Result
 from app.engines.quality import Quality
-from app.engines.requests import ImageRequest, Request
-from app.state.image_errors import ImageErrors, distance
+from app.engines.requests import Request
+from app.engines.trade import distance
+from app.state.image_errors import ImageErrors
 from model.rendering.raster import Raster
 from model.scene.view import View
 
@@ -31,8 +32,13 @@ def result(
     return Result(request, gray(level, quality.pixels), None, 0.1, image_error=error)
 
 
-def live(coarseness: float = 4.0, raster: Raster = WHOLE) -> Quality:
-    return Quality(raster.shorter, coarseness, live=True, raster=raster)
+LIVE = Quality(48, live=True, raster=WHOLE)
+
+
+def moving(level: float, error: float | None = None) -> Result:
+    """An image while something moves: a coarse one, or one of all pixels with an error."""
+    whole = result(level, LIVE, error)
+    return whole if error else replace(whole, value=gray(level, Raster(32, 24)))
 
 
 def said(errors: ImageErrors, moves: bool = False, settled: bool = False) -> str:
@@ -57,12 +63,12 @@ def test_two_images_are_compared_as_a_screen_shows_them() -> None:
 
 def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known() -> None:
     errors = ImageErrors()
-    errors.note(result(0.4, live()), WHOLE)
+    errors.note(moving(0.4), WHOLE)
     assert said(errors, moves=True) == "coarser while moving" and said(errors) == "refining"
     # What no eye sees is not said.
-    errors.note(result(0.5, live(), 0.0029), WHOLE)
+    errors.note(moving(0.5, 0.0029), WHOLE)
     assert said(errors, moves=True) == ""
-    errors.note(result(0.5, live(), 0.02), WHOLE)
+    errors.note(moving(0.5, 0.02), WHOLE)
     assert said(errors, moves=True) == "error .02"
 
 
@@ -71,30 +77,29 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     quality = Quality(48, raster=WHOLE)
     errors.note(result(0.5, quality, float("inf")), WHOLE)
     assert said(errors) == "refining"
-    errors.note(result(0.5, replace(quality, samples=4), 0.0123), WHOLE)
+    errors.note(replace(result(0.5, quality, 0.0123), samples=4), WHOLE)
     found = errors.fidelity(INPUTS, False, False, WHOLE)
     assert found.text == "error .012, refining"
-    errors.note(result(0.5, replace(quality, samples=64), 0.0062), WHOLE)
+    errors.note(replace(result(0.5, quality, 0.0062), samples=64), WHOLE)
     found = errors.fidelity(INPUTS, False, True, WHOLE)
     assert found.text == "error .0062"
     assert "64 samples" in found.reasons[0] and "--samples" in found.reasons[0]
-    errors.note(result(0.5, replace(quality, samples=64), 0.0029), WHOLE)
+    errors.note(replace(result(0.5, quality, 0.0029), samples=64), WHOLE)
     assert said(errors, settled=True) == ""
 
 
 def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     errors = ImageErrors()
     # Kernels are compiled before the first one.
-    errors.note(replace(result(0.4, live()), seconds=30.0), WHOLE)
+    errors.note(replace(moving(0.4), seconds=30.0), WHOLE)
     assert errors.moving is None
-    errors.note(result(0.4, live()), WHOLE)
+    errors.note(moving(0.4), WHOLE)
     assert errors.moving == (0.1, None)
     # Neither an image of another view measures it, nor one that stands in or lacks pixels.
     turned = replace(INPUTS, view=View(80.0))
     errors.note(result(0.0, inputs=turned), WHOLE)
-    stands_in = ImageRequest(INPUTS, Quality(48, raster=WHOLE), stands_in=True)
-    errors.note(replace(result(0.0), request=stands_in), WHOLE)
-    errors.note(result(0.0, Quality(24, raster=Raster(32, 24))), WHOLE)
+    errors.note(replace(result(0.0), stands_in=True), WHOLE)
+    errors.note(replace(result(0.0), value=gray(0.0, Raster(32, 24))), WHOLE)
     # Nor one of a wider pane, which shows more beside it.
     errors.note(result(0.0, Quality(48, raster=Raster(96, 48))), WHOLE)
     assert errors.moving == (0.1, None)

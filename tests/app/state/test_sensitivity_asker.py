@@ -13,6 +13,7 @@ from pytestqt.qtbot import QtBot
 
 from app.engines.client import Channel
 from app.engines.messages import Result
+from app.engines.pace import Pace
 from app.engines.quality import Quality
 from app.engines.requests import (
     ImageRequest,
@@ -21,7 +22,6 @@ from app.engines.requests import (
     ValueSensitivityRequest,
     VisibilityRequest,
 )
-from app.state.pace import Pace
 from app.state.sensitivity_asker import REST_SIZE, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState

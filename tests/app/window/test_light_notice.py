@@ -14,7 +14,7 @@ from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
 from app.engines.requests import UNWATCHED, ImageRequest, Watch
-from app.state import dispatcher, slow_lights
+from app.state import slow_lights
 from app.window.main_window import MainWindow
 from model.scene.view import View
 
@@ -22,9 +22,9 @@ from model.scene.view import View
 def draw_slowly(
     self: FakeEngine, request: ImageRequest, watch: Watch = UNWATCHED
 ) -> NDArray[np.float32]:
-    """As the fake draws, and the ray caster slowly."""
-    if request.stands_in:
-        time.sleep(0.1)
+    """As the ray caster draws, slowly."""
+    self.by_raycast = True
+    time.sleep(0.1)
     pixels = request.quality.pixels
     return np.full((pixels.height, pixels.width, 4), 0.5, np.float32)
 
@@ -39,7 +39,6 @@ def test_a_light_that_goes_out_is_told_and_offered(
     # Of the pixels of a first image, however large the pane.
     monkeypatch.setattr(slow_lights, "SLOW_LIGHT_S", 0.01)
     monkeypatch.setattr(slow_lights, "SLOW_SOFT_S", -1.0)
-    monkeypatch.setattr(dispatcher, "SOON_SECONDS", -1.0)
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
     notice, work = window.notice, window.workspace.reference

@@ -266,12 +266,11 @@ def test_who_draws_while_something_moves_is_never_queued(
     window = make_window()
     # Built once more if the model, whose light is another, comes after the volume.
     assert {s.renderer for s in builders.settings} == {"auto"}
-    reference, analyst = builders.references[-1], builders.analysts[-1]
-    qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
+    reference = builders.references[-1]
     drawn = len(reference.requests)
     window.state.move_view(View(azimuth=10.0))
-    qtbot.waitUntil(lambda: bool(analyst.requests) and analyst.requests[-1].quality.live)
-    assert len(reference.requests) == drawn
+    qtbot.waitUntil(lambda: len(reference.requests) > drawn)
+    assert reference.requests[-1].quality.live
     window.state.finish_view()
     settle(qtbot, window)
     assert not reference.requests[-1].quality.live
@@ -284,7 +283,7 @@ def test_who_draws_while_something_moves_is_never_queued(
     assert builders.settings[-1].renderer == "vtk"
     engine: FakeEngine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
-    before, asked = len(engine.requests), len(builders.analysts[-1].requests)
+    before = len(engine.requests)
     window.state.move_view(View(azimuth=0.0))
     qtbot.waitUntil(lambda: len(engine.requests) == before + 1)
     for azimuth in range(1, 50):
@@ -296,7 +295,6 @@ def test_who_draws_while_something_moves_is_never_queued(
     assert len(engine.requests) == before + 2
     assert engine.requests[-1].inputs.view == View(azimuth=49.0)
     engine.gate = None
-    assert len(builders.analysts[-1].requests) == asked
 
 
 def test_the_light_is_moved_where_both_images_follow_it(

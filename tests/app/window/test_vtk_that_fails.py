@@ -114,5 +114,6 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
         ({"lighting": "soft"}, "ray caster"),
     ):
         choose(**changes)
-        qtbot.waitUntil(lambda name=name: client.is_ready and client.description == name)
-        assert bool(client.remark) == ("drawing" not in changes or changes["drawing"] == "auto")
+        is_automatic = changes.get("drawing", "auto") == "auto"
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
+        assert (client.description, bool(client.remark)) == (name, is_automatic)

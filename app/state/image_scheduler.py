@@ -1,0 +1,108 @@
+"""Requests for images of the viewer's newest state, to both engines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from PySide6.QtCore import QObject
+
+from app.engines.client import EngineClient
+from app.engines.exactness import STOPS, USUAL
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import ImageRequest
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+from model.scene.value_scale import ValueScale
+
+NO_MODEL_SIZE = 512
+"""Size of the reference image until its pane's is known, in pixels."""
+
+
+class ImageScheduler(QObject):
+    """Asks both engines for images at every change of the viewer's state.
+
+    While something moves, each of them is asked for one image at a time; once that is there, the
+    next is of the newest state. At rest each is asked once, and its images become better.
+
+    Attributes
+    ----------
+    raster : Raster
+        All pixels of the reference.
+    is_fixed : bool
+        Whether their number is the user's choice, however long they take.
+    stop : Exactness
+        What images may take while something moves, and owe at rest.
+    generator_follows : bool
+        Whether the generator draws what the reference does with one sample of each pixel: that of
+        path-traced light. While something moves it draws alone, where it is in sight: the
+        reference would draw the same twice.
+    hidden : frozenset of EngineClient
+        Clients whose images nobody sees: they are asked for none.
+    scale : {"linear", "log"}
+        Scale of the volume that the reference draws. Nothing is asked for under a TF of another
+        one, which is there for a moment until the volume follows it.
+    """
+
+    def __init__(
+        self,
+        state: ViewerState,
+        generator: EngineClient,
+        reference: EngineClient,
+        parent: QObject,
+    ) -> None:
+        super().__init__(parent)
+        self._state, self._generator, self._reference = state, generator, reference
+        self.raster, self.is_fixed = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE), False
+        self.stop = STOPS[USUAL]
+        self.generator_follows = False
+        self.hidden: frozenset[EngineClient] = frozenset()
+        self.scale: ValueScale = "linear"
+        state.inputsChanged.connect(self._ask_moving)
+        state.inputsChangeFinished.connect(self.send)
+        generator.images.answered.connect(self._ask_next)
+        reference.images.answered.connect(self._ask_next)
+
+    def send(self) -> None:
+        """Ask for images of the present state at rest, where they are not on their way."""
+        self._ask(self._generator)
+        self._ask(self._reference)
+
+    def show_trade(self) -> None:
+        """Have the present state drawn as while something moves, and then at rest.
+
+        So one sees what has been traded, and both are measured.
+        """
+        self._ask(self._reference, live=True)
+
+    def _ask_moving(self) -> None:
+        # A change outside a drag is immediately followed by its request at rest.
+        if not self._state.live:
+            return
+        self._ask(self._generator, live=True)
+        if self.generator_follows and self._generator not in self.hidden:
+            self._reference.images.cancel()
+        else:
+            self._ask(self._reference, live=True)
+
+    def _ask_next(self, result: Result) -> None:
+        if self._state.live:
+            self._ask_moving()
+        elif result.request.quality.live:
+            # What has been traded was shown, or it came late.
+            self.send()
+
+    def _ask(self, client: EngineClient, live: bool = False) -> None:
+        if client in self.hidden or self._state.scale != self.scale:
+            return
+        channel, stop = client.images, self.stop
+        newest = channel.newest
+        is_moving = newest is not None and newest.quality.live
+        if live and is_moving and channel.is_pending and client.is_ready:
+            return
+        if self.generator_follows and client is self._generator:
+            stop = replace(stop, samples=1)
+        quality = Quality(self.raster.shorter, live=live, raster=self.raster)
+        request = ImageRequest(self._state.inputs, quality, stop, self.is_fixed)
+        if request != newest:
+            channel.ask(request)

@@ -1,0 +1,157 @@
+"""Requests for images, as the viewer's state changes and answers come."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QObject
+
+from app.engines.client import Channel
+from app.engines.exactness import STOPS
+from app.engines.messages import Result
+from app.engines.requests import IMAGES, ImageRequest
+from app.state.image_scheduler import ImageScheduler
+from app.state.viewer_state import ViewerState
+from model.rendering.raster import Raster
+from model.scene.view import View
+
+PANE = Raster(1000, 400)
+NOTHING = np.zeros((4, 10, 4), np.float32)
+
+
+class Client(QObject):
+    """Keeps what it is asked for, and answers when the test says so."""
+
+    is_ready = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: list[ImageRequest] = []
+        self.abandoned: list[str] = []
+        self.images = Channel(self, IMAGES, self)  # type: ignore[arg-type]
+
+    def open(self, channel: Channel) -> None:
+        """It has one channel."""
+
+    def submit(self, request: ImageRequest) -> None:
+        self.asked.append(request)
+        self.images.accept(request)
+
+    def abandon(self, channel: str) -> None:
+        self.abandoned.append(channel)
+
+    def answer(self, is_last: bool = True) -> None:
+        """Answer the newest request."""
+        self.images.deliver(Result(self.asked[-1], NOTHING, None, 0.1, is_last=is_last))
+
+
+@pytest.fixture
+def generator() -> Client:
+    return Client()
+
+
+@pytest.fixture
+def reference() -> Client:
+    return Client()
+
+
+@pytest.fixture
+def scheduler(state: ViewerState, generator: Client, reference: Client) -> ImageScheduler:
+    scheduler = ImageScheduler(state, generator, reference, state)  # type: ignore[arg-type]
+    scheduler.raster = PANE
+    return scheduler
+
+
+def turn(state: ViewerState, azimuth: float) -> None:
+    state.move_view(View(azimuth=azimuth))
+
+
+def test_at_rest_each_engine_is_asked_once_for_all_pixels(
+    state: ViewerState, scheduler: ImageScheduler, generator: Client, reference: Client
+) -> None:
+    for client in (generator, reference):
+        scheduler.send()
+        assert len(client.asked) == 1
+        client.answer(is_last=False)
+        client.answer()
+        # It is there: the same is not drawn again.
+        scheduler.send()
+        assert len(client.asked) == 1
+        request = client.asked[0]
+        assert (request.inputs, request.quality.pixels) == (state.inputs, PANE)
+        assert not request.quality.live
+    state.set_view(View(azimuth=50.0))
+    for client in (generator, reference):
+        assert client.asked[-1].inputs == state.inputs
+        assert not client.asked[-1].quality.live
+
+
+def test_while_something_moves_one_image_is_on_its_way_and_the_next_is_of_the_newest_state(
+    state: ViewerState, scheduler: ImageScheduler, reference: Client
+) -> None:
+    scheduler.send()
+    for azimuth in (10.0, 20.0, 30.0):
+        turn(state, azimuth)
+    # What was refined is called off by the first of them.
+    assert [r.quality.live for r in reference.asked] == [False, True]
+    assert reference.asked[-1].inputs.view.azimuth == 10
+    reference.answer()
+    assert reference.asked[-1].inputs.view.azimuth == 30
+    reference.answer()
+    # Nothing moves.
+    assert len(reference.asked) == 3
+    turn(state, 40.0)
+    state.finish_view()
+    last = reference.asked[-1]
+    assert (last.inputs.view.azimuth, last.quality.live) == (40, False)
+    count = len(reference.asked)
+    reference.images.deliver(Result(reference.asked[-2], NOTHING, None, 0.1))
+    assert len(reference.asked) == count
+
+
+def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(
+    scheduler: ImageScheduler, reference: Client
+) -> None:
+    scheduler.send()
+    reference.answer()
+    scheduler.stop = STOPS["exact"]
+    scheduler.show_trade()
+    assert reference.asked[-1].quality.live and len(reference.asked) == 2
+    reference.answer()
+    assert not reference.asked[-1].quality.live and len(reference.asked) == 3
+    assert reference.asked[-1].stop == STOPS["exact"]
+
+
+def test_what_nobody_sees_is_not_asked_for(
+    state: ViewerState, scheduler: ImageScheduler, generator: Client, reference: Client
+) -> None:
+    scheduler.hidden = frozenset({reference})  # type: ignore[arg-type]
+    scheduler.send()
+    turn(state, 10.0)
+    assert not reference.asked and len(generator.asked) == 2
+    # Nor what is of a TF of another scale than the volume's.
+    scheduler.scale, scheduler.hidden = "log", frozenset()
+    state.finish_view()
+    assert not reference.asked and len(generator.asked) == 2
+
+
+def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
+    state: ViewerState, scheduler: ImageScheduler, generator: Client, reference: Client
+) -> None:
+    scheduler.generator_follows = True
+    # While something moves it draws alone, and the reference stops.
+    for azimuth in (10.0, 20.0):
+        turn(state, azimuth)
+        generator.answer()
+    assert not reference.asked and reference.abandoned
+    assert generator.asked[-1].quality.pixels == PANE
+    state.finish_view()
+    # The ground truth has more and more samples, the generator one of every pixel.
+    assert generator.asked[-1].stop == replace(scheduler.stop, samples=1)
+    assert reference.asked[-1].stop == scheduler.stop
+    # Out of sight it leaves the drawing to the reference.
+    scheduler.hidden = frozenset({generator})  # type: ignore[arg-type]
+    turn(state, 30.0)
+    assert reference.asked[-1].quality.live
