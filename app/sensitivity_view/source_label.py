@@ -7,10 +7,11 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 from app import theme
 from app.glosses import explain, gloss, without_links
-from app.state.sensitivity_answers import Agreement, Source
+from app.state.sensitivity_answers import Source
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.workspace import Workspace
+from model.sensitivity.cosine import Agreement
 
 GLOSSES: dict[Source, str] = {
     "exact": "Exact",

@@ -16,17 +16,12 @@ from app.engines.requests import (
     VisibilityRequest,
 )
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.cosine import cosine
 from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import WhatIf
 
 Source = Literal["exact", "stand-in", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
 light's, or the generator."""
-
-NEGLIGIBLE = 1e-6
-"""Norm of responses, per unit of opacity, up to which they are rounding."""
 
 _R = TypeVar("_R", bound=Request)
 
@@ -70,33 +65,3 @@ def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
     request = answer.request
     pixels = int(request.region.mask(request.quality.pixels.shape).sum())
     return shown_responses(answer.value, pixels, request.width)
-
-
-@dataclass(frozen=True)
-class Agreement:
-    """Agreement of learned responses with exact ones.
-
-    Attributes
-    ----------
-    cosine : float
-        1 where they have one shape.
-    strength : float
-        The learned ones' norm, in units of the exact ones'.
-    """
-
-    cosine: float
-    strength: float
-
-
-def agreement(
-    learned: RegionAnswer, exact: RegionAnswer, scalar_range: Range, window: Range
-) -> Agreement | None:
-    """Compare two responses over a window; None where they are but rounding."""
-    values = np.linspace(*scalar_range, TF_SAMPLES)
-    inside = (values >= window[0]) & (values <= window[1])
-    a, b = learned.value[inside], exact.value[inside]
-    if max(float(np.linalg.norm(a)), float(np.linalg.norm(b))) < NEGLIGIBLE:
-        return None
-    # In the displayed unit: the engines' images may have different numbers of pixels.
-    own, true = (float(np.linalg.norm(displayed(each)[inside])) for each in (learned, exact))
-    return Agreement(cosine(a, b), own / true if true > 0 else np.inf)

@@ -30,7 +30,6 @@ from app.engines.requests import (
 from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
 from app.state.brightness import Brightness
 from app.state.sensitivity_answers import (
-    Agreement,
     Answer,
     FieldAnswer,
     RegionAnswer,
@@ -38,7 +37,7 @@ from app.state.sensitivity_answers import (
     ValueVisibilityAnswer,
     VisibilityAnswer,
     WhatIfAnswer,
-    agreement,
+    displayed,
     same_question,
 )
 from app.state.sensitivity_state import Choices, SensitivityState
@@ -47,7 +46,8 @@ from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_over
-from model.scene.transfer_function import Range
+from model.scene.transfer_function import TF_SAMPLES, Range
+from model.sensitivity.cosine import Agreement, agreement
 from model.sensitivity.what_if import compare, edited, predicted_rmse
 
 Question = Literal["region", "visibility", "field", "seen", "pick"]
@@ -210,7 +210,10 @@ class SensitivityAsker(QObject):
         both = self._both(self.regions)
         if not (both and self.is_fresh(both[0])):
             return None
-        return agreement(both[1], both[0], self._state.scalar_range, self.window)
+        values = np.linspace(*self._state.scalar_range, TF_SAMPLES)
+        inside = (values >= self.window[0]) & (values <= self.window[1])
+        exact, learned = (displayed(each)[inside] for each in both)
+        return agreement(learned, exact)
 
     def is_fresh(self, answer: RegionAnswer | None) -> bool:
         """Whether an answer is about the present image, region and edits."""

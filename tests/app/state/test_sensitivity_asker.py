@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -34,15 +35,6 @@ UNPAID = 0.015
 """Part of a drag that its last answers may take more: what follows it makes up for them."""
 
 
-class Clock:
-    """Seconds that pass when the test says so."""
-
-    now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
 class Client(QObject):
     """Keeps what it is asked for on its channels until the test has it answered."""
 
@@ -68,7 +60,7 @@ class Asking:
 
     state: ViewerState
     asked: SensitivityState = field(default_factory=SensitivityState)
-    clock: Clock = field(default_factory=Clock)
+    now: float = 100.0
     exact: Client = field(default_factory=Client)
     learned: Client = field(default_factory=Client)
     cost: Callable[[Request], float] = lambda _request: 0.01
@@ -76,7 +68,7 @@ class Asking:
     def __post_init__(self) -> None:
         self.asker = SensitivityAsker(
             self.state, self.asked, self.exact, self.learned, lambda: False,  # type: ignore[arg-type]
-            Brightness(), self.state, self.clock,  # type: ignore[arg-type]
+            SimpleNamespace(value=1.0), self.state, lambda: self.now,  # type: ignore[arg-type]
         )  # fmt: skip
         self.asked.choose(whole_curve=True)
         self.asker.start_volume((100.0, 200.0), "exact")
@@ -88,15 +80,15 @@ class Asking:
 
         What is noted is noted just before an answer replaces the one before.
         """
-        began = self.clock.now
+        began = self.now
         while client := next((one for one in (self.exact, self.learned) if one.waiting), None):
             name, request = next(iter(client.waiting.items()))
             del client.waiting[name]
             seconds = self.cost(request)
-            self.clock.now += seconds
+            self.now += seconds
             note()
             client.channels[name].deliver(Result(request, np.ones(1), None, seconds))
-        return self.clock.now - began
+        return self.now - began
 
     def drag(self, seconds: float, picture: float) -> tuple[float, float]:
         """Turn the view, and return the answers' share and the greatest age of one that is shown.
@@ -106,38 +98,29 @@ class Asking:
         picture : float
             Time of a picture by the same engine, which comes before what is asked beside it.
         """
-        began, spent, ages = self.clock.now, 0.0, [0.0]
-        while self.clock.now < began + seconds:
+        began, spent, ages = self.now, 0.0, [0.0]
+        while self.now < began + seconds:
             self.turn()
-            self.clock.now += picture
+            self.now += picture
             ages.append(self.age(began))
             shown = ImageRequest(self.state.inputs, Quality(180, live=True))
             self.turn()
             self.asker.follow_image(Result(shown, np.ones(1), None, picture))
             if self.exact.waiting:
                 # The next picture, which was asked for at once, is drawn first.
-                self.clock.now += picture
+                self.now += picture
                 spent += self.answer(lambda: ages.append(self.age(began)))
-        return spent / (self.clock.now - began), max(ages)
+        return spent / (self.now - began), max(ages)
 
     def turn(self) -> None:
         """Move the view to where it tells the time."""
-        self.state.move_view(replace(self.state.view, azimuth=self.clock.now))
+        self.state.move_view(replace(self.state.view, azimuth=self.now))
 
     def age(self, began: float) -> float:
         """Age of the oldest answer that is shown, since what it shows was there last."""
         shown = self.asker.region, self.asker.visibility, self.asker.field
         times = [answer.request.inputs.view.azimuth for answer in shown if answer is not None]
-        return self.clock.now - min(max(time, began) for time in times)
-
-
-class Brightness:
-    """Changes nothing."""
-
-    value = 1.0
-
-    def of(self, _engine: str) -> float:
-        return 1.0
+        return self.now - min(max(time, began) for time in times)
 
 
 @pytest.fixture
@@ -214,7 +197,7 @@ def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking: Asking, qtbo
     shown = ImageRequest(asking.state.inputs, Quality(180, live=True))
     asking.asker.follow_image(Result(shown, np.ones(1), None, 0.05))
     assert not asking.exact.waiting
-    asking.clock.now += OLDEST
+    asking.now += OLDEST
     # No other image comes.
     qtbot.waitUntil(lambda: bool(asking.exact.waiting))
     asking.answer()
