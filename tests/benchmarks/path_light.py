@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.generator.path_light_generator import cleaning_of
-from model.rendering.path_tracing.cleaning import Cleaning, Denoiser, cleaned, denoiser
+from model.rendering.path_tracing.cleaning import Cleaning, denoiser
 from model.rendering.path_tracing.estimate import Estimate
-from model.rendering.path_tracing.refinement import drawn, shown
+from model.rendering.path_tracing.refinement import drawn, refined
 from model.rendering.path_tracing.renderer import PathTracer
-from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
@@ -78,15 +77,15 @@ def over_samples(
         drawn(tracer, scenes[0], size, 2, cleaning=cleaning)
         for scene, truth in zip(scenes, exact, strict=True):
             begun = time.perf_counter()
-            cleaner = cleaning(scene, Raster.of(size)) if cleaning else None
             pictures = [
-                (estimate, shown(estimate, cleaner), time.perf_counter() - begun)
-                for estimate in tracer.refine(scene, size, samples)
+                (picture, time.perf_counter() - begun)
+                for picture in refined(tracer, scene, size, samples, cleaning=cleaning)
             ]
-            for estimate, picture, seconds in pictures:
-                alone = cleaned(estimate, Denoiser()) if cleaning else estimate.rgba
-                errors = (_rmse(image, truth) for image in (estimate.rgba, alone, picture.rgba))
-                found.setdefault(estimate.samples, []).append((seconds, *errors, picture.error))
+            traced = tracer.refine(scene, size, samples)
+            alone = refined(tracer, scene, size, samples, cleaning=cleaning and denoiser)
+            for (picture, seconds), *others in zip(pictures, traced, alone, strict=True):
+                errors = (_rmse(image.rgba, truth) for image in (*others, picture))
+                found.setdefault(picture.samples, []).append((seconds, *errors, picture.error))
     release()
     return [(number, *map(fmean, zip(*rows, strict=True))) for number, rows in found.items()]
 

@@ -64,8 +64,8 @@ class Denoiser:
     def clean(
         self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
     ) -> NDArray[np.float32]:
-        """See :meth:`Cleaner.clean`."""
-        return denoise(radiance, estimate.albedo)
+        """See :meth:`Cleaner.clean`; one sample is denoised quickly, as more follow."""
+        return denoise(radiance, estimate.albedo, quick=samples == 1)
 
     def deed(self, samples: int) -> str:
         """See :meth:`Cleaner.deed`."""
@@ -77,40 +77,32 @@ def denoiser(inputs: SceneInputs, raster: Raster) -> Cleaner:
     return Denoiser()
 
 
-def cleaned(estimate: Estimate, cleaner: Cleaner) -> NDArray[np.float32]:
-    """Return an estimate's picture without noise; its opacity is exact, and stays.
+def error_of(clean: NDArray[np.float32], before: Estimate, estimate: Estimate) -> float:
+    """Estimate the error of a clean picture by the samples that were drawn since then.
 
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns, 4)
-        As renderers return it.
-    """
-    opacity = estimate.rgba[..., 3:]
-    clean = cleaner.clean(estimate.radiance, estimate, estimate.samples)
-    # Filters are wider than a pixel: nothing may shine where nothing is.
-    return np.concatenate([np.where(opacity > 0, clean, 0).clip(0, 1), opacity], axis=2)
+    These are in two halves whose noise is independent of the picture and of each other: the product
+    of its differences to both is the square of its error on average.
 
-
-def error_of(estimate: Estimate, cleaner: Cleaner) -> float:
-    """Estimate the error of :func:`cleaned`: the root mean square over all pixels and colours.
-
-    A clean picture of n samples is measured against n other samples: their noise is independent
-    of it, and on average adds its own variance to the square of the error. Of the picture of all
-    2 n samples the error is smaller, by the factor :attr:`Cleaner.doubling`.
+    Parameters
+    ----------
+    clean : ndarray of float32, shape (rows, columns, 3)
+        Radiance without noise.
+    before : Estimate
+        What it was made of.
+    estimate : Estimate
+        Before, and more samples.
 
     Returns
     -------
     float
-        Infinite after the first sample. Two pictures are cleaned for it.
+        Root mean square over all pixels and colours; infinite where there is but one more sample.
     """
-    if estimate.samples < 2:
+    more = (estimate.counts - before.counts)[:, None, None, None]
+    if not more.all():
         return math.inf
-    first, second = estimate.halves
-    more, fewer = (estimate.samples + 1) // 2, estimate.samples // 2
-    squares = np.square(cleaner.clean(first, estimate, more) - second, dtype=np.float64)
-    squares += np.square(cleaner.clean(second, estimate, fewer) - first, dtype=np.float64)
-    squares -= np.square(first - second, dtype=np.float64)
+    sums = estimate.halves * estimate.counts[:, None, None, None]
+    first, second = (sums - before.halves * before.counts[:, None, None, None]) / more
     # Of each pixel, which are independent: chance may make their mean too small, even negative.
-    pixels = squares.mean(axis=2) / 2
+    pixels = ((clean - first) * (clean - second)).mean(axis=2, dtype=np.float64)
     chance = float(pixels.std()) / math.sqrt(pixels.size)
-    return cleaner.doubling * math.sqrt(max(float(pixels.mean()), chance))
+    return math.sqrt(max(float(pixels.mean()), chance))

@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from model.rendering.raster import Raster
+
+LEAST = np.float32(1e-3)
+"""Opacity of a pixel below which nothing is traced: less than a quarter of an 8-bit step."""
+
+MARGIN, UNIT = 32, 64
+"""Pixels around what was traced that a cleaner sees, and of which places and sizes are multiples:
+it prepares itself for each size, and works on blocks of pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +46,36 @@ class Estimate:
     radiance: NDArray[np.float32]
     albedo: NDArray[np.float32]
     halves: NDArray[np.float32]
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """Number of the even and of the odd samples."""
+        return np.array([(self.samples + 1) // 2, self.samples // 2])
+
+    def traced_part(self, raster: Raster) -> Raster:
+        """Return the part of a picture, given its raster, beyond which nothing was traced."""
+        traced = self.rgba[..., 3] >= LEAST
+        ends = []
+        for axis, length in enumerate(raster.shape):
+            (places,) = np.nonzero(traced.any(axis=1 - axis))
+            first, last = (places[0], places[-1]) if len(places) else (0, 0)
+            low = max(int(first) - MARGIN, 0) // UNIT * UNIT
+            high = min(-(-(int(last) + 1 + MARGIN) // UNIT) * UNIT, length)
+            ends.append((low, high - low))
+        (top, rows), (left, columns) = ends
+        return replace(
+            raster, left=raster.left + left, top=raster.top + top, columns=columns, rows=rows
+        )
+
+    def cut(self, rows: slice, columns: slice) -> Estimate:
+        """Return the estimate of some rows and columns."""
+        return replace(
+            self,
+            rgba=self.rgba[rows, columns],
+            radiance=self.radiance[rows, columns],
+            albedo=self.albedo[rows, columns],
+            halves=self.halves[:, rows, columns],
+        )
 
 
 def estimate_of(

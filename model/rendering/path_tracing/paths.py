@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from model.compilation import compiled, inlined
+from model.rendering.path_tracing.estimate import LEAST
 from model.rendering.path_tracing.random_numbers import (
     joined,
     number_of,
@@ -37,9 +38,6 @@ from model.rendering.raycast.trilinear import clamp
 CERTAIN = 2
 """Collisions after which paths end at random, the sooner the darker they are."""
 
-LEAST = np.float32(1e-3)
-"""Opacity of a pixel below which nothing is traced: less than a quarter of an 8-bit step."""
-
 
 @compiled
 def trace_rows(
@@ -53,11 +51,12 @@ def trace_rows(
     opacity: Any,
     place: Any,
     rows: Any,
+    columns: Any,
     samples: Any,
     seed: int,
     sums: Any,
 ) -> None:
-    """Add some samples to each pixel of some rows.
+    """Add some samples to each pixel of some rows and columns.
 
     Parameters
     ----------
@@ -79,6 +78,8 @@ def trace_rows(
         Column and row of the first pixel in the whole picture, and the picture's width.
     rows : tuple of int
         First row, and the row after the last.
+    columns : tuple of int
+        First column, and the column after the last.
     samples : tuple of int
         Number of the first sample, and of the one after the last. Even and odd ones have random
         numbers of their own, so that their sums are independent.
@@ -86,13 +87,13 @@ def trace_rows(
     sums : ndarray of float32, shape (2, rows, columns, 3)
         Input and output: sums of the even and of the odd samples.
     """
-    columns = opacity.shape[1]
+    width = opacity.shape[1]
     levels, staging = stack_batch(medium.voxels, BATCH)
     count = samples[1] - samples[0]
     targets, order = np.empty(count, np.float32), np.empty(count, np.int32)
     hits, places = np.empty(count, np.int32), np.empty(count, np.float32)
     for row in range(rows[0], rows[1]):
-        for column in range(columns):
+        for column in range(columns[0], columns[1]):
             a = opacity[row, column, 0]
             if a < LEAST:
                 continue
@@ -101,7 +102,7 @@ def trace_rows(
                 sample = samples[0] + n
                 pixel = _stream(seed, number, sample)
                 _insert(targets, order, n, ONE - spread(pixel, sample >> 1, 0) * a)
-            ray, _ = make_ray(camera, step, column, row, columns)
+            ray, _ = make_ray(camera, step, column, row, width)
             _collide(medium, alphas, ray, targets, order, levels, staging, hits, places)
             for n in range(count):
                 sample, t = samples[0] + n, places[n]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, cleaned, error_of
+from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, error_of
 from model.rendering.path_tracing.coarse_light import APART, coarse, light_of, relit
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.light_history import LightHistory
@@ -46,23 +46,55 @@ class Refined:
     deed: str
 
 
-def shown(estimate: Estimate, cleaner: Cleaner | None) -> Refined:
-    """Return an estimate as it is shown.
+class _Picture:
+    """A picture whose estimates are shown one after the other.
 
     Parameters
     ----------
-    cleaner : Cleaner, optional
-        It cleans the picture as long as the estimated error is smaller then: a picture of many
-        samples is shown as it was traced.
+    cleaning : callable, optional
+        Gives what cleans the picture as long as the estimated error is smaller then: a picture of
+        many samples is shown as it was traced.
     """
-    if cleaner is not None:
-        left = error_of(estimate, cleaner)
-        # After the first sample neither is known, and noise is the larger by far.
-        if not estimate.error < left:
-            return Refined(
-                cleaned(estimate, cleaner), estimate.samples, left, cleaner.deed(estimate.samples)
-            )
-    return Refined(estimate.rgba, estimate.samples, estimate.error, "")
+
+    def __init__(self, inputs: SceneInputs, raster: Raster, cleaning: Cleaning | None) -> None:
+        self._inputs, self._raster, self._cleaning = inputs, raster, cleaning
+        self._cleaner: Cleaner | None = None
+        self._part = raster
+        self._before: tuple[Estimate, NDArray[np.float32]] | None = None
+
+    def shown(self, estimate: Estimate) -> Refined:
+        """Return an estimate as it is shown."""
+        if self._cleaning is None:
+            return Refined(estimate.rgba, estimate.samples, estimate.error, "")
+        if self._cleaner is None:
+            self._part = estimate.traced_part(self._raster)
+            self._cleaner = self._cleaning(self._inputs, self._part)
+        top, left = self._part.top - self._raster.top, self._part.left - self._raster.left
+        place = slice(top, top + self._part.rows), slice(left, left + self._part.columns)
+        part = estimate.cut(*place)
+        error = self._error(part, self._cleaner)
+        # Where it is not known, noise is the larger by far.
+        if math.isfinite(error) and estimate.error < error:
+            self._cleaning = None
+            return self.shown(estimate)
+        clean = self._cleaner.clean(part.radiance, part, part.samples)
+        self._before = part, clean
+        picture = estimate.rgba.copy()
+        picture[..., :3] = 0
+        # Filters are wider than a pixel: nothing may shine where nothing is.
+        picture[place][..., :3] = np.where(part.rgba[..., 3:] > 0, clean, 0).clip(0, 1)
+        return Refined(picture, estimate.samples, error, self._cleaner.deed(estimate.samples))
+
+    def _error(self, part: Estimate, cleaner: Cleaner) -> float:
+        """Estimate the error of a clean picture from that of the one before."""
+        if self._before is None:
+            return math.inf
+        before, clean = self._before
+        if cleaner.deed(part.samples) != cleaner.deed(before.samples):
+            clean = cleaner.clean(before.radiance, part, before.samples)
+        pixels = self._part.rows * self._part.columns / (self._raster.rows * self._raster.columns)
+        doublings = math.log2(part.samples / before.samples)
+        return cleaner.doubling**doublings * math.sqrt(pixels) * error_of(clean, before, part)
 
 
 def refined(
@@ -83,13 +115,13 @@ def refined(
     tracer, inputs, size, samples, wanted, sample_distance
         See :meth:`model.rendering.path_tracing.renderer.PathTracer.refine`.
     cleaning : callable, optional
-        Gives what cleans the picture; see :func:`shown`.
+        Gives what cleans the picture while that brings it nearer.
     error : float
         Estimated error from which no more samples are drawn; 0 for as many as were asked for.
     """
-    cleaner = cleaning(inputs, Raster.of(size)) if cleaning else None
+    picture = _Picture(inputs, Raster.of(size), cleaning)
     for estimate in tracer.refine(inputs, size, samples, wanted, sample_distance):
-        found = shown(estimate, cleaner)
+        found = picture.shown(estimate)
         yield found
         if error > 0 and found.error <= error:
             return
@@ -108,7 +140,7 @@ def drawn(
 ) -> Refined:
     """Draw a whole picture; see :func:`refined`.
 
-    Unless an error is aimed at, or a time is kept, none but the last is cleaned.
+    Unless an error is aimed at, or a time is kept, none but the last two are cleaned.
 
     Parameters
     ----------
@@ -134,8 +166,30 @@ def drawn(
                 break
             found = following
         return found
-    *_, estimate = tracer.refine(inputs, size, samples, sample_distance=sample_distance)
-    return shown(estimate, cleaning(inputs, Raster.of(size)) if cleaning else None)
+    last = _last(tracer, inputs, size, samples, sample_distance=sample_distance, cleaning=cleaning)
+    assert last is not None
+    return last
+
+
+def _last(
+    tracer: PathTracer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    samples: int,
+    wanted: Callable[[], bool] = lambda: True,
+    sample_distance: float | None = None,
+    *,
+    cleaning: Cleaning | None,
+) -> Refined | None:
+    """Return the last of the pictures; None if it is no longer wanted meanwhile."""
+    coming = tracer.refine(inputs, size, samples, wanted, sample_distance)
+    # The samples after the last but one tell the error.
+    last = deque(coming, maxlen=2)
+    if not last or last[-1].samples < samples:
+        return None
+    picture = _Picture(inputs, Raster.of(size), cleaning)
+    *_, found = map(picture.shown, last)
+    return found
 
 
 class RefiningRenderer:
@@ -181,11 +235,9 @@ class RefiningRenderer:
         sample_distance: float | None = None,
     ) -> Refined | None:
         """Draw a whole picture of so many samples; None if it is no longer wanted meanwhile."""
-        coming = self._tracer.refine(inputs, size, samples, wanted, sample_distance)
-        (last,) = deque(coming, maxlen=1) or (None,)
-        if last is None or last.samples < samples:
-            return None
-        return shown(last, self._cleaning(inputs, Raster.of(size)) if self._cleaning else None)
+        return _last(
+            self._tracer, inputs, size, samples, wanted, sample_distance, cleaning=self._cleaning
+        )
 
     def moving(
         self,

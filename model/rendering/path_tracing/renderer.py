@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -209,12 +209,13 @@ class PathTracer:
         trace: Any = trace_rows
         place = raster.left, raster.top, raster.width
         sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
-        for part in _passes(samples, raster.columns):
+        for part in _passes(samples):
 
-            def task(rows: tuple[int, int], part: tuple[int, int] = part) -> None:
-                trace(*traced, place, rows, part, self._seed, sums)
+            def task(tile: Raster, part: tuple[int, int] = part) -> None:
+                rows, columns = (tile.top, tile.bottom), (tile.left, tile.right)
+                trace(*traced, place, rows, columns, part, self._seed, sums)
 
-            if not self._run(task, raster, wanted, part[1] - part[0]):
+            if not self._run(task, _tiles(raster, part[1] - part[0]), wanted):
                 return
             done = part[1]
             if done & (done - 1) == 0 or done == samples:
@@ -247,23 +248,17 @@ class PathTracer:
         self._executor.shutdown()
 
     def _run(
-        self,
-        task: Callable[[tuple[int, int]], None],
-        raster: Raster,
-        wanted: Callable[[], bool],
-        together: int = 1,
+        self, task: Callable[[Raster], None], tiles: Iterable[Raster], wanted: Callable[[], bool]
     ) -> bool:
-        """Call a task for all rows, a few at a time; return False if it is no longer wanted."""
-        rows, columns = raster.shape
-        per_task = _rows_per_task(columns, together)
+        """Call a task for each tile; return False if it is no longer wanted."""
 
-        def part(first: int) -> bool:
+        def part(tile: Raster) -> bool:
             if not wanted():
                 return False
-            task((first, min(first + per_task, rows)))
+            task(tile)
             return True
 
-        return all(list(self._executor.map(part, range(0, rows, per_task))))
+        return all(list(self._executor.map(part, tiles)))
 
     def _seen(self, inputs: SceneInputs, raster: Raster, distance: float | None) -> _Seen:
         distance, volume = distance or self.sample_distance, self._volume
@@ -288,7 +283,11 @@ class PathTracer:
         looks = color_table(inputs.color_tf, self._volume.scalar_range, seen.alphas)
         tables = (seen.alphas, looks, *UNLIT, ends, seen.camera, seen.step)
         arguments = (*seen.medium[:7], *tables)
-        if not self._run(lambda rows: draw(*arguments, rows, unlit, depth, False), raster, wanted):
+
+        def task(tile: Raster) -> None:
+            draw(*arguments, (tile.top, tile.bottom), unlit, depth, False)
+
+        if not self._run(task, _rows(raster), wanted):
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 
@@ -334,25 +333,31 @@ class PathTracer:
 
 def questions(raster: Raster, samples: int) -> int:
     """Count how often :meth:`PathTracer.refine` asks whether a picture is still wanted."""
-    passes = [1, *(end - first for first, end in _passes(samples, raster.columns))]
-    per_task = (_rows_per_task(raster.columns, together) for together in passes)
-    return sum(math.ceil(raster.rows / rows) for rows in per_task)
+    traced = (len(list(_tiles(raster, last - first))) for first, last in _passes(samples))
+    return len(list(_rows(raster))) + sum(traced)
 
 
-def _rows_per_task(columns: int, together: int) -> int:
-    """Rows of which so many samples together are traced between two questions."""
-    return max(min(PIXELS_PER_TASK // columns, PATHS_PER_TASK // (columns * together)), 1)
+def _rows(raster: Raster) -> Iterator[Raster]:
+    """Divide the pixels that are drawn into whole rows, a few at a time."""
+    rows = max(PIXELS_PER_TASK // raster.columns, 1)
+    return Raster(raster.columns, raster.rows).tiles(raster.columns, rows)
 
 
-def _passes(samples: int, columns: int) -> Iterator[tuple[int, int]]:
+def _tiles(raster: Raster, together: int) -> Iterator[Raster]:
+    """Divide them into tiles, in each pixel of which some samples are traced together."""
+    pixels = min(PIXELS_PER_TASK, PATHS_PER_TASK // together)
+    columns = min(raster.columns, pixels)
+    return Raster(raster.columns, raster.rows).tiles(columns, pixels // columns)
+
+
+def _passes(samples: int) -> Iterator[tuple[int, int]]:
     """Yield the samples that are traced together: first, and the one after the last.
 
     A pass ends at each power of two, after which a picture is shown.
     """
     done, shown = 0, 1
-    most = min(max(PATHS_PER_TASK // columns, 1), MOST_TOGETHER)
     while done < samples:
-        end = min(done + most, shown, samples)
+        end = min(done + MOST_TOGETHER, shown, samples)
         yield done, end
         done = end
         if done == shown:

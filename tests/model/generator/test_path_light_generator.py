@@ -14,7 +14,7 @@ from model.generator.path_light_generator import MOST_SAMPLES, cleaning_of
 from model.networks.path_light_file import PathLightCard, save_path_light
 from model.networks.path_light_network import PathLightNetwork, PathLightSize
 from model.rendering.path_tracing import denoising
-from model.rendering.path_tracing.cleaning import Denoiser, cleaned, denoiser
+from model.rendering.path_tracing.cleaning import denoiser
 from model.rendering.path_tracing.refinement import refined
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
@@ -49,13 +49,15 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file: P
     tracer = PathTracer(volume, threads=1)
     cleaning, close = cleaning_of(volume, network=file)
     assert cleaning is not None
-    cleaner = cleaning(inputs, raster)
-    for estimate in tracer.refine(inputs, raster, 2 * MOST_SAMPLES):
-        alone, found = cleaned(estimate, Denoiser()), cleaned(estimate, cleaner)
-        assert found.shape == (30, 41, 4)
-        np.testing.assert_array_equal(found[..., 3], estimate.rgba[..., 3])
-        assert (found[found[..., 3] == 0] == 0).all()
-        assert np.array_equal(alone, found) == (estimate.samples > MOST_SAMPLES)
+    alone, found = (
+        refined(tracer, inputs, raster, 2 * MOST_SAMPLES, cleaning=each)
+        for each in (denoiser, cleaning)
+    )
+    for plain, picture in zip(alone, found, strict=True):
+        assert picture.rgba.shape == (30, 41, 4)
+        np.testing.assert_array_equal(picture.rgba[..., 3], plain.rgba[..., 3])
+        assert (picture.rgba[picture.rgba[..., 3] == 0] == 0).all()
+        assert np.array_equal(plain.rgba, picture.rgba) == (picture.samples > MOST_SAMPLES)
     close()
     tracer.close()
 

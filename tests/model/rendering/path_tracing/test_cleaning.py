@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.rendering.path_tracing.cleaning import Denoiser, cleaned, error_of
-from model.rendering.path_tracing.denoising import available
+from model.rendering.path_tracing.cleaning import denoiser
+from model.rendering.path_tracing.denoising import available, denoise
+from model.rendering.path_tracing.refinement import refined
 from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
+from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
@@ -38,18 +41,18 @@ def truth(jet):
 def test_noise_falls_against_many_samples(jet, truth):
     volume, inputs = jet
     tracer = PathTracer(volume)
-    found = list(tracer.refine(inputs, 96, 4))
+    traced = list(tracer.refine(inputs, 96, 4))
+    found = list(refined(tracer, inputs, 96, 4, cleaning=denoiser))
     tracer.close()
 
     def error(image):
         return np.sqrt(np.mean((image - truth.rgba)[..., :3] ** 2))
 
-    for estimate in found:
-        clean = cleaned(estimate, Denoiser())
-        assert clean.dtype == np.float32
-        assert error(clean) < 0.4 * error(estimate.rgba)
-        np.testing.assert_array_equal(clean[..., 3], truth.rgba[..., 3])
-        assert (clean[clean[..., 3] == 0] == 0).all()
+    for estimate, picture in zip(traced, found, strict=True):
+        assert picture.rgba.dtype == np.float32
+        assert error(picture.rgba) < 0.4 * error(estimate.rgba)
+        np.testing.assert_array_equal(picture.rgba[..., 3], truth.rgba[..., 3])
+        assert (picture.rgba[picture.rgba[..., 3] == 0] == 0).all()
 
 
 def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
@@ -69,12 +72,37 @@ def test_what_guides_the_denoiser_is_the_unlit_picture(jet):
 def test_the_estimated_error_is_that_against_many_samples(jet, truth):
     volume, inputs = jet
     tracer = PathTracer(volume)
-    for estimate in tracer.refine(inputs, 96, 16):
-        if estimate.samples == 1:
-            assert np.isinf(error_of(estimate, Denoiser()))
-            continue
-        clean = cleaned(estimate, Denoiser())
-        square = np.mean((clean - truth.rgba)[..., :3] ** 2) - truth.error**2
-        told = error_of(estimate, Denoiser())
-        assert told / 1.5 < np.sqrt(square) < told * 1.5
+    for picture in refined(tracer, inputs, 96, 16, cleaning=denoiser):
+        # The second sample alone has no halves.
+        assert np.isinf(picture.error) == (picture.samples < 4)
+        if picture.samples >= 4:
+            square = np.mean((picture.rgba - truth.rgba)[..., :3] ** 2) - truth.error**2
+            assert picture.error / 1.5 < np.sqrt(square) < picture.error * 1.5
     tracer.close()
+
+
+@needs_denoiser
+def test_a_small_thing_is_cleaned_as_if_nothing_were_around_it():
+    """Only the part that was traced is cleaned, at the same place."""
+    voxels = np.zeros((24, 24, 24), dtype=np.uint8)
+    voxels[14:18, 15:20, 5:9] = 200
+    volume = Volume(voxels)
+    inputs = SceneInputs.of(View(20.0, 10.0, 0.0, 0.9), default_transfer_function(volume))
+    raster, parts = Raster(400, 300), []
+
+    def cleaning(inputs, part):
+        parts.append(part)
+        return denoiser(inputs, part)
+
+    tracer = PathTracer(volume)
+    (estimate,) = tracer.refine(inputs, raster, 1)
+    (picture,) = refined(tracer, inputs, raster, 1, cleaning=cleaning)
+    tracer.close()
+    (part,) = parts
+    assert part.rows * part.columns < 0.5 * raster.rows * raster.columns
+    whole = denoise(estimate.radiance, estimate.albedo, quick=True)
+    expected = np.where(estimate.rgba[..., 3:] > 0, whole, 0).clip(0, 1)
+    taken = np.std(expected - estimate.radiance)
+    assert taken > 0.01
+    # The denoiser chooses its exposure by what it sees.
+    assert np.std(picture.rgba[..., :3] - expected) < 0.2 * taken
