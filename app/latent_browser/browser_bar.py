@@ -1,33 +1,23 @@
-"""Controls of the latent browser: map, colours, filter and codec."""
+"""Controls of the latent browser: map, filter and codec."""
 
 from __future__ import annotations
 
 import re
 from functools import partial
-from typing import Any
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
-from app.caption_button import CaptionButton
 from app.controls import add_action
 from app.icons import IconButton, icon
-from app.latent_browser.map_colors import lookup_table
 from app.menu_tips import show_tips
-from app.state.latent_state import CodecChoice, Coloring, LatentState
+from app.state.latent_state import CodecChoice, LatentState
 from model.scene.transfer_function import Range
 
-COLORINGS: dict[Coloring, tuple[str, str]] = {
-    "value": ("Value", "The scalar value that most is seen of in the picture"),
-    "opacity": ("Opacity", "How opaque the picture is on the whole"),
-    "modes": ("Modes", "How many peaks the TF has"),
-    "distance": ("Distance", "How far the TF's code is from the present TF's"),
-}
-
 CODECS: dict[CodecChoice, tuple[str, str]] = {
-    "shipped": ("Shipped", "The codec that ships with tfscope, for any volume"),
-    "model": ("Model's", "The codec of this volume's model"),
+    "shipped": ("Shipped codec", "The codec that ships with tfscope, for any volume"),
+    "model": ("Model's codec", "The codec of this volume's model"),
 }
 
 HEIGHT = 36
@@ -36,16 +26,14 @@ BAND_WIDTH = 84, 150
 
 
 class BrowserBar(QWidget):
-    """Controls in one row, and the menu of what is chosen rarely.
+    """Controls in one row.
 
     Attributes
     ----------
     map : IconButton
         Shows the map, or the TFs that differ most again.
-    coloring : CaptionButton
-        Says what the map's colours mean; its menu has other meanings.
-    modes : QAction
-        Whether a chosen TF becomes modes.
+    more : IconButton
+        Chooses the codec, if a model fits the volume.
     stop : QPushButton
         Ends the computation of the map, while it runs.
     """
@@ -60,7 +48,7 @@ class BrowserBar(QWidget):
         self._band_before: Range | None = None
         self._refused: str | None = None
         self.setFixedHeight(HEIGHT)
-        self._actions: dict[str, dict[Any, QAction]] = {}
+        self._codecs: dict[CodecChoice, QAction] = {}
         self.map = IconButton(
             "browse",
             "Map",
@@ -68,10 +56,6 @@ class BrowserBar(QWidget):
             text="Map",
         )
         self.map.setCheckable(True)
-        self.coloring = CaptionButton()
-        self.coloring.set_swatch(lookup_table())
-        self.coloring.setToolTip("What the colours mean")
-        self._add_choices(self.coloring.add_menu(), "coloring", COLORINGS)
         self.band = QLineEdit()
         self.band.setPlaceholderText("90 to 120")
         self.band.setClearButtonEnabled(True)
@@ -88,14 +72,14 @@ class BrowserBar(QWidget):
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop the computation of the map (Escape)")
         self.stop.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.more = IconButton("more", "More")
+        self.more = IconButton("more", "Codec")
         self.more.setMenu(QMenu(self.more))
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._fill_more(self.more.menu())
+        self._add_codecs(self.more.menu())
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 8, 0)
         row.setSpacing(4)
-        left: list[QWidget] = [self.map, self.coloring, self.band, self.reset]
+        left: list[QWidget] = [self.map, self.band, self.reset]
         right: list[QWidget] = [self.stop, self.more]
         for widget in left:
             row.addWidget(widget)
@@ -103,6 +87,7 @@ class BrowserBar(QWidget):
         for widget in right:
             row.addWidget(widget)
         self.stop.hide()
+        self.more.hide()
         self._connect()
         self._show_choices()
 
@@ -112,55 +97,33 @@ class BrowserBar(QWidget):
             self._eye.setIcon(icon("eye"))
         super().changeEvent(event)
 
-    def _fill_more(self, menu: QMenu) -> None:
-        show_tips(menu)
-        self.modes = menu.addAction("Take as modes")
-        self.modes.setToolTip("A chosen TF becomes Gaussian modes, instead of a curve")
-        self.modes.setCheckable(True)
-        self.codec = menu.addMenu("Codec")
-        self._add_choices(self.codec, "codec", CODECS)
-
-    def _add_choices(self, menu: QMenu, name: str, choices: dict[Any, tuple[str, str]]) -> None:
-        """Add exclusive choices, each with its explanation."""
+    def _add_codecs(self, menu: QMenu) -> None:
         show_tips(menu)
         group = QActionGroup(menu)
-        for choice, (text, explanation) in choices.items():
-            action = add_action(menu, text, partial(self._choose, name, choice))
+        for codec, (text, explanation) in CODECS.items():
+            action = add_action(menu, text, partial(self._latent.choose, codec=codec))
             action.setToolTip(explanation)
             action.setCheckable(True)
             group.addAction(action)
-            self._actions.setdefault(name, {})[choice] = action
-
-    def _choose(self, name: str, choice: Any) -> None:
-        self._latent.choose(**{name: choice})
-
-    def explain_colors(self, meaning: str) -> None:
-        """Say what the map's colours mean, with the unit."""
-        self.coloring.setToolTip(f"Colour by: {meaning}")
+            self._codecs[codec] = action
 
     def set_model(self, fits: bool) -> None:
-        """Offer what only a model has, if one fits the volume."""
-        self.codec.menuAction().setVisible(fits)
+        """Offer the codec of a model, if one fits the volume."""
+        self.more.setVisible(fits)
 
     def _connect(self) -> None:
         latent = self._latent
         self.band.editingFinished.connect(self._read_band)
         self.band.textChanged.connect(lambda text: None if text else self._read_band())
         self.map.clicked.connect(lambda on: latent.choose(on_map=on))
-        self.modes.triggered.connect(lambda on: latent.choose(as_modes=on))
         self.reset.clicked.connect(self.resetRequested)
         latent.choicesChanged.connect(lambda _choices: self._show_choices())
 
     def _show_choices(self) -> None:
         choices = self._latent.choices
-        for name, actions in self._actions.items():
-            actions[getattr(choices, name)].setChecked(True)
+        self._codecs[choices.codec].setChecked(True)
         self.map.setChecked(choices.on_map)
-        for widget in (self.coloring, self.reset):
-            widget.setVisible(choices.on_map)
-        self.coloring.set_title(COLORINGS[choices.coloring][0])
-        self.coloring.setAccessibleName(f"Colour by: {self.coloring.title}")
-        self.modes.setChecked(choices.as_modes)
+        self.reset.setVisible(choices.on_map)
         if choices.band is None and self._band_before is not None:
             self.band.clear()
         self._band_before = choices.band

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from PySide6.QtCore import QObject
 
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
-from app.latent_browser.tf_taking import TFTaking
 from app.state.latent_pictures import GridPicture, LatentPictures
-from app.state.latent_state import LatentState
+from app.state.latent_state import LatentState, Place
 from model.latent.interpolation import CELLS, Brush
+from model.scene.transfer_function import OpacityTF
 
 LEAST_SIDE = 0.01
 """Least side of a brush that a wheel's turn leads to."""
@@ -23,6 +25,8 @@ class GridControl(QObject):
     ----------
     map_view : MapView
         Marks the cell under the mouse.
+    take : callable
+        Takes a TF, the edit's name, the TF's place and its exposure.
     """
 
     def __init__(
@@ -32,11 +36,11 @@ class GridControl(QObject):
         pictures: LatentPictures,
         map_view: MapView,
         preview: Preview,
-        taking: TFTaking,
+        take: Callable[[OpacityTF, str, Place, float | None], None],
     ) -> None:
         super().__init__(grid)
         self._grid, self._latent, self._pictures = grid, latent, pictures
-        self._map, self._preview, self._taking = map_view, preview, taking
+        self._map, self._preview, self._take = map_view, preview, take
         self._brushes: list[Brush] = []
         """Rectangles that the wheel returns to."""
         latent.brushChanged.connect(lambda _brush: self.forget_zooms())
@@ -65,7 +69,7 @@ class GridControl(QObject):
         grid, tf = self._pictures.grid, self._pictures.cell_tf(cell)
         if grid is not None and tf is not None:
             x, y = grid.places[cell].tolist()
-            self._taking.take(tf, "TF from the grid", (x, y), grid.exposures.get(cell))
+            self._take(tf, "TF from the grid", (x, y), grid.exposures.get(cell))
 
     def _hover(self, cell: int | None) -> None:
         self._map.mark_cell(cell)

@@ -5,6 +5,8 @@ It connects the parts of the browser, and computes nothing.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QResizeEvent
 from PySide6.QtWidgets import QWidget
@@ -16,11 +18,12 @@ from app.latent_browser.grid_control import GridControl
 from app.latent_browser.map_colors import shades_of
 from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
-from app.latent_browser.tf_taking import TFTaking
-from app.state.latent_state import LatentChoices
+from app.state.latent_state import LatentChoices, Place
 from app.state.latent_work import LatentWork
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
+from model.scene.tf_fitting import fitted_curve
+from model.scene.transfer_function import OpacityTF
 
 OPENING = "Opening the map …"
 CHOOSING = "Choosing TFs that show different things …"
@@ -43,8 +46,6 @@ class LatentBrowser(QWidget):
     """Emitted when another width suits it, see :meth:`width_for`."""
     problem = Signal(str)
     """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
-    news = Signal(str)
-    """Emitted with a sentence for the status bar."""
 
     def __init__(
         self,
@@ -59,12 +60,12 @@ class LatentBrowser(QWidget):
         self._latent = work.state
         self._units = ""
         self.bar = BrowserBar(self._latent)
-        self.taking = TFTaking(state, work, reference.brightness, self)
-        self.map = MapView(self._latent, work.session, work.pictures)
+        self._brightness = reference.brightness
+        self.map = MapView(self._latent, work.session)
         self.grid = CellGrid(reference.brightness)
         self.preview = Preview(reference, editor.area)
         self._grids = GridControl(
-            self.grid, self._latent, work.pictures, self.map, self.preview, self.taking
+            self.grid, self._latent, work.pictures, self.map, self.preview, self.take
         )
         self._show_message(NO_VOLUME)
         for part in (self.bar, self.map, self.grid):
@@ -138,7 +139,6 @@ class LatentBrowser(QWidget):
         session.mapChanged.connect(lambda _map: self._show_map())
         session.progressed.connect(self._show_progress)
         session.overviewChanged.connect(lambda _overview: self._color())
-        session.placeChanged.connect(lambda _place: self._place_moved())
         session.problem.connect(self._session_problem)
         latent.choicesChanged.connect(lambda _choices: self._color())
         session.filterChanged.connect(self._color)
@@ -153,7 +153,6 @@ class LatentBrowser(QWidget):
         bar.resetRequested.connect(self.map.reset)
         bar.problem.connect(self.problem)
         bar.stop.clicked.connect(session.cancel)
-        self.taking.news.connect(self.news)
 
     def _choices_changed(self, choices: LatentChoices) -> None:
         if not choices.shown:
@@ -191,19 +190,36 @@ class LatentBrowser(QWidget):
         session = self._work.session
         if session.map is None or not self._latent.choices.shown:
             return
-        shades = shades_of(session, self._latent, self._state.scalar_range, self._units)
-        self.map.show_shades(shades)
-        self.bar.explain_colors(shades.legend.title)
-
-    def _place_moved(self) -> None:
-        if self._latent.choices.coloring == "distance":
-            self._color()
+        self.map.show_shades(shades_of(session, self._units))
 
     def _choose_place(self) -> None:
         place = self._latent.hover
         if place is not None:
             tf, _ = self._work.session.tf_at(place, self._latent.closeness)
-            self.taking.take(tf, "TF from the map", place)
+            self.take(tf, "TF from the map", place)
+
+    def take(self, tf: OpacityTF, text: str, place: Place, exposure: float | None = None) -> None:
+        """Make an opacity TF the present one, in one step of undo.
+
+        Parameters
+        ----------
+        text : str
+            Name of the edit in the menu.
+        place : tuple of float
+            Where it was found.
+        exposure : float or None
+            Factor by which its picture is brighter than usual, which the image becomes, too.
+        """
+        if tf.scalar_range != self._state.scalar_range:
+            # Asked for while another volume was opened.
+            return
+        # A TF of the map has many samples.
+        fitted = fitted_curve(tf)
+        self._work.session.remember_place(fitted, place)
+        with self._state.edits.as_one(text):
+            self._state.tf_input.set(replace(self._state.transfer_function, opacity=fitted), text)
+            if exposure is not None:
+                self._brightness.expose(exposure)
 
     # What is going on.
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
-from app.latent_browser.map_colors import Legend, lookup_table
+from app.latent_browser.map_colors import Shades, lookup_table
 from app.latent_browser.map_frame import MapFrame
 from app.state.latent_state import Place
 from model.latent.interpolation import CELLS, Brush
@@ -19,8 +19,6 @@ HANDLE = 4.0
 RADIUS = 2
 """Radius of a point at a zoom of 1, in pixels; closer points are larger."""
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
-BAR, BARS_HEIGHT, MOST_BARS = 11, 26, 16
-"""Width of a singular value's bar with its gap, height of the largest, and most of them."""
 
 
 def draw_points(
@@ -117,25 +115,6 @@ def paint_different(painter: QPainter, frame: MapFrame, places: NDArray[np.float
             painter.drawRect(QRectF(x - 4, y - 4, 8, 8))
 
 
-def paint_singular_values(painter: QPainter, frame: MapFrame, values: NDArray[np.floating]) -> None:
-    """Paint the singular values of the codes as bars in the lower right corner."""
-    values = values[:MOST_BARS]
-    metrics = QFontMetricsF(painter.font())
-    title = "Singular values"
-    width = max(len(values) * BAR, metrics.horizontalAdvance(title))
-    left = frame.width - MARGIN - width
-    bottom = frame.height - MARGIN
-    top = bottom - BARS_HEIGHT - metrics.height()
-    _paint_ground(painter, QRectF(left - 4, top - 3, width + 8, bottom - top + 6))
-    painter.setPen(QColor(theme.ON_IMAGE.text))
-    painter.drawText(QPointF(left, top + metrics.ascent()), title)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(QColor(theme.ON_IMAGE.change))
-    for number, share in enumerate(values / max(float(values.max()), 1e-30)):
-        height = max(float(share) * (BARS_HEIGHT - 2), 1.0)
-        painter.drawRect(QRectF(left + number * BAR, bottom - height, BAR - 3, height))
-
-
 def paint_note(painter: QPainter, frame: MapFrame, text: str) -> None:
     """Paint a few words in the lower right corner."""
     metrics = QFontMetricsF(painter.font())
@@ -154,10 +133,10 @@ def _paint_ground(painter: QPainter, box: QRectF) -> None:
     painter.drawRoundedRect(box, 4, 4)
 
 
-def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
+def paint_legend(painter: QPainter, frame: MapFrame, shades: Shades) -> None:
     """Paint the colour bar between its numbers in the lower left corner."""
     metrics = QFontMetricsF(painter.font())
-    low, high = (metrics.horizontalAdvance(text) + 6 for text in (legend.low, legend.high))
+    low, high = (metrics.horizontalAdvance(text) + 6 for text in (shades.low, shades.high))
     top = frame.height - MARGIN - metrics.height()
     width = low + LEGEND_WIDTH + high
     _paint_ground(painter, QRectF(MARGIN - 4, top - 3, width + 8, metrics.height() + 6))
@@ -167,5 +146,5 @@ def paint_legend(painter: QPainter, frame: MapFrame, legend: Legend) -> None:
     painter.drawImage(QRectF(MARGIN + low, middle, LEGEND_WIDTH, LEGEND_HEIGHT), bar)
     painter.setPen(QColor(theme.ON_IMAGE.dim))
     base = top + metrics.ascent()
-    painter.drawText(QPointF(MARGIN, base), legend.low)
-    painter.drawText(QPointF(MARGIN + low + LEGEND_WIDTH + 6, base), legend.high)
+    painter.drawText(QPointF(MARGIN, base), shades.low)
+    painter.drawText(QPointF(MARGIN + low + LEGEND_WIDTH + 6, base), shades.high)

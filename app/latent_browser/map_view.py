@@ -24,7 +24,6 @@ from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
-from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
 from model.latent.interpolation import Brush
@@ -42,13 +41,10 @@ class MapView(KeyedWidget):
     chosen = Signal()
     """Emitted when the place under the mouse was clicked."""
 
-    def __init__(
-        self, latent: LatentState, session: LatentSession, pictures: LatentPictures
-    ) -> None:
+    def __init__(self, latent: LatentState, session: LatentSession) -> None:
         super().__init__()
         self._latent = latent
         self._session = session
-        self._pictures = pictures
         self._frame = MapFrame(1, 1)
         self._shades: Shades | None = None
         self._points: QImage | None = None
@@ -136,11 +132,9 @@ class MapView(KeyedWidget):
             marks.paint_present(painter, frame, self._session.place)
         if latent.hover is not None and self._pressed is None:
             marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
-        marks.paint_legend(painter, frame, self._shades.legend)
+        marks.paint_legend(painter, frame, self._shades)
         self._paint_ring(painter)
-        if self._pictures.from_codes:
-            marks.paint_singular_values(painter, frame, map_.samples.singular_values)
-        elif self._note:
+        if self._note:
             marks.paint_note(painter, frame, self._note)
         painter.end()
 

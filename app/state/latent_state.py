@@ -1,4 +1,4 @@
-"""Choices of a user who browses: brush, mouse, colours of the map and filters."""
+"""Choices of a user who browses: brush, mouse and filter."""
 
 from __future__ import annotations
 
@@ -10,10 +10,6 @@ from PySide6.QtCore import QObject, Signal
 from model.latent.interpolation import Brush
 from model.scene.transfer_function import Range
 
-Coloring = Literal["value", "opacity", "modes", "distance"]
-"""Dominant scalar value, mean opacity of the picture, number of modes, or distance to the
-present TF."""
-
 CodecChoice = Literal["shipped", "model"]
 Place = tuple[float, float]
 
@@ -23,7 +19,7 @@ FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)
 
 @dataclass(frozen=True)
 class LatentChoices:
-    """Choices of how the map is shown.
+    """Choices of what is shown.
 
     Attributes
     ----------
@@ -31,21 +27,15 @@ class LatentChoices:
         Whether the browser is open.
     on_map : bool
         Whether the map is shown, with a grid of its cells, instead of the most different pictures.
-    coloring : str
-        What the colours of the map mean.
     codec : {"shipped", "model"}
         Whose codes these are.
-    as_modes : bool
-        Whether a TF of the map becomes modes, instead of a curve.
     band : tuple of float, or None
         Only TFs that show some of these scalar values are bright; None for all.
     """
 
     shown: bool = False
     on_map: bool = False
-    coloring: Coloring = "value"
     codec: CodecChoice = "shipped"
-    as_modes: bool = False
     band: Range | None = None
 
 

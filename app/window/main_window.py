@@ -274,10 +274,10 @@ class MainWindow(QMainWindow):
         self.workspace.hintChanged.connect(self.generator.set_hint)
         for source in (
             self.workspace, self.opening, self.files, self.sessions, self.pictures, self.movies,
-            self.browser,
         ):  # fmt: skip
             source.problem.connect(partial(self._tell, source))
             source.news.connect(self.status.tell)
+        self.browser.problem.connect(partial(self._tell, self.browser))
         self.preferences.problem.connect(partial(self.notice.tell, tone="error"))
 
     def _name_light(self) -> None:

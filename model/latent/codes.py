@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
@@ -22,9 +21,6 @@ ROBUST_SHARE = 0.005
 
 COLLAPSED_DEVIATION = 1e-4
 """Standard deviation below which a code's number stands for nothing."""
-
-LEAST_MODE = 0.02
-"""Opacity that a peak must stand out by to count as a mode."""
 
 PictureOf = Literal["code", "tf"]
 """Subject of a latent code's picture: the code itself, or the opacity TF that it decodes to."""
@@ -94,11 +90,6 @@ class CodeSamples:
     tfs: Opacities
     singular_values: NDArray[np.float32]
 
-    @cached_property
-    def mode_counts(self) -> NDArray[np.int64]:
-        """Number of modes (n,) of each TF, see :func:`mode_counts`."""
-        return mode_counts(self.tfs)
-
     @property
     def effective_dimension(self) -> float:
         """Number of dimensions that the codes use: exp of the entropy of their variances."""
@@ -167,22 +158,3 @@ def checked_codes(codes: NDArray[np.floating]) -> Codes:
             "The codec gives codes that are not finite; use another model or the shipped codec."
         )
     return codes
-
-
-def mode_counts(tfs: NDArray[np.float32]) -> NDArray[np.int64]:
-    """Number of peaks (n,) of TFs (n, 256) that stand out by :data:`LEAST_MODE`."""
-    # Between peaks a TF must fall: walk along all TFs at once, and count the falls.
-    counts = np.zeros(len(tfs), dtype=np.int64)
-    highest = np.zeros(len(tfs), dtype=np.float32)
-    lowest = np.zeros(len(tfs), dtype=np.float32)
-    rising = np.ones(len(tfs), dtype=bool)
-    for column in np.concatenate([tfs, np.zeros_like(tfs[:, :1])], axis=1).T:
-        highest = np.where(rising, np.maximum(highest, column), highest)
-        lowest = np.where(rising, lowest, np.minimum(lowest, column))
-        falls = rising & (highest - column > LEAST_MODE)
-        rises = ~rising & (column - lowest > LEAST_MODE)
-        counts += falls
-        lowest = np.where(falls, column, lowest)
-        highest = np.where(rises, column, highest)
-        rising = (rising & ~falls) | rises
-    return counts

@@ -97,12 +97,6 @@ def fitted_modes(opacity: OpacityTF) -> OpacityTF:
     )
 
 
-def tf_difference(one: OpacityTF, other: OpacityTF) -> float:
-    """Root mean square of the difference in opacity over the scalar range."""
-    difference = one.sample() - other.sample(one.scalar_range)
-    return float(np.sqrt(np.square(difference, dtype=np.float64).mean()))
-
-
 def _sum(modes: NDArray[np.float64], bins: NDArray[np.float64]) -> NDArray[np.float64]:
     means, widths, amplitudes = modes.T[:, :, None]
     return np.asarray((amplitudes * np.exp(-(((bins - means) / widths) ** 2))).sum(axis=0))

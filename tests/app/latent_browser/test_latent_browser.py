@@ -167,7 +167,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(
     session, grid = latent.session, latent.pictures.grid
     assert grid is not None and session.map is not None and session.space is not None
     assert session.different is not None and len(set(session.different)) == 16
-    assert not browser.map.isVisible() and not browser.bar.coloring.isVisible()
+    assert not browser.map.isVisible() and not browser.bar.reset.isVisible()
     # Each picture is of a sample of the map.
     for number, tf in zip(session.different, grid.tfs, strict=True):
         assert tf == session.space.tf_of(session.map.codes[number])
@@ -279,13 +279,6 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow)
     assert window.state.edits.stack.count() == 1
     window.state.edits.undo()
     assert window.state.transfer_function == before
-    window.browser.bar.modes.trigger()
-    QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
-    opacity = window.state.transfer_function.opacity
-    assert opacity.modes
-    assert not opacity.points
-    assert opacity.sample() == pytest.approx(wanted.sample(), abs=0.05)
-    assert "modes" in window.status.news
 
 
 def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWindow) -> None:
@@ -499,7 +492,7 @@ def test_another_volume_has_its_own_map(
     assert session.space.frame.scalar_range == (100.0, 300.0)
     # A TF of the map before cannot be taken.
     before = window.state.transfer_function
-    window.browser.taking.take(tf, "old", None)
+    window.browser.take(tf, "old", (0.3, 0.3))
     assert window.state.transfer_function == before
 
 
