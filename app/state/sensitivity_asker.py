@@ -407,8 +407,9 @@ class SensitivityAsker(QObject):
         if "region" in orders and (not live or (self._moves and orders["region"])):
             # Who is not asked any more would answer an older question.
             asked = {self.source(name) for name in orders["region"]}
-            self.regions = {key: self.regions[key] for key in self.regions if key in asked}
-            self.regionAnswered.emit()
+            for source in self.regions.keys() - asked:
+                del self.regions[source]
+                self.regionAnswered.emit()
 
     def _request(self, question: Question, quality: Quality) -> Request:
         inputs, outline, choices = self._state.inputs, self._asked.outline, self._asked.choices
