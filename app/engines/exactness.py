@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
 from app.engines.quality import GOOD_ENOUGH
 from model.scene.scene import Lighting
 
-USUAL_SECONDS = 0.1
+USUAL_SECONDS = 1 / 12
 """Time that an image may take while something moves, without a choice."""
+
+MOST_PATIENCE = 2.0
+"""However long images may take, the mouse waits no longer for other answers."""
 
 Stop = Literal["fast", "balanced", "exact"]
 """Name of a stop."""
@@ -22,7 +26,7 @@ class Exactness:
     Attributes
     ----------
     live_seconds : float
-        Time that an image may take while something moves.
+        Time that an image may take while something moves; infinite for all of its pixels.
     error : float
         Estimated error of a path-traced image at rest from which no more samples are drawn.
     samples : int
@@ -39,7 +43,7 @@ class Exactness:
     @property
     def patience(self) -> float:
         """Time that live answers other than images may take, as a multiple of the usual one."""
-        return self.live_seconds / USUAL_SECONDS
+        return min(self.live_seconds / USUAL_SECONDS, MOST_PATIENCE)
 
     def distance_in(self, lighting: Lighting) -> float | None:
         """Return the distance between samples under a light; None for the usual one.
@@ -50,9 +54,9 @@ class Exactness:
 
 
 STOPS: dict[Stop, Exactness] = {
-    "fast": Exactness(0.015, 0.012, 64),
+    "fast": Exactness(1 / 30, 0.012, 64),
     "balanced": Exactness(USUAL_SECONDS, GOOD_ENOUGH, 64),
-    "exact": Exactness(0.2, 0.001, 1024, 0.25),
+    "exact": Exactness(math.inf, 0.001, 1024, 0.25),
 }
 """The fastest first."""
 

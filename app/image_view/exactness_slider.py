@@ -1,7 +1,8 @@
-"""The slider from fast to exact, with time and error of the image while something moves."""
+"""The slider from fast to exact, with rate and error of images while something moves."""
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 
 from PySide6.QtCore import QSignalBlocker, Qt
@@ -10,15 +11,15 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 from app.engines.exactness import STOPS
 from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
-from app.state.fidelity import error_text
+from app.state.fidelity import error_text, pace_text
 from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.wheel_guard import WheelGuard
 
 WIDTH = 76
 """Of the slider, in pixels."""
 
-WIDEST, UNKNOWN = "999 ms, error .0000", "…"
-"""As long as figures get, so that nothing moves as they change, and what stands in their place."""
+WIDEST, UNKNOWN = "999 / s, error .0000", "…"
+"""As long as figures get, so that nothing moves as they change, and what is there without any."""
 
 NAMES = list(STOPS)
 """Of the stops, from left to right."""
@@ -70,7 +71,7 @@ class ExactnessSlider(QWidget):
 
     @cached_property
     def popover(self) -> TradePopover:
-        """Shows time and error of all stops; built when it is first opened."""
+        """Shows rate and error of all stops; built when it is first opened."""
         return TradePopover(self._work, self)
 
     def follow(self, line: FidelityLine) -> None:
@@ -89,7 +90,7 @@ class ExactnessSlider(QWidget):
         self._show_figures()
 
     def open_popover(self) -> None:
-        """Show time and error of all stops."""
+        """Show rate and error of all stops."""
         self.popover.open_below(self.figures.mapToGlobal(self.figures.rect().bottomRight()))
 
     def _show(self, choices: ReferenceChoices) -> None:
@@ -101,16 +102,17 @@ class ExactnessSlider(QWidget):
     def _say(self, number: int) -> None:
         """Say what a stop means, in tooltip and accessible name."""
         name, stop = NAMES[number].capitalize(), STOPS[NAMES[number]]
-        rest = f"path-traced light is refined until its error is {error_text(stop.error)}"
+        moving = f"up to {pace_text(stop)}, with fewer pixels if need be"
+        if math.isinf(stop.live_seconds):
+            moving = "all pixels, however long they take"
+        rest = f"all pixels; path-traced light is refined to an error of {error_text(stop.error)}"
         if stop.distance is not None:
-            rest += ", and in other light samples lie twice as close"
+            rest += ", and in other light samples are twice as close"
         self.slider.setAccessibleName(f"From fast to exact: {name}")
         tip = (
-            f"<qt>Speed against accuracy: <b>{name}</b><br>While something moves, an image may "
-            f"take {1e3 * stop.live_seconds:.0f} ms: coarser if it must. At rest every pixel is "
-            f"drawn; {rest}.<br>The figures are measured: how long the last moving image took, "
-            "and how far it was from the one at rest (RMSE). A choice has both drawn; a click on "
-            "them measures all stops.</qt>"
+            f"<qt><b>{name}</b><br>While something moves: {moving}.<br>At rest: {rest}.<br>"
+            "The figures are measured: rate and error (RMSE) of the last images while something "
+            "moved. Click them to measure all stops.</qt>"
         )
         for widget in (self.slider, self.figures, *self._ends):
             widget.setToolTip(tip)

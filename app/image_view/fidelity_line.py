@@ -78,7 +78,7 @@ class FidelityLine(QLabel):
 
     @property
     def moving(self) -> str:
-        """Time and error of the last image while something moved, as measured; may be empty."""
+        """Rate and error of the last images while something moved, as measured; may be empty."""
         return "" if self._errors.moving is None else figures_text(*self._errors.moving)
 
     def _take(self, result: Result) -> None:

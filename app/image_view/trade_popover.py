@@ -8,23 +8,23 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app.engines.exactness import STOPS, Stop
 from app.engines.pace import SCALES
-from app.state.fidelity import LEAST_SAID, error_text
+from app.state.fidelity import LEAST_SAID, error_text, pace_text, rate_text
 from app.state.reference_work import ReferenceWork
 
 WIDTH = 400
 
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
-MEASURED = "Measured here, in this scene: {} x {} pixels at rest."
+MEASURED = "Measured in this scene, with {} x {} pixels at rest."
 
 
 class TradePopover(QFrame):
-    """Shows time and error of images while something moves at each stop, as measured while open.
+    """Shows rate and error of images while something moves at each stop, as measured while open.
 
     Attributes
     ----------
     rows : dict
-        Labels of time, error, and what an image at rest comes to, by the stop.
+        Labels of rate, error, and what an image at rest comes to, by the stop.
     """
 
     def __init__(self, work: ReferenceWork, parent: QWidget) -> None:
@@ -57,15 +57,16 @@ class TradePopover(QFrame):
 
     def refresh(self) -> None:
         """Show what is measured by now."""
-        for name, (time, error, rest) in self.rows.items():
+        for name, (rate, error, rest) in self.rows.items():
             traded = self._trade.at(STOPS[name])
-            time.setText("" if traded is None else f"{1e3 * traded.seconds:.0f} ms")
+            rate.setText("" if traded is None else rate_text(traded.seconds))
             exact = traded is not None and traded.error < LEAST_SAID
             error.setText("exact" if exact else "" if traded is None else error_text(traded.error))
             rest.setText(self._rest_text(name))
         if self._trade.found:
             pixels = self._work.whole_raster()
-            self.status.setText(MEASURED.format(pixels.width, pixels.height))
+            said = MEASURED.format(pixels.width, pixels.height)
+            self.status.setText(f"{said}{self._alike_text()}")
         elif self._trade.begun:
             self.status.setText(MEASURING.format(self._trade.begun, len(SCALES)))
         else:
@@ -77,6 +78,19 @@ class TradePopover(QFrame):
             return f"refined to {error_text(STOPS[name].error)}"
         return f"{self._work.resting_distance(name):g} voxel steps".removeprefix("0")
 
+    def _alike_text(self) -> str:
+        """Say which stops draw the same here while something moves; empty if all differ."""
+        found = {name: self._trade.at(stop) for name, stop in STOPS.items()}
+        groups: dict[float, list[str]] = {}
+        for name, traded in found.items():
+            if traded is not None:
+                groups.setdefault(traded.scale, []).append(name.capitalize())
+        (alike,) = [names for names in groups.values() if len(names) > 1] or [[]]
+        finest = found["exact"]
+        if len(alike) == len(STOPS) and finest is not None:
+            return f"\nAll stops are the same here: all pixels at {rate_text(finest.seconds)}."
+        return f"\n{' and '.join(alike)} are the same here." if alike else ""
+
     def _lay_out(self) -> None:
         column = QVBoxLayout(self)
         column.setContentsMargins(12, 10, 12, 10)
@@ -87,14 +101,14 @@ class TradePopover(QFrame):
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(2)
-        for place, text in enumerate(("", "takes", "error", "at rest")):
+        for place, text in enumerate(("", "moving", "error", "at rest")):
             heading = QLabel(text)
             heading.setProperty("role", "dim")
             grid.addWidget(heading, 0, place)
         for number, (name, stop) in enumerate(STOPS.items(), 1):
             labels = QLabel(), QLabel(), QLabel()
             self.rows[name] = labels
-            title = QLabel(f"{name.capitalize()}, up to {1e3 * stop.live_seconds:.0f} ms")
+            title = QLabel(f"{name.capitalize()}, {pace_text(stop)}")
             for place, label in enumerate((title, *labels)):
                 grid.addWidget(label, number, place)
         grid.setColumnStretch(0, 1)

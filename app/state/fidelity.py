@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+from app.engines.exactness import Exactness
 
 REFINING = "refining"
 MOVING = "coarser while moving"
@@ -26,12 +29,23 @@ def error_text(error: float) -> str:
     return f"{max(error, LEAST_SAID):.2g}".replace("0.", ".", 1)
 
 
+def rate_text(seconds: float) -> str:
+    """Write how many images of some time there are in a second, such as "12 / s"."""
+    rate = min(1 / max(seconds, 1e-9), 999.0)
+    return f"{rate:.0f} / s" if rate >= 9.5 else f"{rate:.1f} / s".replace("0.", ".", 1)
+
+
+def pace_text(stop: Exactness) -> str:
+    """Write what a stop holds images to while something moves, such as "12 / s"."""
+    return "all pixels" if math.isinf(stop.live_seconds) else rate_text(stop.live_seconds)
+
+
 def figures_text(seconds: float, error: float | None) -> str:
-    """Write time and error of an image, such as "28 ms, error .004"."""
-    time = f"{1e3 * seconds:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+    """Write rate and error of images, such as "12 / s, error .004"."""
+    rate = rate_text(seconds)
     if error is None:
-        return time
-    return f"{time}, error {error_text(error)}" if error else f"{time}, exact"
+        return rate
+    return f"{rate}, error {error_text(error)}" if error else f"{rate}, exact"
 
 
 @dataclass(frozen=True)

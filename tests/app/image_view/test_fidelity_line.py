@@ -81,7 +81,7 @@ def test_it_has_time_and_error_of_the_last_moving_image(qtbot: QtBot, line: Fide
     with qtbot.waitSignal(pane.client.settled):
         pane.client.submit(request(line, 102))
     assert line.said == ""
-    assert line.moving.endswith(" ms, error .12")
+    assert line.moving.endswith(" / s, error .12")
     state.move_view(View(80.0))
     pane.client.submit(replace(request(line, 103), quality=MOVING))
     qtbot.waitUntil(lambda: line.said == "coarser while moving")

@@ -38,7 +38,7 @@ def test_all_stops_are_measured_while_it_is_open(
     errors = [each.error for each in trade.found]
     assert errors == sorted(errors, reverse=True) and errors[-1] == 0
     time, error, rest = popover.rows["balanced"]
-    assert time.text().endswith(" ms") and error.text()
+    assert time.text().endswith(" / s") and error.text()
     assert rest.text() == ".1 voxel steps"
     assert popover.rows["exact"][2].text() == ".05 voxel steps"
     assert f"{whole.width} x {whole.height} pixels" in popover.status.text()
@@ -48,7 +48,16 @@ def test_all_stops_are_measured_while_it_is_open(
         replace(each, seconds=s) for each, s in zip(trade.found, seconds, strict=True)
     )
     chosen = [trade.at(stop) for stop in STOPS.values()]
-    assert [each and each.seconds for each in chosen] == [0.005, 0.06, 0.11]
+    assert [each and each.seconds for each in chosen] == [0.02, 0.06, 0.5]
+    popover.refresh()
+    assert "same" not in popover.status.text()
+    # Where all pixels are there in time, the stops are the same, and it says so.
+    whole_found = trade.found
+    for slowest, words in ((0.06, "Balanced and Exact are"), (0.02, "All stops are")):
+        trade.found = tuple(replace(each, seconds=slowest) for each in whole_found)
+        popover.refresh()
+        assert words in popover.status.text()
+    trade.found = whole_found
     assert trade.at(replace(STOPS["fast"], live_seconds=0.001)) == trade.found[0]
     # An edit ends it, and rest begins it anew while it is open.
     window.state.move_view(View(40, 20))
