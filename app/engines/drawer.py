@@ -11,7 +11,7 @@ import numpy as np
 
 from app.engines.image import Image
 from app.engines.messages import SupersededError
-from app.engines.requests import ImageRequest, Watch
+from app.engines.requests import UNWATCHED, ImageRequest, Watch
 from app.engines.sizes import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer
@@ -97,10 +97,7 @@ class Drawer:
 
     def moving(self, inputs: SceneInputs, raster: Raster) -> Image:
         """Draw an image while something moves."""
-        distance = self._moving_distance
-        begun = time.perf_counter()
-        rgba = self.renderer.render(inputs, raster, distance)
-        image = self._image(rgba, begun, raster, distance)
+        image = self._drawn(inputs, raster, self._moving_distance)
         return replace(image, stands_in=self._moving_distance != self.distance)
 
     def resting(
@@ -125,25 +122,28 @@ class Drawer:
             self.distance, whole, width, limits, must_end=not stand_in_limits
         )
         for raster, is_last in coming:
-            image = self._in_bands(request.inputs, raster, watch)
+            expected = self.sizes.expected(self.distance, raster.side)
+            seconds = expected or FIRST_GUESS_S * raster.columns * raster.rows
+            bands = min(math.ceil(seconds / BAND_S), MOST_BANDS)
+            image = self._drawn(request.inputs, raster, self.distance, bands, watch)
             yield replace(image, is_last=is_last)
 
-    def _in_bands(self, inputs: SceneInputs, raster: Raster, watch: Callable[[], bool]) -> Image:
-        """Draw a band of rows after the other, if the image takes long."""
-        distance = self.distance
-        guess = FIRST_GUESS_S * raster.columns * raster.rows
-        expected = self.sizes.expected(distance, raster) or guess
-        bands = min(math.ceil(expected / BAND_S), MOST_BANDS)
+    def _drawn(
+        self,
+        inputs: SceneInputs,
+        raster: Raster,
+        distance: float,
+        bands: int = 1,
+        watch: Watch = UNWATCHED,
+    ) -> Image:
+        """Draw a band of rows after the other."""
         begun = time.perf_counter()
         rgba = np.empty((*raster.shape, 4), dtype=np.float32)
         for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
             go_on_if(watch)
             rgba[band.top : band.bottom] = self.renderer.render(inputs, band, distance)
-        return self._image(rgba, begun, raster, distance)
-
-    def _image(self, rgba: np.ndarray, begun: float, raster: Raster, distance: float) -> Image:
         seconds = time.perf_counter() - begun
-        self.sizes.note(distance, raster, seconds)
+        self.sizes.note(distance, raster.side, seconds)
         return Image(rgba, seconds, self.description, by_raycast=self.by_raycast)
 
     @property

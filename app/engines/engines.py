@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from app.engines.drawer import Drawer
 from app.engines.image import Image
-from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     UNWATCHED,
@@ -44,9 +43,8 @@ from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import PATH_CURVES, PATH_FIELDS, Lighting, RendererName, Scene
 from model.scene.tf_perturbation import edit_over
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
+from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
-from model.scene.view import View
 from model.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -55,9 +53,6 @@ if TYPE_CHECKING:
     from model.networks.names import BackendName
     from model.sensitivity.learned import Sensitivity
     from model.volume_files import Choice, RawLayout
-
-LEAST_SIZE = 8
-"""Size of an image that nobody sees, in pixels."""
 
 Drawing = Literal["auto"] | RendererName
 """A renderer of the reference image, or the one that suits machine and light."""
@@ -292,19 +287,8 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         is_clean = settings.denoises and denoising.installed()
         tracing = partial(_reference_engine, volume, settings) if is_clean else None
         place = settings.light, settings.sample_distance
-        engine: Engine = StandInEngine.of(volume, *place, tracing)
-    else:
-        engine = _reference_engine(volume, replace(settings, renderer="raycast"))
-    # Once this engine is there, its images take as long as they always do.
-    engine.images(BatchRequest(_some_inputs(volume), Quality(LEAST_SIZE)))
-    return engine
-
-
-def _some_inputs(volume: Volume) -> SceneInputs:
-    lo, hi = volume.scalar_range
-    mode = GaussianMode((lo + hi) / 2, (hi - lo) / 4, 0.5)
-    colors = ColorTF((lo, hi), ((lo, 0.0, 0.0, 0.0), (hi, 1.0, 1.0, 1.0)))
-    return SceneInputs(View(), OpacityTF((lo, hi), (mode,), scale=volume.scale), colors)
+        return StandInEngine(volume, *place, tracing)
+    return _reference_engine(volume, replace(settings, renderer="raycast"))
 
 
 def _generator_engine(folder: Path, device: str) -> Engine:

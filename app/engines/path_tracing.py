@@ -63,17 +63,17 @@ class PathTracingEngine(RendererEngine):
         self._soft: Drawer | None = None
         self._sizes = Sizes(FIRST_SLOW_SCALE)
         self._said = ""
-        self._refinement = _Refinement()
+        # What is traced, how it goes on and how far it has got.
+        self._traced: tuple[SceneInputs, Raster] | None = None
+        self._coming: Iterator[Refined] = iter(())
+        self._last: Refined | None = None
+        self._seconds = 0.0
+        self._watch = UNWATCHED
 
     @property
     def description(self) -> str:
         """Name of the renderer, and what it says of its last image."""
         return f"path tracer{self._said}"
-
-    @property
-    def remark(self) -> str:
-        """Empty: it was asked for."""
-        return ""
 
     def _moving_raster(self, whole: Raster, seconds: float) -> Raster:
         if self._stand_in is not None:
@@ -87,9 +87,10 @@ class PathTracingEngine(RendererEngine):
         found = self._refining.moving(request.inputs, raster, watch, self._distance)
         if found is None:
             raise SupersededError
-        self._sizes.note(MOVING, raster, time.perf_counter() - begun)
+        self._seconds = time.perf_counter() - begun
+        self._sizes.note(MOVING, raster.side, self._seconds)
         said = f", light of 1 in {SIDE**2} pixels, {found.deed}" if found.deed else ""
-        return self._image(found, begun, said)
+        return self._image(found, said)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
         """Trace more and more samples of each pixel, on from where the same scene's image ended.
@@ -97,9 +98,8 @@ class PathTracingEngine(RendererEngine):
         Where one sample takes long, coarser images come first.
         """
         inputs, whole = request.inputs, request.quality.pixels
-        refinement = self._refinement
-        if refinement.inputs == inputs and refinement.last is not None:
-            width = max(width, refinement.last.rgba.shape[1])
+        if self._last is not None and self._traced is not None and self._traced[0] == inputs:
+            width = max(width, self._last.rgba.shape[1])
         if width < whole.width and self._sizes.is_slow(SAMPLE, whole):
             for image in self._first(request, watch, width):
                 yield replace(image, is_last=False)
@@ -123,40 +123,39 @@ class PathTracingEngine(RendererEngine):
         self, request: ImageRequest, raster: Raster, is_last: bool, watch: Watch
     ) -> Iterator[Image]:
         """Draw an image with ever more samples, or with one, if a finer image follows."""
-        stop, refinement = request.stop, self._refinement
-        if (refinement.inputs, refinement.raster) != (request.inputs, raster):
-            drawing = self._refining.refined
-            self._refinement = refinement = _Refinement(request.inputs, raster)
-            refinement.coming = drawing(
-                request.inputs,
-                raster,
-                MOST_SAMPLES,
-                lambda: refinement.watch(),
-                self._distance,
+        self._watch = watch
+        if self._traced != (request.inputs, raster):
+            self._traced, self._last = (request.inputs, raster), None
+            self._coming = self._refining.refined(
+                request.inputs, raster, MOST_SAMPLES, lambda: self._watch(), self._distance
             )
-        refinement.watch, begun = watch, time.perf_counter()
-        found = refinement.last
-        if found is None and (found := refinement.go_on()) is not None:
-            self._sizes.note(SAMPLE, raster, time.perf_counter() - begun)
-        while found is not None:
+        found, stop = self._last or self._go_on(raster), request.stop
+        while True:
             said = f", {found.samples} sample{'s' * (found.samples > 1)}"
             said += f", {found.deed}" if found.deed else ""
-            image = self._image(found, begun, said)
             is_enough = found.samples >= stop.samples or found.error <= stop.error
-            yield replace(image, is_last=is_last and is_enough)
+            yield replace(self._image(found, said), is_last=is_last and is_enough)
             if is_enough or not is_last:
                 return
-            begun = time.perf_counter()
-            found = refinement.go_on()
-        # What it was to go on with has ended, as nobody wanted it.
-        self._refinement = _Refinement()
-        raise SupersededError
+            found = self._go_on(raster)
 
-    def _image(self, found: Refined, begun: float, said: str) -> Image:
-        self._said, seconds = said, time.perf_counter() - begun
-        return Image(
-            found.rgba, seconds, self.description, samples=found.samples, error=found.error
-        )
+    def _go_on(self, raster: Raster) -> Refined:
+        """Trace more samples."""
+        begun = time.perf_counter()
+        self._last = next(self._coming, None)
+        if self._last is None:
+            # It has ended, as nobody wants it.
+            self._traced = None
+            raise SupersededError
+        self._seconds = time.perf_counter() - begun
+        if self._last.samples == 1:
+            self._sizes.note(SAMPLE, raster.side, self._seconds)
+        return self._last
+
+    def _image(self, found: Refined, said: str) -> Image:
+        self._said = said
+        samples, error = found.samples, found.error
+        return Image(found.rgba, self._seconds, self.description, samples=samples, error=error)
 
     @property
     def _stand_in(self) -> Drawer | None:
@@ -221,29 +220,3 @@ class _Counting:
         self._asked += 1
         self._watch.note(self._begun + self._asked * self._part)
         return self._watch()
-
-
-class _Refinement:
-    """A path-traced image that becomes better, as far as it is drawn.
-
-    Attributes
-    ----------
-    coming : iterator of Refined
-        What follows.
-    watch : Watch
-        Tells whether it is wanted.
-    last : Refined or None
-        What is there.
-    """
-
-    def __init__(self, inputs: SceneInputs | None = None, raster: Raster | None = None) -> None:
-        self.inputs, self.raster = inputs, raster
-        self.coming: Iterator[Refined] = iter(())
-        self.watch: Watch = UNWATCHED
-        self.last: Refined | None = None
-
-    def go_on(self) -> Refined | None:
-        """Draw more samples; None if they are not wanted."""
-        found = next(self.coming, None)
-        self.last = found or self.last
-        return found

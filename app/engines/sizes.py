@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH, Raster
@@ -28,7 +28,7 @@ FIRST_SCALE, FIRST_SLOW_SCALE = 0.35, 0.25
 """Parts of the width that it has, without and with light that takes long."""
 
 
-class Sizes:
+class Sizes(Pace):
     """Knows how long pixels take, by the kind of image, and so how many there is time for.
 
     Parameters
@@ -39,29 +39,21 @@ class Sizes:
 
     def __init__(self, first: float = FIRST_SCALE) -> None:
         # Of small images a good part of the time has nothing to do with their pixels.
-        self._pace = Pace(TIME_GROWTH)
-        self._first = first
+        super().__init__(TIME_GROWTH)
+        self._first_part = first
 
-    def note(self, kind: Hashable, raster: Raster, seconds: float) -> None:
-        """Note how long an image took."""
-        self._pace.note(kind, raster.side, seconds)
-
-    def expected(self, kind: Hashable, raster: Raster) -> float | None:
-        """Return the time that an image is expected to take, in seconds; None if unknown."""
-        return self._pace.expected(kind, raster.side)
-
-    def is_slow(self, kind: Hashable, raster: Raster) -> bool:
+    def is_slow(self, kind: object, raster: Raster) -> bool:
         """Return whether something is to be seen before an image, as that may take long."""
-        return (self.expected(kind, raster) or math.inf) > SOON_SECONDS
+        return (self.expected(kind, raster.side) or math.inf) > SOON_SECONDS
 
-    def within(self, kind: Hashable, whole: Raster, seconds: float) -> Raster:
+    def within(self, kind: object, whole: Raster, seconds: float) -> Raster:
         """Return the most pixels, at most the whole image's, that there is time for."""
-        first = min(self._first, FIRST_SIZE / whole.side)
-        return whole.scaled(self._pace.scale(kind, whole.side, seconds, first))
+        first = min(self._first_part, FIRST_SIZE / whole.side)
+        return whole.scaled(self.scale(kind, whole.side, seconds, first))
 
     def at_rest(
         self,
-        kind: Hashable,
+        kind: object,
         whole: Raster,
         width: int,
         limits: Sequence[float],
@@ -82,7 +74,7 @@ class Sizes:
         """
         for number, seconds in enumerate(limits, 1):
             is_last = number == len(limits)
-            is_known = self.expected(kind, whole) is not None
+            is_known = self.expected(kind, whole.side) is not None
             raster = whole if is_last and not is_known else self.within(kind, whole, seconds)
             is_last = is_last or raster.width >= whole.width
             if raster.width > FINER * width or (is_last and must_end):

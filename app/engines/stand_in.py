@@ -29,10 +29,6 @@ class StandInEngine(RendererEngine):
 
     Parameters
     ----------
-    pictures : RaycastRenderer
-        In that light.
-    curves : RaycastRenderer
-        In the light of the curves of regions.
     sample_distance : float
         Of final images, in voxels.
     tracing : callable, optional
@@ -41,30 +37,16 @@ class StandInEngine(RendererEngine):
 
     def __init__(
         self,
-        pictures: RaycastRenderer,
-        curves: RaycastRenderer,
-        sample_distance: float,
-        tracing: Callable[[], Engine] | None = None,
-    ) -> None:
-        super().__init__(Drawer(pictures, sample_distance))
-        self._curves, self._tracing = curves, tracing
-        self._tracer: Engine | None = None
-        self._traced_seconds = FIRST_GUESS_S
-
-    @classmethod
-    def of(
-        cls,
         volume: Volume,
         light: LightDirection | None,
         sample_distance: float,
         tracing: Callable[[], Engine] | None = None,
-    ) -> StandInEngine:
-        """Build both ray casters of a volume."""
-        pictures, curves = (
-            RaycastRenderer(volume, lighting, light, sample_distance)
-            for lighting in (PATH_FIELDS, PATH_CURVES)
-        )
-        return cls(pictures, curves, sample_distance, tracing)
+    ) -> None:
+        place = light, sample_distance
+        super().__init__(Drawer(RaycastRenderer(volume, PATH_FIELDS, *place), sample_distance))
+        self._curves, self._tracing = RaycastRenderer(volume, PATH_CURVES, *place), tracing
+        self._tracer: Engine | None = None
+        self._traced_seconds = FIRST_GUESS_S
 
     def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Trace the images if that is wanted and fast enough; else draw them in soft light."""

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
+from app.engines.image import Image
 from app.engines.messages import (
     EngineFailed,
     EngineReady,
@@ -230,16 +231,8 @@ def _results(engine: Engine, request: Request, watch: Watch) -> Iterator[Result]
     try:
         answer = request.answer(engine, watch)
         if isinstance(answer, np.ndarray):
-            yield Result(
-                request,
-                answer,
-                None,
-                time.perf_counter() - start,
-                engine.description,
-                engine.remark,
-                image_error=engine.image_error,
-            )
-            return
+            seconds = time.perf_counter() - start
+            answer = iter([Image(answer, seconds, engine.description, error=engine.image_error)])
         for image in answer:
             yield Result(
                 request,

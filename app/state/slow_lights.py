@@ -51,32 +51,20 @@ class SlowLights:
         if lighting in self._judged or result.value is None:
             return 0.0
         if lighting == "soft":
-            return self._judge_soft(result, whole)
-        if lighting == "none" or not result.by_raycast or result.request.quality.live:
+            # By as many pixels as an image has while something moves.
+            limit, pixels = SLOW_SOFT_S, FIRST_SLOW_SCALE**2 * whole.width * whole.height
+        elif lighting == "direct" and result.by_raycast and not result.request.quality.live:
+            limit, pixels = SLOW_LIGHT_S, FIRST_SIZE**2
+        else:
             return 0.0
-        self._judged |= {lighting}
-        share = min(1.0, FIRST_SIZE**2 / _pixels(result))
-        return self._found(lighting, result.seconds * share, SLOW_LIGHT_S)
-
-    def _judge_soft(self, result: Result, whole: Raster) -> float:
-        """Judge by as many pixels as an image has while something moves."""
-        moving = FIRST_SLOW_SCALE**2 * whole.width * whole.height
-        seconds = result.seconds * min(1.0, moving / _pixels(result))
-        if seconds > SLOW_SOFT_S and not self._is_loaded:
+        rows, columns = result.value.shape[:2]
+        seconds = result.seconds * min(1.0, pixels / (rows * columns))
+        if lighting == "soft" and seconds > limit and not self._is_loaded:
             # With the first image, what draws it was loaded or compiled.
             self._is_loaded = True
             return 0.0
-        self._judged |= {"soft"}
-        return self._found("soft", seconds, SLOW_SOFT_S)
-
-    def _found(self, lighting: Lighting, seconds: float, limit: float) -> float:
+        self._judged |= {lighting}
         if seconds <= limit:
             return 0.0
-        self._judged |= {lighting}
         self.found |= {lighting}
         return seconds
-
-
-def _pixels(result: Result) -> int:
-    assert result.value is not None
-    return result.value.shape[0] * result.value.shape[1]

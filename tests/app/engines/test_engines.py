@@ -353,7 +353,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
         built.append(FakeEngine())
         return built[-1]
 
-    engine = StandInEngine.of(volume, light, 0.5, tracing)
+    engine = StandInEngine(volume, light, 0.5, tracing)
     inputs = replace(make_request(1).inputs, light=light)
     soft = RaycastRenderer(volume, "soft", light)
     request = BatchRequest(inputs, Quality(24), (inputs,))
@@ -373,7 +373,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
 
 def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit() -> None:
     volume, light = make_volume(), LightDirection()
-    engine = StandInEngine.of(volume, light, 0.5)
+    engine = StandInEngine(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
     inputs = replace(make_request(1).inputs, light=light)
     drawn = engine.images(BatchRequest(inputs, Quality(24)))[0]
