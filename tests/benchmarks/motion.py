@@ -80,7 +80,7 @@ class Watched(QObject):
         return False
 
     def _note_picture(self, result: Result) -> None:
-        self._new = result.request.quality.pixels.width
+        self._new = 0 if result.value is None else result.value.shape[1]
 
     def _note_state(self) -> None:
         self._states.append((self._window.state.inputs, time.perf_counter()))
