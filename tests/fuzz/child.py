@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import sys
 import traceback
 from contextlib import suppress
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 MEMORY_FACTOR, MEMORY_MARGIN = 3, 200e6
@@ -17,18 +17,17 @@ MOST_MEMORY = 4 << 30
 """Bytes of address space beyond those of the libraries."""
 
 
-def main(name: str) -> None:
-    """Read the paths on standard input; write a line of JSON for each."""
-    # What libraries print must not come among the answers.
-    answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+def main(pipe: Connection, name: str) -> None:
+    """Read the files whose paths come through a pipe; send an answer for each."""
+    for printed in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), printed)
     from model.errors import TfscopeError
     from tests.fuzz.formats import FORMATS
 
     kind = FORMATS[name]
     is_limited = False
-    for line in sys.stdin:
-        path = Path(line.rstrip("\n"))
+    while True:
+        path: Path = pipe.recv()
         before = _reset_peak()
         try:
             answer = {"outcome": "read", "digest": kind.read(path)}
@@ -43,7 +42,7 @@ def main(name: str) -> None:
             # The first file is whole, and has all libraries loaded.
             _limit_memory()
             is_limited = True
-        answers.write(json.dumps(answer) + "\n")
+        pipe.send(answer)
 
 
 def _size(path: Path) -> int:
@@ -72,7 +71,3 @@ def _limit_memory() -> None:
 
         limit = _status("VmSize") + MOST_MEMORY
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
-
-
-if __name__ == "__main__":
-    main(sys.argv[1])

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import queue
+import multiprocessing
 import random
 import shutil
-import subprocess
-import sys
 import threading
 from collections import Counter
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from tests.fuzz.child import main
 from tests.fuzz.formats import FORMATS, Format
 
-ROOT = Path(__file__).parents[2]
+SPAWNED = multiprocessing.get_context("spawn")
 START_S = 120.0
 
 GOOD = ("read", "refused")
@@ -83,8 +80,7 @@ class _Reader:
         whole.mkdir()
         self._examples = sorted(self._format.make(whole))
         self.folder = folder / "mutated"
-        self._child: subprocess.Popen[str] | None = None
-        self._answers: queue.Queue[str] = queue.Queue()
+        self._child: Any = None
         self._digests = {path: self._asked(path).get("digest") for path in self._examples}
 
     def read_mutated(self, index: int) -> tuple[str, str]:
@@ -101,11 +97,8 @@ class _Reader:
     def end(self) -> None:
         if self._child is not None:
             self._child.kill()
-            self._child.wait()
-            self._listener.join()
-            assert self._child.stdin is not None
-            with suppress(OSError):
-                self._child.stdin.close()
+            self._child.join()
+            self._pipe.close()
             self._child = None
 
     def _mutated(self, example: Path, rng: random.Random) -> Path:
@@ -130,49 +123,24 @@ class _Reader:
             self._start()
         assert self._child is not None
         try:
-            line = self._answer(path, self._limit_s)
-        except queue.Empty:
-            self.end()
-            return {"outcome": "hang", "told": f"no answer within {self._limit_s:g} s"}
-        except OSError:
-            line = ""
-        if line:
-            answer: dict[str, Any] = json.loads(line)
-            return answer
-        code = self._child.wait()
+            self._pipe.send(path)
+            if self._pipe.poll(self._limit_s):
+                answer: dict[str, Any] = self._pipe.recv()
+                return answer
+            answer = {"outcome": "hang", "told": f"no answer within {self._limit_s:g} s"}
+        except (EOFError, OSError):
+            self._child.join()
+            answer = {"outcome": "crash", "told": f"the child ended with {self._child.exitcode}"}
         self.end()
-        return {"outcome": "crash", "told": f"the child ended with {code}"}
-
-    def _answer(self, path: Path, limit_s: float) -> str:
-        assert self._child is not None and self._child.stdin is not None
-        self._child.stdin.write(f"{path}\n")
-        self._child.stdin.flush()
-        return self._answers.get(timeout=limit_s)
+        return answer
 
     def _start(self) -> None:
-        child = subprocess.Popen(
-            [sys.executable, "-m", "tests.fuzz.child", self._name],
-            cwd=ROOT,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-        )
-        self._child, answers = child, queue.Queue[str]()
-        self._answers = answers
-        stdout = child.stdout
-        assert stdout is not None
-
-        def listen() -> None:
-            with stdout:
-                for line in stdout:
-                    answers.put(line)
-            # The end of the child.
-            answers.put("")
-
-        self._listener = threading.Thread(target=listen, daemon=True)
-        self._listener.start()
+        self._pipe, theirs = SPAWNED.Pipe()
+        self._child = SPAWNED.Process(target=main, args=(theirs, self._name))
+        self._child.start()
+        theirs.close()
         # A whole file first: it has all libraries loaded, which takes seconds.
-        line = self._answer(self._examples[0], START_S)
-        if not line or json.loads(line)["outcome"] != "read":
-            raise RuntimeError(f"{self._name}: a whole file cannot be read: {line}")
+        self._pipe.send(self._examples[0])
+        answer = self._pipe.recv() if self._pipe.poll(START_S) else {"outcome": "hang"}
+        if answer["outcome"] != "read":
+            raise RuntimeError(f"{self._name}: a whole file cannot be read: {answer}")

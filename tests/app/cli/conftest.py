@@ -13,7 +13,7 @@ RANGE = (0.0, 255.0)
 
 
 @pytest.fixture(scope="module")
-def raw_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def raw_file(tmp_path_factory):
     """A small volume, headerless, its layout in its name."""
     path: Path = tmp_path_factory.mktemp("volumes") / "ball_20x18x16_uint8.raw"
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
@@ -23,7 +23,7 @@ def raw_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def tf_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tf_file(tmp_path_factory):
     path: Path = tmp_path_factory.mktemp("tfs") / "tf.json"
     color = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (255.0, 1.0, 0.3, 0.2)))
     TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2),)), color).save(path)

@@ -42,18 +42,18 @@ def written_options(text: str) -> set[str]:
 
 
 @pytest.mark.parametrize("example", EXAMPLES)
-def test_an_example_has_options_of_its_command(example: str) -> None:
+def test_an_example_has_options_of_its_command(example):
     words = shlex.split(example, comments=True)[2:]
     name = next((n for n in (" ".join(words[:2]), *words[:1]) if n in OPTIONS), "")
     assert written_options(" ".join(words)) <= OPTIONS[name]
 
 
-def test_every_option_on_the_page_is_one_of_a_command() -> None:
+def test_every_option_on_the_page_is_one_of_a_command():
     assert written_options(PAGE) - OTHERS <= set().union(*OPTIONS.values())
 
 
 @pytest.mark.parametrize("name", sorted(OPTIONS))
-def test_every_command_and_its_options_are_on_the_page(name: str) -> None:
+def test_every_command_and_its_options_are_on_the_page(name):
     assert name in PAGE
     own = {option for option in OPTIONS[name] if option.startswith("--")}
     assert own - {"--help"} <= written_options(PAGE)

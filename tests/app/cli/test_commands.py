@@ -31,7 +31,7 @@ RANGE = (0.0, 255.0)
 
 
 @pytest.fixture(scope="module")
-def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def trained(raw_file, tmp_path_factory):
     """A model folder from the real pipeline, at the smallest preset."""
     folder: Path = tmp_path_factory.mktemp("runs") / "run"
     arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 32"
@@ -43,7 +43,7 @@ def trained(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def samples(raw_file: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def samples(raw_file, tmp_path_factory):
     """A data set of the volume that the model was trained on."""
     out: Path = tmp_path_factory.mktemp("stores") / "samples.zarr"
     arguments = f"dataset --volume {raw_file} --out {out} --size 64 --workers 1 --count 4"
@@ -60,7 +60,7 @@ def one_line(capsys: pytest.CaptureFixture[str]) -> str:
     return lines[0]
 
 
-def test_info_of_a_model(trained: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_of_a_model(trained, capsys):
     assert run(["info", str(trained)]) == 0
     out = capsys.readouterr().out
     assert "ball" in out
@@ -68,9 +68,7 @@ def test_info_of_a_model(trained: Path, capsys: pytest.CaptureFixture[str]) -> N
     assert "hold-out rmse" in out
 
 
-def test_vtk_renders_what_the_renderer_renders(
-    raw_file: Path, tf_file: Path, tmp_path: Path
-) -> None:
+def test_vtk_renders_what_the_renderer_renders(raw_file, tf_file, tmp_path):
     out = tmp_path / "image.npy"
     arguments = f"render --renderer vtk --volume {raw_file} --view 30,20,5,0.8 --tf {tf_file}"
     assert run([*arguments.split(), "--size", "48", "--out", str(out)]) == 0
@@ -83,9 +81,7 @@ def test_vtk_renders_what_the_renderer_renders(
     np.testing.assert_array_equal(image, expected)
 
 
-def test_samples_can_be_closer_but_not_in_path_traced_light(
-    raw_file: Path, tf_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_samples_can_be_closer_but_not_in_path_traced_light(raw_file, tf_file, tmp_path, capsys):
     out = tmp_path / "close.npy"
     arguments = (
         f"render --renderer raycast --volume {raw_file} --tf {tf_file} --size 48 --view 30,20,0,1"
@@ -102,9 +98,7 @@ def test_samples_can_be_closer_but_not_in_path_traced_light(
     assert "give --samples" in " ".join(capsys.readouterr().err.split())
 
 
-def test_the_sensitivity_of_a_region_predicts_an_edit(
-    raw_file: Path, tf_file: Path, tmp_path: Path
-) -> None:
+def test_the_sensitivity_of_a_region_predicts_an_edit(raw_file, tf_file, tmp_path):
     base = f"--volume {raw_file} --size 48 --view 30,20"
     region = "12,16,36,32"
     out = tmp_path / "s.npz"
@@ -129,7 +123,7 @@ def test_the_sensitivity_of_a_region_predicts_an_edit(
     assert norms[1] - norms[0] == pytest.approx(float(sensitivity @ change), rel=0.05)
 
 
-def test_a_sensitivity_as_a_table(raw_file: Path, tmp_path: Path) -> None:
+def test_a_sensitivity_as_a_table(raw_file, tmp_path):
     base = f"sensitivity --volume {raw_file} --size 16 --out {tmp_path}"
     for question, rows in (("--region 4,4,12,12", 256), ("--value 120", 256), ("--block 8", 1024)):
         assert run(f"{base}/s.csv {question}".split()) == 0
@@ -147,9 +141,7 @@ def test_a_sensitivity_as_a_table(raw_file: Path, tmp_path: Path) -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-6)
 
 
-def test_learned_and_blockwise_fields_of_a_value_are_near(
-    trained: Path, raw_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_learned_and_blockwise_fields_of_a_value_are_near(trained, raw_file, tmp_path, monkeypatch):
     monkeypatch.setattr("app.cli.sensitivity.PAPER_BLOCKS", 8)
     means = []
     for engine in ("learned", "blockwise"):
@@ -163,9 +155,7 @@ def test_learned_and_blockwise_fields_of_a_value_are_near(
 
 
 @pytest.mark.slow
-def test_a_study_writes_its_table_and_goes_on(
-    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_study_writes_its_table_and_goes_on(raw_file, tmp_path, capsys):
     arguments = f"study l1-weight --volume {raw_file} --samples 32 --images 32 --count 4"
     arguments += f" --workers 1 --device cpu --out {tmp_path}"
     assert run(arguments.split()) == 0
@@ -181,7 +171,7 @@ def test_a_study_writes_its_table_and_goes_on(
     assert "share 32 training images, not 48; give --images 32" in one_line(capsys)
 
 
-def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
+def test_a_png_shows_the_image_on_black(raw_file, tf_file, tmp_path):
     chosen = {"image.npy": [], "image.png": ["--brightness", "1"], "usual.png": []}
     for name, brightness in chosen.items():
         arguments = f"render --volume {raw_file} --tf {tf_file} --size 32 --lighting direct"
@@ -193,7 +183,7 @@ def test_a_png_shows_the_image_on_black(raw_file: Path, tf_file: Path, tmp_path:
     np.testing.assert_allclose(imread(tmp_path / "usual.png") / 255, usual, atol=0.003)
 
 
-def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path: Path) -> None:
+def test_the_generator_renders_its_model(trained, tf_file, tmp_path):
 
     out = tmp_path / "image.npy"
     arguments = f"render --renderer generator --model {trained} --tf {tf_file} --view 10,5"
@@ -206,7 +196,7 @@ def test_the_generator_renders_its_model(trained: Path, tf_file: Path, tmp_path:
 
 
 @pytest.mark.slow
-def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) -> None:
+def test_a_dataset_is_made_grown_and_trained_on(raw_file, tmp_path):
     out = tmp_path / "samples.zarr"
     arguments = f"dataset --volume {raw_file} --out {out} --size 64 --seed 5 --workers 1 --count"
     assert run([*arguments.split(), "40"]) == 0
@@ -225,9 +215,7 @@ def test_a_dataset_is_made_grown_and_trained_on(raw_file: Path, tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_evaluate_compares_with_the_nearest_neighbour(
-    trained: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_evaluate_compares_with_the_nearest_neighbour(trained, raw_file, tmp_path, capsys):
     # The card of a copy gets what was measured.
     copied = Path(shutil.copytree(trained, tmp_path / "copied"))
     out = tmp_path / "result.json"
@@ -250,8 +238,8 @@ def test_evaluate_compares_with_the_nearest_neighbour(
 
 
 def test_a_model_is_not_asked_silently_for_what_it_was_not_trained_on(
-    trained: Path, tf_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+    trained, tf_file, tmp_path, capsys
+):
     base = f"render --renderer generator --model {trained} --tf {tf_file} --out {tmp_path}/x.png"
     assert run([*base.split(), "--view", "10,20"]) == 0
     assert capsys.readouterr().err == ""
@@ -260,7 +248,7 @@ def test_a_model_is_not_asked_silently_for_what_it_was_not_trained_on(
     assert "Outside the training range: elevation 85° (±80°), a crop box" in line
 
 
-def test_a_picture_says_what_it_shows(raw_file: Path, tf_file: Path, tmp_path: Path) -> None:
+def test_a_picture_says_what_it_shows(raw_file, tf_file, tmp_path):
     out = tmp_path / "new" / "folder" / "x.png"
     arguments = f"render --renderer raycast --volume {raw_file} --tf {tf_file} --size 16"
     arguments += f" --view 10,20,0,.5 --lighting direct --light 20,30 --out {out}"
@@ -282,12 +270,7 @@ def test_a_picture_says_what_it_shows(raw_file: Path, tf_file: Path, tmp_path: P
         assert part in told
 
 
-def test_what_is_rendered_already_needs_no_more_room(
-    samples: Path,
-    raw_file: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_what_is_rendered_already_needs_no_more_room(samples, raw_file, monkeypatch, capsys):
     arguments = f"dataset --volume {raw_file} --out {samples} --size 64 --workers 1 --holdout 2"
     usage = shutil.disk_usage(samples)._replace(free=1000)
     monkeypatch.setattr("shutil.disk_usage", lambda path: usage)
@@ -296,7 +279,7 @@ def test_what_is_rendered_already_needs_no_more_room(
     assert "1.0 kB are free" in one_line(capsys)
 
 
-def test_the_window_opens_the_volume_of_a_model(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_window_opens_the_volume_of_a_model(monkeypatch):
     opened: list[Path] = []
     monkeypatch.setattr("app.launch.run_window", lambda start, *_: opened.append(start.volume) or 0)
     for folder in shipped_models():
@@ -346,22 +329,14 @@ BAD_INPUT = [
 
 
 @pytest.mark.parametrize(("arguments", "message"), BAD_INPUT)
-def test_bad_input_gets_one_line_and_code_2(
-    arguments: str,
-    message: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_bad_input_gets_one_line_and_code_2(arguments, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert run(arguments.split()) == 2
     assert message in one_line(capsys)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_more_bad_input(
-    trained: Path, samples: Path, raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_more_bad_input(trained, samples, raw_file, tmp_path, capsys):
     other = tmp_path / "other.npy"
     np.save(other, np.arange(64, dtype=np.uint8).reshape(4, 4, 4))
     cases = [
@@ -385,9 +360,7 @@ def test_more_bad_input(
         assert message in one_line(capsys)
 
 
-def test_a_value_is_coloured_by_the_fields_of_all_values(
-    raw_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_value_is_coloured_by_the_fields_of_all_values(raw_file, tmp_path, capsys):
     base = f"sensitivity --volume {raw_file} --size 16 --field-scale global --out {tmp_path}"
     assert run(f"{base}/field.png --value 120".split()) == 0
     assert imread(tmp_path / "field.png").std() > 1
@@ -395,9 +368,7 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(
     assert "give --value and OUT.png" in one_line(capsys)
 
 
-def test_the_papers_run_is_one_command(
-    raw_file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_papers_run_is_one_command(raw_file, tmp_path, monkeypatch):
     jobs: list[TrainingJob] = []
     monkeypatch.setattr("app.cli.train.train_model", jobs.append)
     base = f"train --faithful --volume {raw_file} --out {tmp_path}/run"

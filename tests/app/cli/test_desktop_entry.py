@@ -1,18 +1,12 @@
-from __future__ import annotations
-
 import configparser
 import sys
 from importlib.metadata import version
 from pathlib import Path
 
-import pytest
-
 from app.cli import run
 
 
-def test_the_entry_opens_a_file_and_has_an_icon(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_entry_opens_a_file_and_has_an_icon(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr(sys, "argv", ["/opt/with space/tfscope"])
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
@@ -24,6 +18,6 @@ def test_the_entry_opens_a_file_and_has_an_icon(
     assert Path(entry["Icon"]).is_file()
 
 
-def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_that_of_the_package(capsys):
     assert run(["--version"]) == 0
     assert capsys.readouterr().out == f"tfscope {version('tfscope')}\n"

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-
 from app.cli import run, window
 from app.state.window_start import WindowStart
 from model.volume_files.shipped import DEFAULT_VOLUME, SCAN
 
 
-def test_it_is_the_scan_whatever_else_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_the_scan_whatever_else_is_asked_for(monkeypatch):
     starts: list[WindowStart] = []
 
     def note(start: WindowStart, *_: object) -> int:

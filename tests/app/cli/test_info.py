@@ -19,7 +19,7 @@ def facts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, obje
     return found
 
 
-def test_all_that_is_known_as_data(capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_that_is_known_as_data(capsys):
     path = CASES / "tiff" / "imagej_2channels.tif"
     found = facts(capsys, str(path))
     assert found["dimensions"] == [28, 20, 12]
@@ -34,7 +34,7 @@ def test_all_that_is_known_as_data(capsys: pytest.CaptureFixture[str]) -> None:
     ]
 
 
-def test_a_channel_is_chosen(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_channel_is_chosen(capsys):
     path = CASES / "tiff" / "imagej_2channels.tif"
     found = facts(capsys, str(path), "--channel", "1")
     whole = tifffile.imread(path)[:, 1]
@@ -51,9 +51,7 @@ def test_a_channel_is_chosen(capsys: pytest.CaptureFixture[str]) -> None:
         ("folder/two_channels", "--series", "fused_ch01_z*.tif"),
     ],
 )
-def test_others_are_chosen(
-    file: str, option: str, value: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_others_are_chosen(file, option, value, capsys):
     first = facts(capsys, str(CASES / file))["contents"]
     second = facts(capsys, str(CASES / file), option, value)["contents"]
     assert isinstance(first, list) and isinstance(second, list)
@@ -61,8 +59,8 @@ def test_others_are_chosen(
     assert [content["is_read"] for content in second] == [False, True]
 
 
-def test_directions_and_units_of_a_patient(capsys: pytest.CaptureFixture[str]) -> None:
+def test_directions_and_units_of_a_patient(capsys):
     found = facts(capsys, str(CASES / "dicom" / "padding_signed"))
     assert (found["units"], found["space"]) == ("HU", "LPS")
     assert found["directions"] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    assert any("missing" in note for note in found["notes"])  # type: ignore[union-attr]
+    assert any("missing" in note for note in found["notes"])

@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from skimage.io import imread
@@ -11,7 +7,7 @@ from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 
 
 @pytest.fixture(scope="module")
-def volume(tmp_path_factory: pytest.TempPathFactory) -> str:
+def volume(tmp_path_factory):
     """A small volume as a raw file, with the option that describes it."""
     path = tmp_path_factory.mktemp("data") / "blob.raw"
     z, y, x = np.mgrid[0:12, 0:14, 0:16] / 16 - 0.4
@@ -20,7 +16,7 @@ def volume(tmp_path_factory: pytest.TempPathFactory) -> str:
     return f"--volume {path} --raw 16x14x12,uint8"
 
 
-def test_the_map_its_grid_and_a_place(volume: str, tmp_path: Path) -> None:
+def test_the_map_its_grid_and_a_place(volume, tmp_path):
     base = f"latent {volume} --size 16 --out {tmp_path}"
     assert run(f"{base}/map.npz".split()) == 0
     assert run(f"{base}/grid.npz --grid=-0.5,-1,0.5,0.2 --at 0.3,-0.7".split()) == 0
@@ -42,9 +38,7 @@ def test_the_map_its_grid_and_a_place(volume: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_place_becomes_a_tf_that_is_found_there(
-    volume: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_place_becomes_a_tf_that_is_found_there(volume, tmp_path, capsys):
     base = f"latent {volume} --size 16 --out {tmp_path}"
     assert run(f"{base}/tf.json --at 0.3,-0.7".split()) == 0
     tf = TransferFunction.load(tmp_path / "tf.json")
@@ -73,10 +67,7 @@ def test_a_place_becomes_a_tf_that_is_found_there(
         ("--out x.npz --at 0,0 --near {tf}", "Give --near alone"),
     ],
 )
-def test_questions_that_make_no_sense(
-    volume: str, options: str, problem: str, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+def test_questions_that_make_no_sense(volume, options, problem, tmp_path, monkeypatch, capsys):
     tf = tmp_path / "tf.json"
     TransferFunction(OpacityTF((0, 1)), ColorTF((0, 1), ((0, 0, 0, 0), (1, 1, 1, 1)))).save(tf)
     monkeypatch.chdir(tmp_path)

@@ -1,9 +1,5 @@
 """``light``: networks behind the denoiser, trained and compared on pairs that were made here."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,7 +9,7 @@ from model.samples.path_light_pairs import FEW, Pairs, write_block
 
 
 @pytest.fixture(scope="module")
-def pairs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def pairs(tmp_path_factory):
     """Pairs whose denoised pictures have nine tenths of the light."""
     rng = np.random.default_rng(0)
     exact = (rng.uniform(0.2, 0.8, (4, 3, 1, 1)) * np.ones((4, 3, 32, 32))).astype(np.float16)
@@ -26,7 +22,7 @@ def pairs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_network_is_trained_and_written_with_its_errors(pairs: Path, tmp_path: Path) -> None:
+def test_a_network_is_trained_and_written_with_its_errors(pairs, tmp_path):
     out = tmp_path / "network.safetensors"
     train = f"light train {pairs} --held-out {pairs} --out {out} --minutes 0.01 --width 4"
     assert run(train.split()) == 0

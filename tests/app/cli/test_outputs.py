@@ -1,5 +1,4 @@
 import os
-from pathlib import Path
 
 import pytest
 
@@ -7,7 +6,7 @@ from app.cli.outputs import check_output, check_output_folder, write_json
 from model.errors import TfscopeError
 
 
-def test_files_that_cannot_be_written_are_refused_before_the_work(tmp_path: Path) -> None:
+def test_files_that_cannot_be_written_are_refused_before_the_work(tmp_path):
     check_output(tmp_path / "new.json")
     (tmp_path / "old.json").write_text("{}")
     check_output(tmp_path / "old.json")
@@ -24,14 +23,14 @@ def test_files_that_cannot_be_written_are_refused_before_the_work(tmp_path: Path
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")
-def test_places_without_permission_are_refused(tmp_path: Path) -> None:
+def test_places_without_permission_are_refused(tmp_path):
     tmp_path.chmod(0o500)
     with pytest.raises(TfscopeError, match="not allowed"):
         check_output(tmp_path / "x.json")
     tmp_path.chmod(0o700)
 
 
-def test_json_is_written_with_its_numbers(tmp_path: Path) -> None:
+def test_json_is_written_with_its_numbers(tmp_path):
     write_json(tmp_path / "x.json", {"a": 0.5})
     assert (tmp_path / "x.json").read_text() == '{\n  "a": 0.5\n}\n'
     write_json(tmp_path / "none" / "deep" / "x.json", {})

@@ -26,7 +26,7 @@ FIGURES = [
 
 
 @pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> str:
+def base(tmp_path_factory):
     """Options that name a small volume and a model of it."""
     folder = tmp_path_factory.mktemp("paper")
     z, y, x = np.mgrid[0:12, 0:14, 0:16] / 16 - 0.4
@@ -49,7 +49,7 @@ def out_of(base: str) -> Path:
 
 
 @pytest.mark.parametrize("item", FIGURES)
-def test_figures(base: str, item: str) -> None:
+def test_figures(base, item):
     assert run(["paper", item, *base.split()]) == 0
     picture = imread(out_of(base) / f"{item}.png")
     assert picture.shape[0] > 400 and picture.shape[1] > 800
@@ -60,7 +60,7 @@ def test_figures(base: str, item: str) -> None:
 
 
 @pytest.mark.parametrize("item", ["table1", "table2"])
-def test_tables(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_tables(base, item, capsys):
     assert run(["paper", item, *base.split()]) == 0
     found = json.loads((out_of(base) / f"{item}.json").read_text())
     lines = (out_of(base) / f"{item}.md").read_text().splitlines()
@@ -74,7 +74,7 @@ def test_tables(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> Non
 
 @pytest.mark.slow
 @pytest.mark.parametrize("item", list(STUDIES))
-def test_studies(base: str, item: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_studies(base, item, capsys):
     assert run(["paper", item, *base.split()]) == 0
     folder = out_of(base) / "studies-quick"
     assert imread(folder / f"{item}.png").std() > 10

@@ -15,7 +15,7 @@ RANGE = (0.0, 250.0)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A ball of values to 250 as it is, and with one voxel of 60,000; and a TF over the ball's."""
     path: Path = tmp_path_factory.mktemp("ranges")
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
@@ -41,7 +41,7 @@ def rendered(folder: Path, volume: str, options: str) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_an_outlier_does_not_matter_over_a_range(folder: Path) -> None:
+def test_an_outlier_does_not_matter_over_a_range(folder):
     expected = rendered(folder, "ball", "")
     assert expected[..., 3].max() > 0.1
     for options in ("", "--range 0,250", "--range 0%,99.9%"):
@@ -50,7 +50,7 @@ def test_an_outlier_does_not_matter_over_a_range(folder: Path) -> None:
     assert np.abs(whole - expected).max() > 0.1
 
 
-def test_a_tf_brings_its_range(folder: Path) -> None:
+def test_a_tf_brings_its_range(folder):
     tf = f"--tf {folder / 'tf.json'}"
     expected = rendered(folder, "ball", tf)
     np.testing.assert_array_equal(rendered(folder, "outlier", tf), expected)
@@ -59,9 +59,7 @@ def test_a_tf_brings_its_range(folder: Path) -> None:
     assert narrow[..., 3].mean() > expected[..., 3].mean()
 
 
-def test_what_is_too_narrow_for_the_range_is_said_with_the_option(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_too_narrow_for_the_range_is_said_with_the_option(folder, capsys):
     whole = (0.0, 60_000.0)
     color = ColorTF(whole, ((0.0, 0.1, 0.2, 0.9), (60_000.0, 1.0, 0.3, 0.2)))
     for name, opacity in (

@@ -16,7 +16,7 @@ RANGE = (0.0, 255.0)
 
 
 @pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> str:
+def base(tmp_path_factory):
     """A small ball beside the middle, so that it moves as it is turned."""
     folder: Path = tmp_path_factory.mktemp("figures")
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
@@ -35,7 +35,7 @@ def picture(base: str, out: Path, options: str) -> np.ndarray:
     return np.asarray(Image.open(out)).astype(int)
 
 
-def test_size_and_background(base: str, tmp_path: Path) -> None:
+def test_size_and_background(base, tmp_path):
     out = tmp_path / "image.png"
     wide = picture(base, out, "--size 300x150 --background white")
     assert wide.shape == (150, 300, 3)
@@ -45,7 +45,7 @@ def test_size_and_background(base: str, tmp_path: Path) -> None:
     assert clear.shape == (64, 64, 4) and clear[0, 0, 3] == 0 and clear[..., 3].max() > 100
 
 
-def test_path_traced_light_says_its_samples_and_its_error(base: str, tmp_path: Path) -> None:
+def test_path_traced_light_says_its_samples_and_its_error(base, tmp_path):
     out = tmp_path / "image.png"
     errors = []
     for samples in (4, 64):
@@ -67,7 +67,7 @@ def test_path_traced_light_says_its_samples_and_its_error(base: str, tmp_path: P
         assert run(f"{base} --lighting direct {option} --out {out}".split()) != 0
 
 
-def test_legend_and_scale_bar(base: str, tmp_path: Path) -> None:
+def test_legend_and_scale_bar(base, tmp_path):
     out = tmp_path / "image.png"
     plain = picture(base, out, "--size 400x200")
     figure = picture(base, out, "--size 400x200 --legend --scale-bar")
@@ -81,7 +81,7 @@ def test_legend_and_scale_bar(base: str, tmp_path: Path) -> None:
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-def test_a_turntable(base: str, tmp_path: Path, suffix: str) -> None:
+def test_a_turntable(base, tmp_path, suffix):
     out = tmp_path / f"turn{suffix}"
     options = "--size 96x64 --seconds 0.8 --rate 10"
     assert run(f"{base} {options} --out {out}".split()) == 0
@@ -107,8 +107,6 @@ def test_a_turntable(base: str, tmp_path: Path, suffix: str) -> None:
         ("--legend --out x.npy", "no legend or scale bar"),
     ],
 )
-def test_what_cannot_be_is_refused(
-    base: str, capsys: pytest.CaptureFixture[str], options: str, message: str
-) -> None:
+def test_what_cannot_be_is_refused(base, capsys, options, message):
     assert run(f"{base} {options}".split()) != 0
     assert message in " ".join(capsys.readouterr().err.split())

@@ -22,7 +22,7 @@ from model.volume_files import read_volume
 
 
 @pytest.fixture
-def session(raw_file: Path, tf_file: Path, tmp_path: Path) -> Path:
+def session(raw_file, tf_file, tmp_path):
     """A session of a small volume, looked at from elsewhere, lit, and cropped."""
     path = tmp_path / "seen.tfscope"
     memory = VolumeMemory(
@@ -44,11 +44,10 @@ def drawn(session: Path, out: Path, *others: str) -> np.ndarray:
     return image
 
 
-def test_all_of_a_session_is_drawn(session: Path, tmp_path: Path) -> None:
+def test_all_of_a_session_is_drawn(session, tmp_path):
     shown = Session.load(session)
     volume = read_volume(shown.volume)
     tf = shown.content.memory.tf
-    assert tf is not None
     renderer = RaycastRenderer(
         volume.over(tf.scalar_range, tf.scale), "direct", LightDirection(50.0, 20.0)
     )
@@ -65,7 +64,7 @@ def test_all_of_a_session_is_drawn(session: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(image, expected, atol=1e-6)
 
 
-def test_options_come_before_the_session(session: Path, tmp_path: Path) -> None:
+def test_options_come_before_the_session(session, tmp_path):
     kept = drawn(session, tmp_path / "kept.npy")
     same = drawn(session, tmp_path / "same.npy", "--view", "40,-10,5,0.8,0.1,0")
     home = drawn(session, tmp_path / "home.npy", "--view", "30,20,0,1")
@@ -75,9 +74,7 @@ def test_options_come_before_the_session(session: Path, tmp_path: Path) -> None:
     assert np.abs(kept - unlit).max() > 0.05
 
 
-def test_other_voxels_a_range_and_a_lost_volume_are_told(
-    session: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_other_voxels_a_range_and_a_lost_volume_are_told(session, tmp_path, capsys):
     arguments = ["render", "--session", str(session), "--size", "32", "--renderer", "raycast"]
     out = ["--out", str(tmp_path / "image.png")]
     replace(Session.load(session), fingerprint="of another").save(session)

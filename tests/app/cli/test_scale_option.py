@@ -16,7 +16,7 @@ from model.scene.volume import Volume
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A log-normal volume and its logarithm, and a TF over the latter as one of the former."""
     path: Path = tmp_path_factory.mktemp("scales")
     values = np.exp(3 * np.random.default_rng(6).normal(size=(14, 15, 16))).astype(np.float32)
@@ -34,7 +34,7 @@ def rendered(folder: Path, name: str, options: str = "") -> np.ndarray:
     return np.load(folder / "image.npy")
 
 
-def test_the_image_is_that_of_the_logarithms(folder: Path) -> None:
+def test_the_image_is_that_of_the_logarithms(folder):
     expected = rendered(folder, "logarithms")
     assert expected[..., 3].max() > 0.1
     found = rendered(folder, "halo", "--scale log")
@@ -45,7 +45,7 @@ def test_the_image_is_that_of_the_logarithms(folder: Path) -> None:
     np.testing.assert_allclose(by_tf, found, atol=1e-6)
 
 
-def test_info_offers_it_and_tells_values(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_info_offers_it_and_tells_values(folder, capsys):
     assert run(f"info --json {folder}/halo.npy".split()) == 0
     told = json.loads(capsys.readouterr().out)
     values = np.load(folder / "halo.npy")
@@ -57,7 +57,7 @@ def test_info_offers_it_and_tells_values(folder: Path, capsys: pytest.CaptureFix
     assert json.loads(capsys.readouterr().out)["suits_logarithm"] is False
 
 
-def test_sensitivities_are_told_over_values(folder: Path) -> None:
+def test_sensitivities_are_told_over_values(folder):
     out = folder / "found.npz"
     base = f"sensitivity --volume {folder}/halo.npy --scale log --size 16 --out {out}"
     assert run(f"{base} --range 0.01,1000".split()) == 0
@@ -65,7 +65,7 @@ def test_sensitivities_are_told_over_values(folder: Path) -> None:
         np.testing.assert_allclose(found["scalar_values"], np.geomspace(0.01, 1000, 256))
 
 
-def test_samples_lie_on_the_scale(folder: Path) -> None:
+def test_samples_lie_on_the_scale(folder):
     base = f"dataset --volume {folder}/halo.npy --size 16 --count 1 --holdout 1 --workers 1"
     options = "--scale log --range 0.01,1000 --window 0.1,100"
     assert run(f"{base} {options} --out {folder}/store".split()) == 0
@@ -86,13 +86,7 @@ def test_samples_lie_on_the_scale(folder: Path) -> None:
         ("sensitivity --out x.npz --volume halo.npy --scale log --value -1", "outside the volume"),
     ],
 )
-def test_scales_that_make_no_sense(
-    arguments: str,
-    message: str,
-    folder: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_scales_that_make_no_sense(arguments, message, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     np.save("negative.npy", -np.arange(1, 65, dtype=np.float32).reshape(4, 4, 4))
     assert run(arguments.split()) == 2

@@ -19,7 +19,7 @@ MODEL, VOLUME = shipped_models()[0], shipped_volumes()[0]
 
 
 @pytest.fixture
-def opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[WindowStart]:
+def opened(monkeypatch, tmp_path):
     """What the window is started with; the folder has a TF, a slice, and files like commands."""
     starts: list[WindowStart] = []
     monkeypatch.setattr("app.launch.run_window", lambda start, *_: starts.append(start) or 0)
@@ -58,16 +58,12 @@ def opened(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[WindowStart]
         ),
     ],
 )
-def test_files_are_opened_by_what_they_are(
-    opened: list[WindowStart], arguments: str, start: WindowStart
-) -> None:
+def test_files_are_opened_by_what_they_are(opened, arguments, start):
     assert run(arguments.split()) == 0
     assert opened == [start]
 
 
-def test_a_command_wins_over_a_file_of_its_name(
-    opened: list[WindowStart], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_command_wins_over_a_file_of_its_name(opened, capsys):
     assert run(["info", str(VOLUME)]) == 0
     assert opened == []
     assert "lidc chest" in capsys.readouterr().out
@@ -84,12 +80,7 @@ def test_a_command_wins_over_a_file_of_its_name(
         ("--model scan", "there is no model here"),
     ],
 )
-def test_what_cannot_be_opened_is_refused_in_a_line(
-    opened: list[WindowStart],
-    capsys: pytest.CaptureFixture[str],
-    arguments: str,
-    message: str,
-) -> None:
+def test_what_cannot_be_opened_is_refused_in_a_line(opened, capsys, arguments, message):
     assert run(arguments.split()) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert message in line

@@ -1,11 +1,9 @@
-from __future__ import annotations
-
 import numpy as np
 
 from app.figures.mosaic import EMPTY, mosaic
 
 
-def test_pictures_stand_in_rows_and_columns_with_gaps() -> None:
+def test_pictures_stand_in_rows_and_columns_with_gaps():
     images = np.random.default_rng(0).uniform(0, 1, (2, 3, 4, 5, 3)).astype(np.float32)
     images[1, 1] = np.nan
     picture = mosaic(images)

@@ -21,7 +21,7 @@ def curves(plot: pg.PlotItem) -> list[pg.PlotDataItem]:
 
 
 @pytest.mark.parametrize("largest", [3.9e-4, 0.02, 0.5, 7.0])
-def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest: float) -> None:
+def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest):
     responses = largest * np.sin(np.linspace(0, 9, 256))
     content = TFPlot("t", (-100, 300), np.zeros(256), COLORS, responses=responses)
     plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
@@ -35,7 +35,7 @@ def test_numbers_of_the_right_axis_are_those_of_the_sensitivity(largest: float) 
     np.testing.assert_allclose(drawn.yData, responses * scale)
 
 
-def test_the_background_does_not_set_the_axis() -> None:
+def test_the_background_does_not_set_the_axis():
     responses = np.full(256, 0.01)
     responses[:20] = -5.0
     window = np.arange(256) >= 30
@@ -46,7 +46,7 @@ def test_the_background_does_not_set_the_axis() -> None:
     np.testing.assert_allclose(drawn.yData[30:], 1.0)
 
 
-def test_a_mode_is_drawn_where_it_is_and_nowhere_else() -> None:
+def test_a_mode_is_drawn_where_it_is_and_nowhere_else():
     mode = GaussianMode(100.0, 20.0, 0.3)
     content = TFPlot("t", (-100, 300), np.full(256, 0.9), COLORS, mode=mode)
     plot = add_tf_plot(new_layout(400, 250), 0, 0, content)
@@ -57,7 +57,7 @@ def test_a_mode_is_drawn_where_it_is_and_nowhere_else() -> None:
     assert expected[~shown].max() < 0.01
 
 
-def test_the_blob_of_a_place_has_the_weights_of_its_interpolation() -> None:
+def test_the_blob_of_a_place_has_the_weights_of_its_interpolation():
     radius, place = 0.3, (0.2, -0.1)
     plot = add_map(new_layout(400, 400), 0, 0, "m", np.zeros((3, 2)), None, [(*place, radius)])
     (blob,) = (item for item in plot.items if isinstance(item, pg.ImageItem))

@@ -1,15 +1,11 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
-from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 
 
 @pytest.fixture
-def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
+def editor(qtbot, state):
     """An editor over 100..200 K, 1100 x 300 pixels large."""
     editor = TransferFunctionEditor(state)
     qtbot.addWidget(editor)

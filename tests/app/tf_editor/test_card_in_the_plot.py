@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
 
@@ -13,20 +12,16 @@ from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QColorDialog, QToolButton
-from pytestqt.qtbot import QtBot
 
-from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
 """Of the editor in windows of 1440 x 900, 1280 x 720 and 1000 x 640, with and without panel."""
 
-EditorMaker = Callable[..., TransferFunctionEditor]
-
 
 @pytest.fixture
-def make_editor(qtbot: QtBot, state: ViewerState) -> EditorMaker:
+def make_editor(qtbot, state):
     def make(width: int = 1440, height: int = 315, mean: float = 170.0, amplitude: float = 0.9):
         editor = TransferFunctionEditor(state)
         qtbot.addWidget(editor)
@@ -61,9 +56,7 @@ def distance(box: QRect, point: QPoint) -> float:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(
-    make_editor: EditorMaker, state: ViewerState, size: tuple[int, int]
-) -> None:
+def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(make_editor, state, size):
     editor = make_editor(*size)
     plot, card = plot_of(editor), editor.card
     flags = [QToolButton() for _ in range(2)]
@@ -90,7 +83,7 @@ def test_the_card_is_at_its_handle_in_the_plot_and_over_no_flag(
             assert not box.contains(at), (mean, amplitude, value)
 
 
-def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerState) -> None:
+def test_the_card_hides_no_other_handle(make_editor, state):
     editor = make_editor(amplitude=0.24)
     modes = tuple(
         GaussianMode(mean, 8.0, height)
@@ -106,7 +99,7 @@ def test_the_card_hides_no_other_handle(make_editor: EditorMaker, state: ViewerS
 
 
 @pytest.mark.parametrize("mean", [110.0, 150.0, 190.0])
-def test_the_card_hides_no_label(make_editor: EditorMaker, mean: float) -> None:
+def test_the_card_hides_no_label(make_editor, mean):
     editor = make_editor(800, 260, mean, 0.4)
     area = editor.area
     beside = editor.card.geometry()
@@ -121,9 +114,7 @@ def test_the_card_hides_no_label(make_editor: EditorMaker, mean: float) -> None:
     assert plot_of(editor).contains(editor.card.geometry())
 
 
-def test_while_a_handle_is_dragged_it_has_its_numbers_only(
-    qtbot: QtBot, make_editor: EditorMaker
-) -> None:
+def test_while_a_handle_is_dragged_it_has_its_numbers_only(qtbot, make_editor):
     editor = make_editor()
     viewport = editor.area.widget.viewport()
     start = editor.area.widget.mapFromScene(editor.opacity.peaks[0].scenePos())
@@ -135,9 +126,7 @@ def test_while_a_handle_is_dragged_it_has_its_numbers_only(
     assert editor.card.isVisible() and not editor.area.readout.text
 
 
-def test_f2_types_the_value_tab_goes_on_and_escape_returns(
-    qtbot: QtBot, make_editor: EditorMaker, state: ViewerState
-) -> None:
+def test_f2_types_the_value_tab_goes_on_and_escape_returns(qtbot, make_editor, state):
     editor = make_editor()
     card = editor.card
     QTest.keyClick(editor, Qt.Key.Key_F2)
@@ -157,9 +146,7 @@ def test_f2_types_the_value_tab_goes_on_and_escape_returns(
     assert editor.area.widget.hasFocus()
 
 
-def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(
-    make_editor: EditorMaker, state: ViewerState
-) -> None:
+def test_the_colour_of_a_mode_is_chosen_at_its_card_in_one_step(make_editor, state):
     editor = make_editor(mean=130.0)
     before = state.transfer_function
     editor.card.color_button.click()

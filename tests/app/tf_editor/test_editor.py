@@ -12,9 +12,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
-from pytestqt.qtbot import QtBot
 
-from app.state.viewer_state import ViewerState
 from app.tf_editor.color_layer import PIN_PLACE
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.handle import DragHandle
@@ -43,9 +41,7 @@ def position(handle: DragHandle) -> tuple[float, float]:
     return round(100 + 100 * handle.pos().x(), 9), handle.pos().y()
 
 
-def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
-    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state):
     start, half, end = (
         pixel(editor, 130.0, 0.5),
         pixel(editor, 140.0, 0.6),
@@ -75,9 +71,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(
     assert not state.edits.stack.canUndo()
 
 
-def test_a_handle_is_easy_to_hit_and_does_not_jump(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_handle_is_easy_to_hit_and_does_not_jump(editor, state):
     before = state.transfer_function
     for dx, dy in product((-9, 0, 9), repeat=2):
         editor.selection.clear()
@@ -86,9 +80,7 @@ def test_a_handle_is_easy_to_hit_and_does_not_jump(
     assert state.transfer_function == before
 
 
-def test_dragging_a_flank_changes_only_the_width(
-    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_dragging_a_flank_changes_only_the_width(qtbot, editor, state):
     click(editor, pixel(editor, 170.0, 0.5))
     left, right = editor.opacity.flanks
     assert (position(left)[0], position(right)[0]) == (162.0, 178.0)
@@ -103,9 +95,7 @@ def test_dragging_a_flank_changes_only_the_width(
     assert mode.width == pytest.approx(15.0, abs=0.3)
 
 
-def test_a_double_click_adds_a_mode_and_delete_removes_it(
-    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_double_click_adds_a_mode_and_delete_removes_it(qtbot, editor, state):
     before = state.transfer_function
     at = pixel(editor, 150.0, 0.75)
     double_click(editor, at)
@@ -119,9 +109,7 @@ def test_a_double_click_adds_a_mode_and_delete_removes_it(
     assert state.transfer_function.opacity.modes[2] == added
 
 
-def test_a_click_on_the_strip_adds_a_stop_without_changing_colors(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_click_on_the_strip_adds_a_stop_without_changing_colors(editor, state):
     before = state.transfer_function.color
     click(editor, strip_pixel(editor, 125.0, 0.5))
     color = state.transfer_function.color
@@ -134,18 +122,14 @@ def test_a_click_on_the_strip_adds_a_stop_without_changing_colors(
     assert state.transfer_function.color == before
 
 
-def test_a_stop_can_be_dragged_and_the_end_stops_cannot(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_stop_can_be_dragged_and_the_end_stops_cannot(editor, state):
     for start, end in ((150.0, 120.0), (200.0, 160.0)):
         drag(editor, strip_pixel(editor, start), strip_pixel(editor, end))
     values = [s[0] for s in state.transfer_function.color.stops]
     assert values == pytest.approx([100.0, 120.0, 200.0], abs=0.3)
 
 
-def test_the_color_dialog_is_live_and_can_be_cancelled(
-    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_the_color_dialog_is_live_and_can_be_cancelled(qtbot, editor, state):
     dialog = editor.color.choose_color(1)
     dialog.setCurrentColor(QColor("#336699"))
     assert state.live
@@ -175,9 +159,7 @@ def choose(editor: TransferFunctionEditor, text: str) -> None:
     menu.close()
 
 
-def test_the_context_menus_remove_and_add(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_the_context_menus_remove_and_add(editor, state):
     editor.opacity.peaks[0].menuRequested.emit(QPoint())
     choose(editor, "Remove mode")
     assert [m.mean for m in state.transfer_function.opacity.modes] == [170.0]
@@ -190,9 +172,7 @@ def test_the_context_menus_remove_and_add(
     assert state.transfer_function.opacity.modes[1].mean == pytest.approx(120.0, abs=0.3)
 
 
-def test_a_free_curve_has_points_that_can_be_dragged(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_free_curve_has_points_that_can_be_dragged(editor, state):
     curve = OpacityTF((100.0, 200.0), points=((100.0, 0.0), (150.0, 0.5), (200.0, 1.0)))
     state.tf_input.set(replace(state.transfer_function, opacity=curve), "edit")
     assert tuple(position(h) for h in editor.opacity.peaks) == curve.points

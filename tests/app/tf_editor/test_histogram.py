@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,7 @@ SHAPE = 1000 * np.exp(-(((np.arange(256) - 120) / 50) ** 2)) + 20
 
 
 @pytest.mark.parametrize("stretch", [2, 3, 7, 1.4])
-def test_stretched_data_have_the_histogram_of_the_data_before(stretch: float) -> None:
+def test_stretched_data_have_the_histogram_of_the_data_before(stretch):
     values = np.unique(np.floor(np.arange(0, 256, stretch)).astype(int))
     counts = np.zeros(256, dtype=np.int64)
     counts[values] = (SHAPE[values] * stretch).astype(np.int64)
@@ -25,7 +23,7 @@ def test_stretched_data_have_the_histogram_of_the_data_before(stretch: float) ->
     assert drawn.sum() == pytest.approx(counts.sum(), rel=0.02)
 
 
-def test_gaps_that_are_not_a_combs_stay() -> None:
+def test_gaps_that_are_not_a_combs_stay():
     counts = SHAPE.astype(np.int64)
     counts[100:140] = 0
     counts[200] = 0
@@ -33,7 +31,7 @@ def test_gaps_that_are_not_a_combs_stay() -> None:
     np.testing.assert_array_equal(without_comb(np.zeros(9, dtype=np.int64)), np.zeros(9))
 
 
-def test_a_wide_gap_in_a_comb_stays_empty() -> None:
+def test_a_wide_gap_in_a_comb_stays_empty():
     counts = np.zeros(256, dtype=np.int64)
     counts[0:100:2] = counts[180:256:2] = 10
     drawn = without_comb(counts)

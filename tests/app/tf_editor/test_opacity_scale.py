@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -7,7 +5,7 @@ from app.tf_editor.opacity_scale import OpacityScale
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])
-def test_opacities_come_back_from_their_heights(logarithmic: bool) -> None:
+def test_opacities_come_back_from_their_heights(logarithmic):
     scale = OpacityScale(logarithmic)
     opacities = np.array([0.0, 1e-5, 0.001, 0.02, 0.5, 1.0])
     heights = scale.heights(opacities)
@@ -17,6 +15,6 @@ def test_opacities_come_back_from_their_heights(logarithmic: bool) -> None:
     assert np.isfinite(scale.opacity(1e9)) and np.isfinite(scale.opacity(-1e9))
 
 
-def test_a_hundredth_has_room_on_the_logarithmic_scale() -> None:
+def test_a_hundredth_has_room_on_the_logarithmic_scale():
     assert OpacityScale(True).height(0.01) > 0.25
     assert [text for _, text in OpacityScale(True).ticks()] == ["0", "", ".01", ".1", "1"]

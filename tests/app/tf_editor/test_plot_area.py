@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QRectF
-from pytestqt.qtbot import QtBot
 
 from app.short_numbers import MINUS
 from app.tf_editor.plot_area import HEADROOM, LEFT_MARGIN, RIGHT_MARGIN, PlotArea
@@ -11,7 +8,7 @@ from app.tf_editor.unit_axis import ScalarAxis
 
 
 @pytest.mark.parametrize(("height", "axis"), [(281, 225), (190, 134), (218, 162)])
-def test_the_plot_gets_the_room(qtbot: QtBot, height: int, axis: int) -> None:
+def test_the_plot_gets_the_room(qtbot, height, axis):
     area = PlotArea()
     qtbot.addWidget(area.widget)
     area.widget.resize(1440, height)
@@ -38,9 +35,7 @@ def test_the_plot_gets_the_room(qtbot: QtBot, height: int, axis: int) -> None:
         ((0.0, 65535.0), "0", "65535 HU"),
     ],
 )
-def test_both_ends_are_labelled_and_the_unit_is_said_once(
-    full: tuple[float, float], first: str, last: str
-) -> None:
+def test_both_ends_are_labelled_and_the_unit_is_said_once(full, first, last):
     labels = ScalarAxis.over(full).marks("HU")
     assert (labels[0], labels[-1]) == ((0.0, first), (1.0, last))
     axis = ScalarAxis.over(full)
@@ -51,7 +46,7 @@ def test_both_ends_are_labelled_and_the_unit_is_said_once(
         )
 
 
-def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of() -> None:
+def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of():
     marks = ScalarAxis.over((-3.0, 2.0), labels="log").marks("K")
     assert marks[0] == (0.0, "0.001") and marks[-1] == (1.0, "100 K")
     for place, text in marks[1:-1]:
@@ -60,7 +55,7 @@ def test_on_a_logarithmic_scale_the_ends_say_what_they_are_logarithms_of() -> No
         )
 
 
-def test_no_two_numbers_overlap_and_those_at_the_ends_are_there(qtbot: QtBot) -> None:
+def test_no_two_numbers_overlap_and_those_at_the_ends_are_there(qtbot):
     labels = PlotLabels("bottom")
     for width in (200, 644, 2204):
         labels.resize(width, 20)

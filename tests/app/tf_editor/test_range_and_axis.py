@@ -11,9 +11,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 
-from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.opacity_scale import OpacityScale
@@ -27,7 +25,7 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
-def editor(qtbot: QtBot, state: ViewerState) -> TransferFunctionEditor:
+def editor(qtbot, state):
     editor = TransferFunctionEditor(state)
     qtbot.addWidget(editor)
     # One voxel far away, as of a piece of metal.
@@ -50,9 +48,7 @@ def wheel(editor: TransferFunctionEditor, at: QPoint, steps: int) -> None:
     QApplication.sendEvent(viewport, event)
 
 
-def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(editor, state):
     before = state.transfer_function
     assert editor.area.axis.full == (100.0, 300.0)
     drag(editor, pixel(editor, 200.0, 0.9), pixel(editor, 120.0, 0.9), modifier=CTRL)
@@ -66,9 +62,7 @@ def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(
     assert not state.edits.stack.canUndo()
 
 
-def test_what_a_line_passes_over_comes_back(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_what_a_line_passes_over_comes_back(editor, state):
     lo, hi = state.scalar_range
     opacity = OpacityTF((lo, hi), points=((lo, 0.0), (130.0, 0.3), (160.0, 0.1), (hi, 0.9)))
     before = replace(state.transfer_function, opacity=opacity)
@@ -94,7 +88,7 @@ def test_what_a_line_passes_over_comes_back(
     assert state.transfer_function == fit_to_range(edited, (lo, hi))
 
 
-def test_the_menu_sets_the_range(editor: TransferFunctionEditor, state: ViewerState) -> None:
+def test_the_menu_sets_the_range(editor, state):
     editor.menu.fit_to_data()
     assert state.scalar_range == (100.0, 300.0)
     editor.menu.set_percentiles(20.0, 99.0)
@@ -102,9 +96,7 @@ def test_the_menu_sets_the_range(editor: TransferFunctionEditor, state: ViewerSt
     assert state.edits.stack.count() == 2
 
 
-def test_return_closes_the_typed_range_unless_it_is_not_taken(
-    qtbot: QtBot, editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_return_closes_the_typed_range_unless_it_is_not_taken(qtbot, editor, state):
     editor.menu.type_range()
     popup = editor.menu.popup
     qtbot.waitUntil(popup.low.hasFocus)
@@ -118,7 +110,7 @@ def test_return_closes_the_typed_range_unless_it_is_not_taken(
     assert state.scalar_range[0] == 110.0
 
 
-def test_percentiles_agree_with_numpy() -> None:
+def test_percentiles_agree_with_numpy():
     values = np.random.default_rng(3).normal(size=20000)
     counts, edges = np.histogram(values, bins=400)
     lo, hi = percentile_range(counts, edges, 1.0, 99.0)
@@ -127,9 +119,7 @@ def test_percentiles_agree_with_numpy() -> None:
     np.testing.assert_allclose([lo, hi], expected, atol=1.01 * bin_width)
 
 
-def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(editor, state):
     before = state.transfer_function
     at = pixel(editor, 150.0, 0.7)
     wheel(editor, at, 4)
@@ -144,9 +134,7 @@ def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(
     assert state.transfer_function == before
 
 
-def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(editor, state):
     scale = OpacityScale(logarithmic=True)
     editor.area.set_scale(scale)
     start, end = (pixel(editor, v, scale.height(a)) for v, a in ((130.0, 0.5), (130.0, 0.01)))
@@ -161,9 +149,7 @@ def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(
 
 
 @pytest.mark.parametrize("full", [(1.0, 1e4), (-50.0, 1e3), (0.0, 255.0), (1e9, 1e9 + 1)])
-def test_a_logarithmic_axis_inverts_itself_and_says_where_values_are(
-    full: tuple[float, float],
-) -> None:
+def test_a_logarithmic_axis_inverts_itself_and_says_where_values_are(full):
     axis = ScalarAxis.over(full, logarithmic=True)
     values = np.linspace(*full, 33)
     np.testing.assert_allclose(axis.values(axis.places(values)), values, rtol=1e-9, atol=1e-9)
@@ -173,9 +159,7 @@ def test_a_logarithmic_axis_inverts_itself_and_says_where_values_are(
         assert axis.value(place) == pytest.approx(float(text), rel=1e-3, abs=1e-6)
 
 
-def test_a_dragged_line_stretches_the_tf_and_back(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_dragged_line_stretches_the_tf_and_back(editor, state):
     before = state.transfer_function
     viewport = editor.area.widget.viewport()
     start, end = pixel(editor, 200.0, 0.9), pixel(editor, 150.0, 0.9)

@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
-from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.tf_editor.selection import Selected, Selection
@@ -10,7 +7,7 @@ from model.scene.tf_editing import add_opacity_handle, move_opacity_handle
 from model.scene.transfer_function import OpacityTF
 
 
-def test_a_handle_that_is_gone_is_dropped() -> None:
+def test_a_handle_that_is_gone_is_dropped():
     selection = Selection()
     selection.select("opacity", 1)
     selection.fit(make_tf(130.0, 170.0))
@@ -19,7 +16,7 @@ def test_a_handle_that_is_gone_is_dropped() -> None:
     assert selection.selected is None
 
 
-def test_several_of_one_kind() -> None:
+def test_several_of_one_kind():
     selection = Selection()
     selection.select_all("opacity", (1, 0))
     assert (selection.indices("opacity"), selection.index("opacity")) == ((0, 1), 0)
@@ -33,7 +30,7 @@ def test_several_of_one_kind() -> None:
     assert selection.indices("opacity") == (0,)
 
 
-def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot: QtBot) -> None:
+def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot):
     selection = Selection()
     before = make_tf()
     selection.fit(before)

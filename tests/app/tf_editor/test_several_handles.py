@@ -9,7 +9,6 @@ import pytest
 from editor_events import NONE, click, drag, pixel
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
@@ -20,7 +19,7 @@ STOPS = ((100.0, 0, 0, 0), (130.0, 1, 0, 0), (150.0, 0, 1, 0), (170.0, 0, 0, 1),
 
 
 @pytest.fixture
-def editor(editor: TransferFunctionEditor, state: ViewerState) -> TransferFunctionEditor:
+def editor(editor, state):
     tf = state.transfer_function
     state.start_volume(replace(tf, color=ColorTF((100.0, 200.0), STOPS)), None)
     editor.area.widget.setFocus()
@@ -41,9 +40,7 @@ def stops(state: ViewerState) -> list[float]:
     return [stop[0] for stop in state.transfer_function.color.stops]
 
 
-def test_modes_selected_together_are_dragged_together_with_their_colors(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_modes_selected_together_are_dragged_together_with_their_colors(editor, state):
     click(editor, pixel(editor, 130.0, 0.5))
     click(editor, pixel(editor, 170.0, 0.5), SHIFT)
     assert editor.selection.indices("opacity") == (0, 1)
@@ -59,9 +56,7 @@ def test_modes_selected_together_are_dragged_together_with_their_colors(
     assert editor.selection.indices("opacity") == (0,)
 
 
-def test_a_frame_with_shift_selects_and_keys_act_on_all(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_a_frame_with_shift_selects_and_keys_act_on_all(editor, state):
     before = state.transfer_function
     drag(editor, pixel(editor, 110.0, 0.9), pixel(editor, 190.0, 0.3), SHIFT)
     assert editor.selection.indices("opacity") == (0, 1)
@@ -76,14 +71,11 @@ def test_a_frame_with_shift_selects_and_keys_act_on_all(
     assert state.transfer_function == before
 
 
-def test_tab_reaches_every_handle_and_leaves_at_the_end(
-    qtbot: QtBot, editor: TransferFunctionEditor
-) -> None:
+def test_tab_reaches_every_handle_and_leaves_at_the_end(qtbot, editor):
     reached = []
     for _ in range(2 * 3 + 5):
         press_key(editor, Qt.Key.Key_Tab)
         selected = editor.selection.selected
-        assert selected is not None
         reached.append((selected.kind, selected.index, editor.selection.flank))
     modes = [("opacity", index, flank) for index in (0, 1) for flank in (None, 0, 1)]
     assert reached == modes + [("color", index, None) for index in range(5)]
@@ -91,9 +83,7 @@ def test_tab_reaches_every_handle_and_leaves_at_the_end(
     assert editor.selection.index("color") == 3
 
 
-def test_arrows_on_a_flank_change_the_width(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_arrows_on_a_flank_change_the_width(editor, state):
     for _ in range(3):
         press_key(editor, Qt.Key.Key_Tab)
     assert editor.selection.flank == 1
@@ -106,9 +96,7 @@ def test_arrows_on_a_flank_change_the_width(
     assert editor.selection.flank is None
 
 
-def test_enter_opens_a_stops_color_and_insert_adds(
-    editor: TransferFunctionEditor, state: ViewerState, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_enter_opens_a_stops_color_and_insert_adds(editor, state, monkeypatch):
     opened: list[int] = []
     monkeypatch.setattr(editor.color, "choose_color", opened.append)
     editor.selection.select("color", 1)
@@ -121,9 +109,7 @@ def test_enter_opens_a_stops_color_and_insert_adds(
     assert means(state)[2] == 150.0
 
 
-def test_the_menu_converts_and_replaces_in_one_step_each(
-    editor: TransferFunctionEditor, state: ViewerState
-) -> None:
+def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
     before = state.transfer_function
     editor.selection.select_all("opacity", (0, 1))
     menu = editor.menu

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -20,9 +18,7 @@ RANGES = [
 @pytest.mark.parametrize("scalar_range", RANGES)
 @given(share=st.floats(0, 1))
 @example(share=2.36e-10)
-def test_places_and_values_are_each_others_inverse(
-    scalar_range: tuple[float, float], share: float
-) -> None:
+def test_places_and_values_are_each_others_inverse(scalar_range, share):
     axis = ScalarAxis.over(scalar_range)
     value = axis.value(share)
     assert scalar_range[0] <= value <= scalar_range[1]
@@ -30,7 +26,7 @@ def test_places_and_values_are_each_others_inverse(
 
 
 @pytest.mark.parametrize("scalar_range", RANGES)
-def test_ticks_say_the_value_at_their_place(scalar_range: tuple[float, float]) -> None:
+def test_ticks_say_the_value_at_their_place(scalar_range):
     lo, hi = scalar_range
     marks = ticks(scalar_range)
     assert 3 <= len(marks) <= 8

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from pytestqt.qtbot import QtBot
 from window_fakes import make_volume
 
 from app.window.contents_dialog import ContentsDialog
-from app.window.main_window import MainWindow
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.scene.volume import Volume
@@ -24,13 +21,13 @@ ARRAYS = (
 CHANNELS = tuple(Content("channel", str(k), (4, 5, 6), "uint8", 120, k == 0) for k in range(3))
 
 
-def test_what_is_shown_is_chosen_at_first(qtbot: QtBot) -> None:
+def test_what_is_shown_is_chosen_at_first(qtbot):
     dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS)
     qtbot.addWidget(dialog)
     assert dialog.choice() == Choice(array="density", channel="0")
     assert not dialog.open_button.isEnabled()
     table = dialog.tables["array"]
-    words = [table.item(1, column).text() for column in range(4)]  # type: ignore[union-attr]
+    words = [table.item(1, column).text() for column in range(4)]
     assert words == ["ids", "5 x 6 x 7", "int64", "1.6 KiB"]
 
     dialog.tables["array"].setCurrentCell(1, 0)
@@ -41,12 +38,12 @@ def test_what_is_shown_is_chosen_at_first(qtbot: QtBot) -> None:
 
 
 @pytest.fixture
-def window(make_window: Callable[..., MainWindow]) -> MainWindow:
+def window(make_window):
     return make_window(model=None)
 
 
 @pytest.fixture
-def several(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[Choice | None]:
+def several(window, monkeypatch):
     """Have volumes read of a file with three channels; what was asked for."""
     asked: list[Choice | None] = []
 
@@ -62,13 +59,7 @@ def several(window: MainWindow, monkeypatch: pytest.MonkeyPatch) -> list[Choice 
     return asked
 
 
-def test_what_a_file_holds_is_asked_for_once(
-    qtbot: QtBot,
-    window: MainWindow,
-    several: list[Choice | None],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, monkeypatch):
     path, read = tmp_path / "cells.tif", window.workspace.reading._opening._read_volume
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
@@ -104,7 +95,6 @@ def test_what_a_file_holds_is_asked_for_once(
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
-    assert window.opening._asking is not None
     window.opening._asking.keep_button.click()
     window.opening._asking = None
     with qtbot.waitSignal(window.workspace.volumeStarted):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
@@ -30,8 +29,6 @@ from app.window.movie_saving import MovieDialog
 from app.window.picture_dialog import PictureDialog
 from app.window.raw_dialog import RawDialog
 from model.scene.region import Outline
-
-WindowMaker = Callable[..., MainWindow]
 
 CONTROLS = QAbstractButton, QAbstractSpinBox, QAbstractSlider, QComboBox, QLineEdit, ImageCanvas
 
@@ -81,7 +78,7 @@ def assert_wheel_changes_nothing(parent: QWidget) -> int:
 
 
 @pytest.fixture
-def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
+def window(qtbot, make_window):
     """A window with a region, all cards, a notice and the panel."""
     window = make_window()
     window.resize(1600, 1000)
@@ -135,7 +132,7 @@ def name_of(widget: QWidget) -> str:
     return interface.text(QAccessible.Text.Name) if interface else ""
 
 
-def test_tab_reaches_every_control_and_each_has_a_name(qtbot: QtBot, window: MainWindow) -> None:
+def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
     reached = walked(qtbot, window)
     areas = {
         "top bar": window.top_bar,
@@ -180,7 +177,7 @@ def test_tab_reaches_every_control_and_each_has_a_name(qtbot: QtBot, window: Mai
     assert not window.brightness.is_chosen
 
 
-def test_nor_do_those_of_the_dialogs(qtbot: QtBot, tmp_path: Path) -> None:
+def test_nor_do_those_of_the_dialogs(qtbot, tmp_path):
     path = tmp_path / "data.raw"
     path.write_bytes(bytes(1000))
     raw = RawDialog(path)

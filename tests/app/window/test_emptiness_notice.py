@@ -1,17 +1,12 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PySide6.QtWidgets import QPushButton
-from pytestqt.qtbot import QtBot
 from ramp import make_tf
-from window_fakes import FakeBuilders, FakeEngine
+from window_fakes import FakeEngine
 
 from app.engines.requests import UNWATCHED, ImageRequest, Watch
-from app.window.main_window import MainWindow
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
 
@@ -23,12 +18,7 @@ def draw(self: FakeEngine, request: ImageRequest, watch: Watch = UNWATCHED) -> N
     return np.full((pixels.height, pixels.width, 4), level, np.float32)
 
 
-def test_nothing_visible_is_said_with_a_way_out(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_nothing_visible_is_said_with_a_way_out(qtbot, make_window, builders, monkeypatch):
     monkeypatch.setattr(FakeEngine, "image", draw)
     window = make_window(model=None)
     notice = window.notice

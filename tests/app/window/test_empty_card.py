@@ -1,22 +1,12 @@
-from __future__ import annotations
-
-from collections.abc import Callable
 from pathlib import Path
 
-from pytestqt.qtbot import QtBot
 from ramp import make_volume
-from window_fakes import FakeBuilders
 
 from app.image_view.orientation_cube import OrientationCube
-from app.window.main_window import MainWindow
 from model.volume_files.shipped import shipped_volumes
 
-WindowMaker = Callable[..., MainWindow]
 
-
-def test_a_window_without_a_volume_offers_some(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):
     window = make_window(volume="lost", model=None)
     card, canvas = window.empty_card, window.reference.canvas
     assert "missing" in canvas.message

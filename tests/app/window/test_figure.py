@@ -34,9 +34,7 @@ pytestmark = pytest.mark.usefixtures("qapp")
 
 @pytest.mark.parametrize("size", [(600, 600), (1000, 500), (500, 1000)])
 @pytest.mark.parametrize(("background", "level"), [(BLACK, 0.0), (WHITE, 1.0)])
-def test_the_scale_bar_is_as_long_as_the_scale_says(
-    size: tuple[int, int], background: tuple[int, int, int], level: float
-) -> None:
+def test_the_scale_bar_is_as_long_as_the_scale_says(size, background, level):
     width, height = size
     image = plain(level, height, width)
     without = made(FigureLook(width, height, background), "reference", reference=image)
@@ -48,14 +46,13 @@ def test_the_scale_bar_is_as_long_as_the_scale_says(
     rows, columns = np.nonzero(changed)
     assert rows.min() > 0.9 * height and columns.max() < width / 2
     bar = SCALE.bar(INPUTS.view)
-    assert bar is not None
     length = bar.share * min(size)
     # The longest row of pixels is the bar.
     longest = changed.sum(axis=1).max()
     assert longest == pytest.approx(length, abs=4)
 
 
-def test_both_are_squares_side_by_side() -> None:
+def test_both_are_squares_side_by_side():
     look = FigureLook(1212, 600, WHITE, True, True)
     left, right = panels(look, "both")
     assert (left.width(), left.height()) == (right.width(), right.height()) == (600, 600)
@@ -72,7 +69,7 @@ def test_both_are_squares_side_by_side() -> None:
     assert (np.abs(pixels[250:, 1000:1200] - 153) > 60).any()
 
 
-def test_the_difference_is_brightest_where_it_is_largest() -> None:
+def test_the_difference_is_brightest_where_it_is_largest():
     truth = plain(0.5, 300, 300)
     drawn = truth.copy()
     drawn[100:150, 100:150, :3] += 0.3

@@ -1,33 +1,27 @@
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders
 
 from app.window.file_dialogs import FileDialogs
-from app.window.main_window import MainWindow
 from model.scene.transfer_function import TransferFunction
-
-Answer = Callable[[Path | str], None]
 
 
 @pytest.fixture
-def window(make_window: Callable[..., MainWindow]) -> MainWindow:
+def window(make_window):
     return make_window()
 
 
 @pytest.fixture
-def dialogs(window: MainWindow) -> FileDialogs:
+def dialogs(window):
     return window.findChildren(FileDialogs)[0]
 
 
 @pytest.fixture
-def answer(monkeypatch: pytest.MonkeyPatch) -> Answer:
+def answer(monkeypatch):
     """What the user chooses in every file dialog; empty cancels."""
 
     def set_answer(path: Path | str) -> None:
@@ -45,14 +39,8 @@ def answer(monkeypatch: pytest.MonkeyPatch) -> Answer:
 
 
 def test_files_are_opened_and_saved_unless_that_is_cancelled(
-    qtbot: QtBot,
-    window: MainWindow,
-    dialogs: FileDialogs,
-    answer: Answer,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot, window, dialogs, answer, builders, tmp_path, monkeypatch
+):
     answer("")
     before = window.state.transfer_function
     for ask in (

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from fake_models import make_model
 from PySide6.QtWidgets import QMenu
-from pytestqt.qtbot import QtBot
 from ramp import make_volume
-from window_fakes import FakeBuilders
 
 from app.state import library
 from app.window.file_menus import menu_names
 from app.window.main_window import MainWindow
-
-WindowMaker = Callable[..., MainWindow]
 
 
 def entries(menu: QMenu) -> list[str]:
@@ -26,14 +21,14 @@ def entries(menu: QMenu) -> list[str]:
 def menu_of(window: MainWindow, *titles: str) -> QMenu:
     menu: object = window.top_bar.menu_bar
     for title in titles:
-        found = [a.menu() for a in menu.actions() if a.text().replace("&", "") == title]  # type: ignore[attr-defined]
+        found = [a.menu() for a in menu.actions() if a.text().replace("&", "") == title]
         menu = found[0]
     assert isinstance(menu, QMenu)
     return menu
 
 
 @pytest.fixture
-def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
+def shipped(tmp_path, monkeypatch):
     """A model of the volume "ramp" that ships as a file."""
     model, volume = make_model(tmp_path / "model"), tmp_path / "ramp.nrrd"
     monkeypatch.setattr(library, "shipped_models", lambda: [model])
@@ -42,13 +37,7 @@ def shipped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
     return {"model": model, "volume": volume}
 
 
-def test_a_sample_model_opens_with_its_volume(
-    qtbot: QtBot,
-    make_window: WindowMaker,
-    builders: FakeBuilders,
-    shipped: dict[str, Path],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_sample_model_opens_with_its_volume(qtbot, make_window, builders, shipped, monkeypatch):
     builders.volumes["other"] = make_volume("other", 300.0)
     window = make_window("other", model=None)
     opened: list[Path] = []
@@ -71,7 +60,7 @@ def test_a_sample_model_opens_with_its_volume(
     assert not menu.actions()[0].isEnabled()
 
 
-def test_files_of_one_name_are_told_apart_by_their_folders() -> None:
+def test_files_of_one_name_are_told_apart_by_their_folders():
     paths = [Path("/a/engine.nrrd"), Path("/b/engine.nrrd"), Path("/a/fly & co.nrrd")]
     assert menu_names(paths) == ["engine.nrrd  (a)", "engine.nrrd  (b)", "fly && co.nrrd"]
     assert menu_names([]) == []

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,9 +10,8 @@ from fake_models import make_model
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QPushButton
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import PATIENCE_S, FakeBuilders
+from window_fakes import PATIENCE_S
 
 from app.window import file_opening
 from app.window.main_window import MainWindow
@@ -23,11 +21,9 @@ from model.scene.volume import Volume
 from model.volume_files.progress import counted
 from model.volume_files.raw import RawLayout
 
-WindowMaker = Callable[..., MainWindow]
-
 
 @pytest.fixture
-def window(make_window: WindowMaker) -> MainWindow:
+def window(make_window):
     return make_window(model=None)
 
 
@@ -43,9 +39,7 @@ def over(tf: TransferFunction, lo: float, hi: float) -> TransferFunction:
     )
 
 
-def test_a_tf_is_shown_over_its_range_or_fitted(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path, builders: FakeBuilders
-) -> None:
+def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builders):
     unit = over(make_tf(0.25), 0.0, 1.0)
     unit.save(tmp_path / "tf.json")
     window.opening.open_transfer_function(tmp_path / "tf.json")
@@ -62,7 +56,6 @@ def test_a_tf_is_shown_over_its_range_or_fitted(
     assert opened.volume.data_range == (100.0, 200.0)
     with qtbot.waitSignal(window.workspace.rangeChanged):
         window.state.edits.undo()
-    assert window.workspace.opened is not None
     assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
     visible = window.editor.area.axis.visible
     with qtbot.waitSignal(window.workspace.rangeChanged):
@@ -92,9 +85,7 @@ def test_a_tf_is_shown_over_its_range_or_fitted(
         assert window.state.scalar_range == expected
 
 
-def test_a_model_offers_its_volume_and_comes_back_with_it(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, tmp_path: Path
-) -> None:
+def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builders, tmp_path):
     other = make_volume("other", 300.0)
     builders.volumes["other"], builders.scene = other, Scene.of(other, image_size=16)
     place = tmp_path / "other.nrrd"
@@ -126,8 +117,8 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(
 
 
 def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    qtbot, window, tmp_path, monkeypatch
+):
     make_tf(123.0).save(tmp_path / "tf.json")
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(str(tmp_path / "tf.json"))])
@@ -200,6 +191,5 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     assert "cancelled" in window.notice.text
     assert "being read" not in window.notice.text
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.workspace.opened is not None
     assert window.workspace.opened.volume is not None
     assert window.windowTitle().startswith("scan")

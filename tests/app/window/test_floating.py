@@ -4,7 +4,6 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QVBoxLayout, QWidget
-from pytestqt.qtbot import QtBot
 
 from app.window.floating import BOTTOM, SIDE, TOP, Floating
 
@@ -26,7 +25,7 @@ class Card(QWidget):
 
 
 @pytest.fixture
-def area(qtbot: QtBot) -> QWidget:
+def area(qtbot):
     area = QWidget()
     qtbot.addWidget(area)
     area.resize(1000, 356)
@@ -34,7 +33,7 @@ def area(qtbot: QtBot) -> QWidget:
     return area
 
 
-def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot: QtBot, area: QWidget) -> None:
+def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot, area):
     floating, notice, card = Floating(area), Card(480, 60), Card(320, 100)
     floating.add_top(notice)
     floating.add_bottom(card)
@@ -49,8 +48,8 @@ def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot: QtBot, area: Q
 
 
 def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_there_is_room(
-    qtbot: QtBot, area: QWidget
-) -> None:
+    qtbot, area
+):
     floating = Floating(area)
     notices, cards = [Card(480, 50), Card(300, 40)], [Card(400, 120), Card(320, 100)]
     for notice in notices:
@@ -68,7 +67,7 @@ def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_ther
     qtbot.waitUntil(lambda: notices[1].y() == TOP + 90 + 8)
 
 
-def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot: QtBot, area: QWidget) -> None:
+def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
     floating, card = Floating(area), Card(320, 100)
     floating.add_bottom(card)
     card.show()

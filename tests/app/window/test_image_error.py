@@ -1,24 +1,19 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint
 from PySide6.QtGui import QColor, QImage
-from pytestqt.qtbot import QtBot
 
 from app.image_view.image_canvas import to_qimage
-from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice
 from model.scene.view import View
 
 
 def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_is(
-    qtbot: QtBot, make_window: Callable[..., MainWindow]
-) -> None:
+    qtbot, make_window
+):
     window = make_window()
     canvas, inputs = window.generator.canvas, window.state.inputs
 
@@ -72,9 +67,7 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     assert window.generator.note == ""
 
 
-def test_a_saved_difference_is_that_of_the_screen(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], tmp_path: Path
-) -> None:
+def test_a_saved_difference_is_that_of_the_screen(qtbot, make_window, tmp_path):
     window = make_window()
     canvas, inputs = window.generator.canvas, window.state.inputs
 

@@ -1,21 +1,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 from PySide6.QtWidgets import QPushButton
-from pytestqt.qtbot import QtBot
 from ramp import make_volume
-from window_fakes import FakeBuilders, FakeEngine
+from window_fakes import FakeEngine
 
 from app.engines.requests import UNWATCHED, ImageRequest, Watch
 from app.state import slow_lights
-from app.window.main_window import MainWindow
 from model.scene.view import View
 
 
@@ -29,12 +25,7 @@ def draw_slowly(
     return np.full((pixels.height, pixels.width, 4), 0.5, np.float32)
 
 
-def test_a_light_that_goes_out_is_told_and_offered(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders, monkeypatch):
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
     # Of the pixels of a first image, however large the pane.
     monkeypatch.setattr(slow_lights, "SLOW_LIGHT_S", 0.01)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,20 +9,17 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders
 
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, TransferFunction
 from model.scene.volume import Volume
 
-WindowMaker = Callable[..., MainWindow]
-
 VALUES = np.exp(3.5 * np.random.default_rng(8).normal(size=(12, 14, 16))).astype(np.float32)
 
 
 @pytest.fixture
-def halo(builders: FakeBuilders) -> Volume:
+def halo(builders):
     volume = Volume(VALUES, name="halo")
     builders.volumes["halo"] = volume
     return volume
@@ -45,9 +41,7 @@ def click(qtbot: QtBot, window: MainWindow) -> None:
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_one_click_shows_the_logarithm(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
-) -> None:
+def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     window = make_window("halo", model=None)
     assert "lowest hundredth" in window.notice.text
     before = window.state.transfer_function
@@ -96,9 +90,7 @@ def test_one_click_shows_the_logarithm(
     assert "25 % of the voxels are zero or below" in window.status.news
 
 
-def test_files_numbers_and_what_is_kept_are_on_the_scale(
-    qtbot: QtBot, make_window: WindowMaker, halo: Volume, tmp_path: Path
-) -> None:
+def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, halo, tmp_path):
     window = make_window("halo", model=None, folder=tmp_path / "kept")
     window.state.save_transfer_function(tmp_path / "linear.json")
     click(qtbot, window)
@@ -137,8 +129,8 @@ def shows_as_the_model(window: MainWindow, scene: Scene) -> bool:
 
 
 def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, halo: Volume
-) -> None:
+    qtbot, make_window, builders, halo
+):
     scene = builders.scene = Scene.of(halo.on_scale("log").over((-1.0, 2.0)), image_size=16)
     window = make_window("halo", model=None)
     assert shown(window).scale == "linear"

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders, FakeEngine
+from window_fakes import FakeEngine
 
 from app.image_view.engine_pane import EnginePane
 from app.state.preferences import Preferences
@@ -28,8 +26,6 @@ from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.shipped import shipped_volumes, title_of
-
-WindowMaker = Callable[..., MainWindow]
 
 
 def shown(pane: EnginePane) -> int:
@@ -47,9 +43,7 @@ def settle(qtbot: QtBot, window: MainWindow) -> None:
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_both_images_follow_view_and_tf(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
     window = make_window()
     assert shown(window.generator) == shown(window.reference)
     assert "CPU" in window.generator.detail
@@ -107,9 +101,7 @@ def test_both_images_follow_view_and_tf(
     assert builders.references[-1].requests[-1].inputs.view == View(azimuth=5.0)
 
 
-def test_without_a_model_the_reference_has_the_window_and_is_lit(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_window, builders):
     window = make_window(model=None, size="pane")
     assert window.errors == []
     work = window.workspace.reference
@@ -142,8 +134,8 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(
 
 
 def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_one_comes(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+    qtbot, make_window, builders
+):
     builders.volumes["other"] = other = make_volume("other", top=300.0)
     builders.scene = Scene.of(other, image_size=16)
     window = make_window(volume="gone")
@@ -158,7 +150,6 @@ def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_on
     with qtbot.waitSignal(window.workspace.problem):
         window.workspace.reading.open(Path("gone"))
     assert window.notice.text == "gone: the file is missing; choose another."
-    assert window.workspace.opened is not None
     assert window.workspace.opened.volume.name == "ramp"
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.reading.open(Path("other"))
@@ -177,9 +168,7 @@ def let_go_when_hidden(
     loading.set()
 
 
-def test_closing_while_everything_is_at_work_ends_cleanly(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_closing_while_everything_is_at_work_ends_cleanly(qtbot, make_window, builders):
     window = make_window()
     gate = threading.Semaphore(0)
     engine = builders.references[-1]
@@ -199,12 +188,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(
     assert all(g.closed for g in builders.generators)
 
 
-def test_the_menus_act(
-    qtbot: QtBot,
-    make_window: WindowMaker,
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     window = make_window()
     before = window.state.transfer_function
     undo, redo = action(window, "Undo"), action(window, "Redo")
@@ -260,9 +244,7 @@ def test_the_menus_act(
     assert opened == shipped_volumes()
 
 
-def test_who_draws_while_something_moves_is_never_queued(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_who_draws_while_something_moves_is_never_queued(qtbot, make_window, builders):
     window = make_window()
     # Built once more if the model, whose light is another, comes after the volume.
     assert {s.renderer for s in builders.settings} == {"auto"}
@@ -297,9 +279,7 @@ def test_who_draws_while_something_moves_is_never_queued(
     engine.gate = None
 
 
-def test_the_light_is_moved_where_both_images_follow_it(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_the_light_is_moved_where_both_images_follow_it(qtbot, make_window, builders):
     volume = builders.volumes["ramp"]
     builders.scene = Scene.of(volume, 16, "direct", movable_light=True)
     window = make_window()
@@ -321,9 +301,7 @@ def test_the_light_is_moved_where_both_images_follow_it(
     assert builders.generators[-1].requests[-1].inputs.light is None
 
 
-def test_each_volume_is_seen_in_the_light_that_it_was_given(
-    qtbot: QtBot, builders: FakeBuilders, tmp_path: Path
-) -> None:
+def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp_path):
     light = LightDirection(50.0, -20.0)
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
     builders.volumes["ramp 2"] = make_volume("ramp 2", 210.0)

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import imageio.v3 as iio
@@ -10,22 +9,19 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QPushButton
-from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders, FakeEngine
+from window_fakes import FakeEngine
 
 from app.engines.requests import PictureRequest
-from app.window.main_window import MainWindow
 from app.window.movie_saving import MovieChoice
 from app.window.picture_dialog import PictureChoice
 from model.errors import RenderError
 from model.scene.view import View
 
-WindowMaker = Callable[..., MainWindow]
 TURN = MovieChoice(64, 48, 0.5, 8)
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[PictureRequest]:
+def asked(monkeypatch):
     """Requests for pictures, which are as red as their azimuth."""
     requests: list[PictureRequest] = []
 
@@ -45,7 +41,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[PictureRequest]:
 
 
 @pytest.fixture
-def window(make_window: WindowMaker, asked: list[PictureRequest]) -> MainWindow:
+def window(make_window, asked):
     window = make_window(model=None)
     window.brightness.set(1.0)
     window.state.set_view(View(10.0, 20.0))
@@ -60,8 +56,8 @@ def frames_of(path: Path) -> np.ndarray:
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
-    qtbot: QtBot, window: MainWindow, asked: list[PictureRequest], tmp_path: Path
-) -> None:
+    qtbot, window, asked, tmp_path
+):
     for suffix in (".mp4", ".gif"):
         place = tmp_path / f"turn{suffix}"
         asked.clear()
@@ -88,16 +84,11 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
 
 
 def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot, window, builders, tmp_path, monkeypatch
+):
     gate = builders.references[-1].gate = threading.Semaphore(1)
     window.movies.draw(TURN, tmp_path / "turn.mp4")
     progress = window.movies.progress
-    assert progress is not None
     qtbot.waitUntil(lambda: progress.value() == 1)
     (cancel,) = progress.findChildren(QPushButton)
     assert cancel.text() == "Cancel"
@@ -139,7 +130,6 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
         (tmp_path / answer).mkdir()
         window.movies.draw(TURN, tmp_path / answer / "turn.mp4")
         progress = window.movies.progress
-        assert progress is not None
         qtbot.waitUntil(lambda progress=progress: progress.value() == 1)
 
         def question(

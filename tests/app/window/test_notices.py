@@ -1,12 +1,10 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import partial
 
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
-from pytestqt.qtbot import QtBot
 
 from app import controls
 from app.controls import Action
@@ -14,7 +12,7 @@ from app.window.notices import Notices
 
 
 @pytest.fixture
-def bar(qtbot: QtBot) -> Iterator[Notices]:
+def bar(qtbot):
     window = QWidget()
     window.resize(520, 400)
     bar = Notices()
@@ -33,7 +31,7 @@ def shown_buttons(bar: Notices) -> list[str]:
     return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
 
 
-def test_of_many_notices_the_newest_are_shown(bar: Notices) -> None:
+def test_of_many_notices_the_newest_are_shown(bar):
     for number in range(5):
         bar.tell(f"notice {number}")
     assert bar.text.splitlines() == [f"notice {number}" for number in (4, 3, 2, 1, 0)]
@@ -50,7 +48,7 @@ def test_of_many_notices_the_newest_are_shown(bar: Notices) -> None:
     assert not bar.dismiss_newest()
 
 
-def test_a_screen_reader_says_errors_at_once(bar: Notices, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_screen_reader_says_errors_at_once(bar, monkeypatch):
     said: list[tuple[str, str]] = []
     monkeypatch.setattr(
         controls.QAccessible,
@@ -64,7 +62,7 @@ def test_a_screen_reader_says_errors_at_once(bar: Notices, monkeypatch: pytest.M
     assert bar._lines[0].accessibleName() == "Error: It failed."
 
 
-def test_a_notice_replaces_the_one_of_its_key(bar: Notices) -> None:
+def test_a_notice_replaces_the_one_of_its_key(bar):
     bar.tell("no model", key="model")
     bar.tell("an error")
     bar.tell("another model", key="model")
@@ -79,7 +77,7 @@ def test_a_notice_replaces_the_one_of_its_key(bar: Notices) -> None:
     assert bar.text == "an error"
 
 
-def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: Notices) -> None:
+def test_a_button_acts_once_and_removes_its_notice_first(qtbot, bar):
     seen: list[str] = []
     bar.tell("below")
     bar.tell(
@@ -95,7 +93,7 @@ def test_a_button_acts_once_and_removes_its_notice_first(qtbot: QtBot, bar: Noti
         bar.tell("crowded", *[Action("x", list)] * 3)
 
 
-def test_escape_dismisses_one_after_another(qtbot: QtBot, bar: Notices) -> None:
+def test_escape_dismisses_one_after_another(qtbot, bar):
     bar.tell("two")
     bar.tell("one", Action("Act", list))
     bar.findChildren(QPushButton)[0].setFocus()

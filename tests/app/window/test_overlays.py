@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from PySide6.QtGui import QAction, QImage
-from window_fakes import FakeBuilders
 
 from app.window.main_window import MainWindow
-
-WindowMaker = Callable[..., MainWindow]
 
 
 def action(window: MainWindow, keys: str) -> QAction:
@@ -24,7 +19,7 @@ def grays(picture: QImage | None) -> set[int]:
     return {picture.pixelColor(x, y).value() for x, y in pixels}
 
 
-def test_opacity_images_lie_in_the_corner(make_window: WindowMaker, builders: FakeBuilders) -> None:
+def test_opacity_images_lie_in_the_corner(make_window, builders):
     builders.draws_codes = True
     window = make_window()
     opacity = action(window, "O")
@@ -49,7 +44,7 @@ def test_opacity_images_lie_in_the_corner(make_window: WindowMaker, builders: Fa
     assert window.generator.canvas.grab().toImage().pixelColor(*at) == before.pixelColor(*at)
 
 
-def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window: WindowMaker) -> None:
+def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window):
     window = make_window()
     pane, rgba = window.reference, np.zeros((16, 16, 4), np.float32)
     # The left half is empty, the right half is opaque and red.

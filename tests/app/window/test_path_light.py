@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders
 
 from app.engines.requests import VisibilityRequest
 from app.state import generator_work
@@ -19,7 +17,7 @@ from model.scene.view import View
 
 
 @pytest.fixture(autouse=True)
-def network(monkeypatch: pytest.MonkeyPatch) -> None:
+def network(monkeypatch):
     monkeypatch.setattr(denoising, "installed", lambda: True)
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
 
@@ -28,12 +26,7 @@ def settle(qtbot: QtBot, window: MainWindow) -> None:
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_it_draws_while_the_light_is_path_traced(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, monkeypatch):
     window = make_window()
     reference = window.workspace.reference
     model = builders.generators[-1]
@@ -79,11 +72,8 @@ def test_it_draws_while_the_light_is_path_traced(
 
 
 def test_live_questions_follow_live_images_and_leave_time_for_them(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot, make_window, builders, monkeypatch
+):
     window = make_window()
     window.workspace.reference.choose(lighting="path")
     settle(qtbot, window)

@@ -4,14 +4,13 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QPushButton
-from pytestqt.qtbot import QtBot
 
 from app.window.figure import Which
 from app.window.picture_dialog import PictureChoice, PictureDialog
 
 
 @pytest.fixture
-def dialog(qtbot: QtBot) -> PictureDialog:
+def dialog(qtbot):
     dialog = PictureDialog({"reference": (960, 720)})
     qtbot.addWidget(dialog)
     return dialog
@@ -25,7 +24,7 @@ def choose(dialog: PictureDialog, box_name: str, text: str) -> None:
     box.activated.emit(row)
 
 
-def test_each_of_what_it_may_show_has_its_proportions(qtbot: QtBot) -> None:
+def test_each_of_what_it_may_show_has_its_proportions(qtbot):
     sizes: dict[Which, tuple[int, int]] = {
         "reference": (960, 720),
         "generator": (128, 128),
@@ -53,7 +52,7 @@ def test_each_of_what_it_may_show_has_its_proportions(qtbot: QtBot) -> None:
 
 
 @pytest.mark.parametrize("background", [None, (255, 255, 255), (3, 60, 90)])
-def test_the_last_choice_comes_back(qtbot: QtBot, background: tuple[int, int, int] | None) -> None:
+def test_the_last_choice_comes_back(qtbot, background):
     last = PictureChoice(64, 64, background, True)
     dialog = PictureDialog({"reference": (20000, 10000)}, last, "Copy")
     qtbot.addWidget(dialog)
@@ -63,9 +62,7 @@ def test_the_last_choice_comes_back(qtbot: QtBot, background: tuple[int, int, in
     assert dialog.result() == QDialog.DialogCode.Accepted
 
 
-def test_a_size_is_taken_on_tab_and_enter_takes_none_that_cannot_be(
-    qtbot: QtBot, dialog: PictureDialog
-) -> None:
+def test_a_size_is_taken_on_tab_and_enter_takes_none_that_cannot_be(qtbot, dialog):
     dialog.show()
     qtbot.waitExposed(dialog)
     dialog.chooser.width_box.setFocus()

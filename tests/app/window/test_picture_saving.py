@@ -1,39 +1,27 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
-from pytestqt.qtbot import QtBot
-from window_fakes import PATIENCE_S, FakeBuilders, FakeEngine
+from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.messages import SupersededError
 from app.engines.requests import PictureRequest, Watch
 from app.window.figure import Which
 from app.window.file_dialogs import file_name
-from app.window.main_window import MainWindow
 from app.window.picture_dialog import PictureChoice, PictureDialog
-
-WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture
-def window(make_window: WindowMaker) -> MainWindow:
+def window(make_window):
     return make_window(model=None)
 
 
-def test_figures_are_saved_and_copied(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeypatch):
     for background in (None, (0, 0, 0)):
         place = tmp_path / f"{background}.png"
         window.pictures.draw(PictureChoice(90, 40, background), place)
@@ -91,8 +79,8 @@ def test_figures_are_saved_and_copied(
 
 
 def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
-    qtbot: QtBot, window: MainWindow, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    qtbot, window, tmp_path, monkeypatch
+):
     asked: list[int] = []
 
     def picture(self: FakeEngine, request: PictureRequest, is_wanted: object) -> NDArray[np.uint8]:
@@ -129,7 +117,6 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     assert begun.wait(PATIENCE_S) and window.pictures.progress is None
     qtbot.waitUntil(lambda: window.pictures.progress is not None)
     progress = window.pictures.progress
-    assert progress is not None
     qtbot.waitUntil(lambda: progress.value() == 500)
     assert "slow.png" in progress.labelText() and "90 × 40" in progress.labelText()
     progress.canceled.emit()
@@ -142,13 +129,13 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     ("name", "expected"),
     [("engine", "engine"), ("CT: head/neck (2)", "CT_head_neck_2"), ("../..", ""), ("", "")],
 )
-def test_the_volumes_name_becomes_a_files(name: str, expected: str) -> None:
+def test_the_volumes_name_becomes_a_files(name, expected):
     assert file_name(name) == expected
 
 
 def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
-    qtbot: QtBot, make_window: WindowMaker, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    qtbot, make_window, tmp_path, monkeypatch
+):
     window = make_window()
     begun: list[PictureChoice] = []
 
@@ -164,7 +151,7 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     window.pictures.save()
     window.image_error.set_wanted(False)
     for shown in ("generator", "reference"):
-        window.panes.show_images(shown)  # type: ignore[arg-type]
+        window.panes.show_images(shown)
         window.pictures.copy()
     assert [(one.which, one.legend, one.scale_bar) for one in begun] == [
         ("both", False, False),

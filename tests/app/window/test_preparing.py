@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
 from PySide6.QtCore import QObject, Signal
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeBuilders
@@ -56,9 +55,7 @@ def kernels(_volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, 
     return KernelGroup("uint8", light, "images"), KernelGroup("uint8", light, "questions")
 
 
-def test_vtk_draws_until_the_kernels_are_compiled(
-    qtbot: QtBot, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
     window = opened(qtbot, builders)
     work, analyst = window.workspace.reference, window.workspace._analyst
@@ -94,9 +91,7 @@ def test_vtk_draws_until_the_kernels_are_compiled(
     assert not answers.regions
 
 
-def test_one_image_is_shown_until_the_path_tracer_can_draw(
-    qtbot: QtBot, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, monkeypatch):
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
     monkeypatch.setattr(denoising, "installed", lambda: True)
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
@@ -130,8 +125,8 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(
 
 
 def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
-    qtbot: QtBot, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    qtbot, builders, monkeypatch
+):
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
     builders.failing = "direct"
     window = opened(qtbot, builders)

@@ -1,19 +1,12 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
-from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders
 
 from app.engines.requests import BatchRequest
 from app.tf_editor.preset_menu import PICTURE
-from app.window.main_window import MainWindow
 
 
-def test_each_preset_shows_the_volume_and_can_be_taken(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], builders: FakeBuilders
-) -> None:
+def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, make_window, builders):
     window = make_window(model=None)
     menu, state = window.editor.menu.presets, window.state
     qtbot.waitUntil(lambda: window.workspace.is_settled)

@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from pathlib import Path
-
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
@@ -11,11 +8,9 @@ from app.window.raw_dialog import UNKNOWN, RawDialog
 from model.volume_files import read_volume
 from model.volume_files.raw import RawLayout
 
-Opener = Callable[[str], RawDialog]
-
 
 @pytest.fixture
-def open_dialog(qtbot: QtBot, tmp_path: Path) -> Iterator[Opener]:
+def open_dialog(qtbot, tmp_path):
     """Open the dialog on a smooth volume of 24 x 20 x 16 big-endian values."""
     dialogs = []
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (16, 20, 24)), indexing="ij")
@@ -41,7 +36,7 @@ def wait(qtbot: QtBot, dialog: RawDialog) -> None:
 NAME = "data_24x20x16_ushort_big.raw"
 
 
-def test_it_begins_with_what_the_name_says(qtbot: QtBot, open_dialog: Opener) -> None:
+def test_it_begins_with_what_the_name_says(qtbot, open_dialog):
     dialog = open_dialog(NAME)
     wait(qtbot, dialog)
     assert dialog.choice() == RawLayout((24, 20, 16), "uint16", "big")
@@ -52,7 +47,7 @@ def test_it_begins_with_what_the_name_says(qtbot: QtBot, open_dialog: Opener) ->
     assert min(middle) > 250
 
 
-def test_every_change_is_checked_and_previewed(qtbot: QtBot, open_dialog: Opener) -> None:
+def test_every_change_is_checked_and_previewed(qtbot, open_dialog):
     dialog = open_dialog(NAME)
     wait(qtbot, dialog)
     dialog.dimension_boxes[2].setValue(17)
@@ -72,9 +67,7 @@ def test_every_change_is_checked_and_previewed(qtbot: QtBot, open_dialog: Opener
     assert dialog.slices[1].image != right
 
 
-def test_a_file_that_nothing_fits_and_one_that_is_gone(
-    qtbot: QtBot, open_dialog: Callable[..., RawDialog], tmp_path: Path
-) -> None:
+def test_a_file_that_nothing_fits_and_one_that_is_gone(qtbot, open_dialog, tmp_path):
     dialog = open_dialog("prime.raw", b"x" * 1009)
     wait(qtbot, dialog)
     assert dialog.choice() == UNKNOWN and not dialog.open_button.isEnabled()
@@ -86,9 +79,7 @@ def test_a_file_that_nothing_fits_and_one_that_is_gone(
     assert not dialog.open_button.isEnabled()
 
 
-def test_a_header_is_skipped(
-    qtbot: QtBot, open_dialog: Callable[..., RawDialog], tmp_path: Path
-) -> None:
+def test_a_header_is_skipped(qtbot, open_dialog, tmp_path):
     content = np.arange(4 * 5 * 6, dtype=np.uint16).tobytes()
     dialog = open_dialog("scan_6x5x4_uint16.raw", b"head" * 8 + content)
     wait(qtbot, dialog)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -14,18 +13,16 @@ from app.state.preferences import Preferences, volume_file
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
-Opener = Callable[[], MainWindow]
-
 
 @pytest.fixture
-def builders() -> FakeBuilders:
+def builders():
     builders = FakeBuilders()
     builders.volumes["other"] = make_volume("other", 300.0)
     return builders
 
 
 @pytest.fixture
-def open_window(qtbot: QtBot, builders: FakeBuilders, tmp_path: Path) -> Iterator[Opener]:
+def open_window(qtbot, builders, tmp_path):
     """Open a window as the next run would, on the ramp."""
 
     def opened() -> MainWindow:
@@ -42,9 +39,7 @@ def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
         window.workspace.reading.open(Path(name))
 
 
-def test_tf_regions_and_the_plots_scales(
-    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
-) -> None:
+def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path):
     damaged = tmp_path / "volumes" / f"{builders.volumes['ramp'].fingerprint[:32]}.json"
     damaged.parent.mkdir()
     damaged.write_text("{}")

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders
 
 from app.window.main_window import MainWindow
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -94,7 +92,7 @@ def open_over(qtbot: QtBot, window: MainWindow, change: Callable[[], object]) ->
 
 
 @pytest.fixture(autouse=True)
-def opened_shells(builders: FakeBuilders) -> None:
+def opened_shells(builders):
     builders.volumes["shells"] = shells()
 
 
@@ -103,9 +101,7 @@ def notice_buttons(window: MainWindow) -> dict[str, QPushButton]:
     return {button.text(): button for button in found if not button.isHidden()}
 
 
-def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(
-    qtbot: QtBot, make_window: Callable[..., MainWindow], tmp_path: Path
-) -> None:
+def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, make_window, tmp_path):
     window = make_window("shells", model=None)
     tf = TransferFunction(KINDS["a narrow mode of a wide range"], colors(WIDE))
     tf.save(tmp_path / "tf.json")

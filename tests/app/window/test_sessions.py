@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QFileDialog
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
@@ -18,19 +16,18 @@ from model.scene.region import Outline
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
-Opener = Callable[[], MainWindow]
 VIEW = View(70.0, -25.0, 10.0, 1.2)
 
 
 @pytest.fixture
-def volume(tmp_path: Path) -> Path:
+def volume(tmp_path):
     """The file of the volume; what is read are the fake's."""
     (tmp_path / "ramp").touch()
     return tmp_path / "ramp"
 
 
 @pytest.fixture
-def open_window(qtbot: QtBot, builders: FakeBuilders, volume: Path, tmp_path: Path) -> Opener:
+def open_window(qtbot, builders, volume, tmp_path):
     """Open a window as the next run would, on the ramp."""
 
     def opened() -> MainWindow:
@@ -69,9 +66,7 @@ def texts_of(window: MainWindow) -> list[str]:
     return [text for text in window.notice.text.splitlines() if text]
 
 
-def test_all_comes_back(
-    qtbot: QtBot, open_window: Opener, builders: FakeBuilders, tmp_path: Path
-) -> None:
+def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     window, path = open_window(), tmp_path / "a.tfscope"
     other = make_tf(115.0)
     change_all(window, other)
@@ -97,9 +92,7 @@ def test_all_comes_back(
     (notice,) = [text for text in texts_of(window) if "is kept" in text]
     assert "a.tfscope is open" in notice
     open_session(qtbot, window, tmp_path / "kept" / "before_session.tfscope")
-    assert between is not None
     found = window.sessions.session()
-    assert found is not None
     memory, before = found.content.memory, between.content.memory
     assert (memory.tf, memory.view) == (before.tf, before.view)
     assert memory.regions == before.regions == ()
@@ -115,14 +108,7 @@ def test_all_comes_back(
     assert window.preferences.recent("sessions") == [path]
 
 
-def test_what_is_not_as_it_was_is_told(
-    qtbot: QtBot,
-    open_window: Opener,
-    builders: FakeBuilders,
-    volume: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_is_not_as_it_was_is_told(qtbot, open_window, builders, volume, tmp_path, monkeypatch):
     # A light that is not there.
     window, path = open_window(), tmp_path / "a.tfscope"
     window.workspace.reference.choose(lighting="direct")

@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import pytest
-from pytestqt.qtbot import QtBot
 
 from app.state.viewer_state import ViewerState
 from app.window.status_line import StatusLine
@@ -9,12 +6,12 @@ from model.scene.view import View
 
 
 @pytest.fixture
-def state() -> ViewerState:
+def state():
     return ViewerState()
 
 
 @pytest.fixture
-def line(qtbot: QtBot, state: ViewerState) -> StatusLine:
+def line(qtbot, state):
     line = StatusLine(state)
     qtbot.addWidget(line)
     line.resize(1200, 24)
@@ -22,7 +19,7 @@ def line(qtbot: QtBot, state: ViewerState) -> StatusLine:
     return line
 
 
-def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line: StatusLine) -> None:
+def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line):
     first, second = "This is short.", "This is so much longer that it does not fit. " * 4
     line.tell(f"{first} {second}".strip())
     shown = line._news.text()
@@ -36,9 +33,7 @@ def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line: StatusLine
     assert line._news.text() == first and line._news.toolTip() == ""
 
 
-def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(
-    qtbot: QtBot, line: StatusLine
-) -> None:
+def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(qtbot, line):
     line._rest.setInterval(20)
     line.tell("Reading a.nrrd …")
     qtbot.wait(60)
@@ -48,7 +43,7 @@ def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(
     qtbot.waitUntil(lambda: line.news == "")
 
 
-def test_news_go_when_what_they_are_about_is_undone(line: StatusLine, state: ViewerState) -> None:
+def test_news_go_when_what_they_are_about_is_undone(line, state):
     line.tell("Opened a.json.")
     state.edits.undo()
     assert line.news == ""
@@ -57,7 +52,7 @@ def test_news_go_when_what_they_are_about_is_undone(line: StatusLine, state: Vie
     assert line.news == "Reading a.nrrd …"
 
 
-def test_the_views_numbers_are_about_the_up_axis(line: StatusLine, state: ViewerState) -> None:
+def test_the_views_numbers_are_about_the_up_axis(line, state):
     state.set_view(View(40.0, -10.0, 0.0, 0.75))
     assert line.view_text == "azimuth 40°   elevation −10°   distance .75"
     state.set_view(View(40.0, -10.0, 0.0, 0.75, 0.25, -0.001))

@@ -1,17 +1,13 @@
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders
 
 from app.engines.requests import BatchRequest
 from app.window.main_window import MainWindow
 from model.scene.axes import AXES
-
-WindowMaker = Callable[..., MainWindow]
 
 
 def reopen(qtbot: QtBot, window: MainWindow, name: str) -> None:
@@ -19,9 +15,7 @@ def reopen(qtbot: QtBot, window: MainWindow, name: str) -> None:
         window.workspace.reading.open(Path(name))
 
 
-def test_it_is_asked_once_with_pictures(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     window = make_window()
     bar = window.up_axis_card
     assert bar.isVisible()

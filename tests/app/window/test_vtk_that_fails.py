@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
 from PIL import Image
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders
 
 from app.engines.engines import REAL_BUILDERS
 from app.state import reference_work
@@ -38,7 +33,7 @@ class SoftIsSlow(SlowLights):
 
 
 @pytest.fixture
-def real_reference(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
+def real_reference(builders, monkeypatch):
     """Have the reference drawn in truth, with a graphics card, where soft light is too slow."""
     # Compiled before a window waits for it.
     renderer = RaycastRenderer(make_volume(), "direct")
@@ -65,13 +60,8 @@ def by_the_ray_caster(window: MainWindow, inputs: SceneInputs) -> np.ndarray:
 
 @pytest.mark.parametrize("place", ["offscreen_window", "render"])
 def test_the_ray_caster_draws_and_a_sentence_says_so(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    real_reference: None,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-    place: str,
-) -> None:
+    qtbot, make_window, real_reference, monkeypatch, tmp_path, place
+):
     if place == "render":
         monkeypatch.setattr(VtkRenderer, "render", fail)
     else:
@@ -97,11 +87,8 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
 
 
 def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
-    qtbot: QtBot,
-    make_window: Callable[..., MainWindow],
-    real_reference: None,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot, make_window, real_reference, monkeypatch
+):
     monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
     window = make_window(model=None, lighting="direct")
     client, choose = window.reference.client, window.workspace.reference.choose

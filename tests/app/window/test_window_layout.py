@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
@@ -19,14 +18,11 @@ from PySide6.QtWidgets import (
     QToolButton,
     QWidget,
 )
-from pytestqt.qtbot import QtBot
 
 from app.theme import apply_theme
 from app.window.gesture_table import status_keys
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
-
-WindowMaker = Callable[..., MainWindow]
 
 SIZES = (
     (1920, 1080), (960, 540), (1000, 640), (853, 450), (800, 450), (1093, 614), (1280, 720),
@@ -42,7 +38,7 @@ CONTROLS = QAbstractButton, QAbstractSpinBox, QLineEdit, QMenuBar
 
 
 @pytest.fixture(autouse=True)
-def theme(qapp: QApplication) -> None:
+def theme(qapp):
     """Have controls as large as in the application."""
     apply_theme(qapp, "dark")
 
@@ -93,7 +89,7 @@ def assert_whole(window: MainWindow, size: tuple[int, int]) -> None:
             assert button.width() >= button.minimumSizeHint().width()
 
 
-def test_everything_has_room_at_any_size_and_nothing_moves(make_window: WindowMaker) -> None:
+def test_everything_has_room_at_any_size_and_nothing_moves(make_window):
     window = make_window()
     image, browser, bar = window.reference.canvas, window.browser, window.top_bar
     left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
@@ -135,7 +131,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(make_window: WindowMa
         window.notice.clear()
 
 
-def test_what_lies_over_the_images_follows_them(make_window: WindowMaker) -> None:
+def test_what_lies_over_the_images_follows_them(make_window):
     window = make_window()
     tools = window.tools
     assert tools.parentWidget() is window.generator.canvas and tools.isVisible()
@@ -175,8 +171,8 @@ def test_what_lies_over_the_images_follows_them(make_window: WindowMaker) -> Non
 
 
 def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
-    qtbot: QtBot, make_window: WindowMaker, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    qtbot, make_window, monkeypatch
+):
     window = make_window()
     assert window.status.keys == status_keys("Images")
     assert "[Drag] turn" in window.status.keys and "[R] region" in window.status.keys

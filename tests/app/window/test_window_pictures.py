@@ -7,7 +7,6 @@ the screen changes much. ``pytest tests/pictures tests/app/window/test_window_pi
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import combinations
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 from toy_codec import toy_space
-from window_fakes import FakeBuilders
 
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
@@ -85,12 +83,7 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
 
 
 @pytest.fixture
-def window(
-    qapp: QApplication,
-    make_window: Callable[..., MainWindow],
-    builders: FakeBuilders,
-    tmp_path: Path,
-) -> MainWindow:
+def window(qapp, make_window, builders, tmp_path):
     space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
     codes = space.open_map().codes
     space.keep_map(codes, 0.9 * codes)
@@ -99,9 +92,7 @@ def window(
     return make_window()
 
 
-def test_the_window_looks_as_stored(
-    qtbot: QtBot, window: MainWindow, request: pytest.FixtureRequest
-) -> None:
+def test_the_window_looks_as_stored(qtbot, window, request):
     different = {}
     for name in NAMES:
         drawn, path = blocks(shown(name, qtbot, window)), STORED / f"{name}.png"
@@ -115,7 +106,7 @@ def test_the_window_looks_as_stored(
     assert not different, f"compare {STORED} with {FAILED}"
 
 
-def test_stored_pictures_differ_by_more_than_is_tolerated() -> None:
+def test_stored_pictures_differ_by_more_than_is_tolerated():
     pictures = {name: np.asarray(iio.imread(STORED / f"{name}.png")) for name in NAMES}
     apart = {(a, b): difference(pictures[a], pictures[b]) for a, b in combinations(NAMES, 2)}
     assert min(apart.values()) > MOST_RMSE, apart

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import QRect, QSize
 
@@ -22,18 +20,16 @@ LAPTOP, SECOND = QRect(0, 25, 1366, 743), QRect(1366, 0, 1920, 1080)
         ((1280, 1000), (1024, 800)),
     ],
 )
-def test_it_opens_at_four_fifths_of_the_screen_within_limits(
-    free: tuple[int, int], size: tuple[int, int]
-) -> None:
+def test_it_opens_at_four_fifths_of_the_screen_within_limits(free, size):
     assert first_size(QSize(*free)) == QSize(*size)
 
 
-def test_a_place_on_a_screen_stays() -> None:
+def test_a_place_on_a_screen_stays():
     place = QRect(1500, 100, 1000, 700)
     assert fitting_place(place, [LAPTOP, SECOND], LAPTOP) == place
 
 
-def test_a_place_on_a_screen_that_is_gone_is_centred_on_one_that_is_there() -> None:
+def test_a_place_on_a_screen_that_is_gone_is_centred_on_one_that_is_there():
     place = fitting_place(QRect(1500, 100, 1600, 900), [LAPTOP], LAPTOP)
     assert place.size() == QSize(1366, 743)
     assert place.center() == LAPTOP.center()

@@ -11,17 +11,15 @@ from model import metrics
 from model.evaluation.holdout import evaluate, nearest_images, pictures
 from model.generator.generator import Generator
 from model.networks.card import ModelCard
-from model.samples.sample_store import SampleStore
-from model.scene.scene import Scene
 
 
 @pytest.fixture(scope="module")
-def generator(scene: Scene) -> Generator:
+def generator(scene):
     network = lively_network()
     return Generator(ModelCard(scene, "draft", SIZE), network, torch.device("cpu"))
 
 
-def test_nearest_images_have_the_smallest_rmse(store: SampleStore) -> None:
+def test_nearest_images_have_the_smallest_rmse(store):
     queries = store.read("holdout", range(32)).rgba
     training = store.read("train", range(160)).rgba
     colors = training[..., :3].astype(int)
@@ -30,7 +28,7 @@ def test_nearest_images_have_the_smallest_rmse(store: SampleStore) -> None:
         np.testing.assert_array_equal(found, training[int(np.argmin(errors))])
 
 
-def test_errors_are_those_of_the_rendered_images(generator: Generator, store: SampleStore) -> None:
+def test_errors_are_those_of_the_rendered_images(generator, store):
     seen: list[int] = []
     result = evaluate(generator, store, 5, seen.append)
     assert (result.count, result.neighbors, seen) == (5, 160, [1, 2, 3, 4, 5])
@@ -46,7 +44,7 @@ def test_errors_are_those_of_the_rendered_images(generator: Generator, store: Sa
     assert result.nearest_neighbor["rmse"][3] == pytest.approx(metrics.rmse(neighbor, truth))
 
 
-def test_the_report_has_the_documented_keys(generator: Generator, store: SampleStore) -> None:
+def test_the_report_has_the_documented_keys(generator, store):
     report = json.loads(json.dumps(evaluate(generator, store, 4).to_json(), allow_nan=False))
     assert report["count"] == 4
     assert report["nearest_neighbor"]["count"] == 160
@@ -60,7 +58,7 @@ def test_the_report_has_the_documented_keys(generator: Generator, store: SampleS
             assert low <= part[key]["mean"] <= high
 
 
-def test_pictures_are_those_of_the_chosen_samples(generator: Generator, store: SampleStore) -> None:
+def test_pictures_are_those_of_the_chosen_samples(generator, store):
     truth, images = pictures(generator, store, np.array([7, 2]))
     samples = store.read("holdout", range(8))
     np.testing.assert_allclose(truth[1], samples.rgba[2, ..., :3] / 255)

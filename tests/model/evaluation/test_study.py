@@ -36,7 +36,7 @@ STUDY = Study(
 
 
 @pytest.fixture(scope="module")
-def samples(volume: Volume, tmp_path_factory: pytest.TempPathFactory) -> SampleStore:
+def samples(volume, tmp_path_factory):
     scene = Scene.of(volume, 16)
     path = tmp_path_factory.mktemp("stores") / "samples.zarr"
     store = SampleStore.create(path, scene, 0, {"train": 32, "holdout": 6})
@@ -58,22 +58,18 @@ def plan_in(folder: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
 
 
 @pytest.fixture
-def plan(tmp_path: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
+def plan(tmp_path, volume, samples):
     return plan_in(tmp_path / "study", volume, samples)
 
 
 @pytest.fixture(scope="module")
-def studied(
-    volume: Volume, samples: SampleStore, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[StudyPlan, dict[str, Any]]:
+def studied(volume, samples, tmp_path_factory):
     """A study that is finished, and its result. Only to be looked at."""
     plan = plan_in(tmp_path_factory.mktemp("study"), volume, samples)
     return plan, run_study(STUDY, plan)
 
 
-def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(
-    studied: tuple[StudyPlan, dict[str, Any]],
-) -> None:
+def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(studied):
     plan, result = studied
     for variant, dimension, weight in zip(STUDY.variants, (2, 8), (150, 50), strict=True):
         generator = Generator.load(plan.base.folder / variant.name)
@@ -88,9 +84,7 @@ def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(
     assert result["nearest_neighbor"]["count"] == 32
 
 
-def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(
-    plan: StudyPlan,
-) -> None:
+def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(plan):
     begun: list[str] = []
     steps: list[int] = []
 
@@ -111,9 +105,7 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(
     assert first == json.loads(json.dumps(run_study(STUDY, plan)))
 
 
-def test_a_collapse_is_a_result_and_the_study_goes_on(
-    plan: StudyPlan, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_collapse_is_a_result_and_the_study_goes_on(plan, monkeypatch):
     monkeypatch.setattr("model.training.guard.WARM_UP", 0)
     monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
     begun: list[str] = []
@@ -147,7 +139,7 @@ def changed(plan: StudyPlan, **what: Any) -> StudyPlan:
     return replace(plan, base=replace(plan.base, **what))
 
 
-def test_another_recipe_needs_another_folder(studied: tuple[StudyPlan, dict[str, Any]]) -> None:
+def test_another_recipe_needs_another_folder(studied):
     plan, _ = studied
     other = changed(plan, options=plan.base.options.with_settings(["beta2=0.9"]))
     with pytest.raises(TrainingError, match=r"options\.beta2 .*, not 0\.9"):
@@ -156,9 +148,7 @@ def test_another_recipe_needs_another_folder(studied: tuple[StudyPlan, dict[str,
         run_study(STUDY, changed(plan, budget=Budget(samples=32)))
 
 
-def test_the_table_has_the_papers_numbers_beside_ours(
-    studied: tuple[StudyPlan, dict[str, Any]],
-) -> None:
+def test_the_table_has_the_papers_numbers_beside_ours(studied):
     plan, result = studied
     text = markdown(STUDY, result)
     lines = [line for line in text.splitlines() if line.startswith("|")]
@@ -175,7 +165,7 @@ def test_the_table_has_the_papers_numbers_beside_ours(
     assert "eight: l1_weight=50, codes of 8 numbers" in changes
 
 
-def test_an_adversary_alone_has_no_loss_on_any_image() -> None:
+def test_an_adversary_alone_has_no_loss_on_any_image():
     for name, label in (("baselines", "GAN"), ("latent-dim", "4"), ("latent-dim", "64")):
         (variant,) = (v for v in STUDIES[name].variants if v.label == label)
         for options in (TrainingOptions(), TrainingOptions.faithful()):
@@ -184,9 +174,7 @@ def test_an_adversary_alone_has_no_loss_on_any_image() -> None:
             assert changed.adversarial_start == 0
 
 
-def test_pictures_of_a_study_are_of_the_same_samples(
-    studied: tuple[StudyPlan, dict[str, Any]],
-) -> None:
+def test_pictures_of_a_study_are_of_the_same_samples(studied):
     plan, _ = studied
     found = study_pictures(STUDY, plan, 2).columns
     assert list(found) == ["ground truth", "nearest neighbour", "two", "eight"]
@@ -205,7 +193,7 @@ def test_pictures_of_a_study_are_of_the_same_samples(
 
 
 @pytest.mark.parametrize("study", STUDIES.values(), ids=list(STUDIES))
-def test_the_papers_studies_have_valid_recipes(study: Study) -> None:
+def test_the_papers_studies_have_valid_recipes(study):
     for variant in study.variants:
         TrainingOptions().with_settings(variant.settings)
     assert len({v.name for v in study.variants}) == len(study.variants)

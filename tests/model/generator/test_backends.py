@@ -44,7 +44,7 @@ def network_of(scene: Scene) -> GeneratorNetwork:
 
 
 @pytest.fixture(scope="module")
-def scene() -> Scene:
+def scene():
     return Scene.of(blobs(), 64)
 
 
@@ -63,12 +63,12 @@ def usable(backend: Backend) -> Backend:
     return backend
 
 
-def test_openvino_draws_what_torch_draws(scene: Scene) -> None:
+def test_openvino_draws_what_torch_draws(scene):
     network = network_of(scene)
     decode = make_decode(network, usable(Backend("openvino")), CPU)
     built: list[int] = []
-    make = decode._make  # type: ignore[attr-defined]
-    decode._make = lambda *rows: built.append(len(rows[0])) or make(*rows)  # type: ignore[attr-defined]
+    make = decode._make
+    decode._make = lambda *rows: built.append(len(rows[0])) or make(*rows)
     with torch.inference_mode():
         # One, fewer than go together, and more of which the last call has one, or three.
         for count in (1, 3, 1, TOGETHER + 1, 2 * TOGETHER + 3):
@@ -79,7 +79,7 @@ def test_openvino_draws_what_torch_draws(scene: Scene) -> None:
     assert built == [1, TOGETHER]
 
 
-def test_bfloat16_is_near(scene: Scene) -> None:
+def test_bfloat16_is_near(scene):
     network = network_of(scene)
     inputs = inputs_of(network, 1)
     with torch.inference_mode():
@@ -88,9 +88,7 @@ def test_bfloat16_is_near(scene: Scene) -> None:
     assert 1e-4 < (rounded - exact).abs().max() < 0.1
 
 
-def test_bfloat16_is_a_candidate_where_the_processor_knows_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_bfloat16_is_a_candidate_where_the_processor_knows_it(monkeypatch):
     monkeypatch.setattr("model.generator.backends._knows_bfloat16", lambda: True)
     monkeypatch.setattr("model.errors.find_spec", lambda name: name == "openvino" or None)
     exact, rounded = Backend("openvino"), Backend("openvino", "bfloat16")
@@ -101,9 +99,7 @@ def test_bfloat16_is_a_candidate_where_the_processor_knows_it(
     assert (exact.text, rounded.text) == ("openvino", "openvino bfloat16")
 
 
-def test_a_library_that_is_not_installed_is_named(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_library_that_is_not_installed_is_named(scene, monkeypatch):
     monkeypatch.setattr("model.errors.find_spec", lambda name: None)
     with pytest.raises(DeviceError, match=r"pip install openvino"):
         make_decode(network_of(scene), Backend("openvino"), CPU)
@@ -111,16 +107,14 @@ def test_a_library_that_is_not_installed_is_named(
 
 
 @pytest.fixture
-def folder(scene: Scene, tmp_path: Path) -> Path:
+def folder(scene, tmp_path):
     network = network_of(scene)
     card = ModelCard(scene=scene, preset="tiny", size=SIZE, training={}, metrics={}, versions={})
     save_model(tmp_path, card, network)
     return tmp_path
 
 
-def test_where_the_fastest_fails_torch_draws(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_where_the_fastest_fails_torch_draws(folder, monkeypatch, caplog):
     usable(Backend("openvino"))
 
     def broken(*arguments: object) -> None:
@@ -133,9 +127,7 @@ def test_where_the_fastest_fails_torch_draws(
     assert "openvino cannot" in caplog.text
 
 
-def test_the_fastest_backend_is_measured_once(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_the_fastest_backend_is_measured_once(folder, monkeypatch, tmp_path_factory):
     usable(Backend("openvino"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path_factory.mktemp("cache")))
@@ -173,7 +165,7 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.slow
-def test_ctrl_c_is_heard_after_openvino_is_gone() -> None:
+def test_ctrl_c_is_heard_after_openvino_is_gone():
     usable(Backend("openvino"))
     process = subprocess.run(
         [sys.executable, "-c", DROPPED],

@@ -1,9 +1,4 @@
-from __future__ import annotations
-
 import json
-from pathlib import Path
-
-import pytest
 
 from model.generator import catalog as shipped
 from model.networks.checkpoint import load_model
@@ -11,11 +6,11 @@ from model.volume_files import read_volume
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
-def test_the_default_volume_is_shipped() -> None:
+def test_the_default_volume_is_shipped():
     assert DEFAULT_VOLUME in shipped_volumes()
 
 
-def test_every_shipped_model_belongs_to_a_shipped_volume() -> None:
+def test_every_shipped_model_belongs_to_a_shipped_volume():
     by_fingerprint = {read_volume(path).fingerprint for path in shipped_volumes()}
     assert shipped.shipped_models()
     for folder in shipped.shipped_models():
@@ -30,7 +25,7 @@ def test_every_shipped_model_belongs_to_a_shipped_volume() -> None:
         assert read_volume(volume).fingerprint == card.scene.volume_fingerprint
 
 
-def test_damaged_models_are_passed_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_damaged_models_are_passed_over(tmp_path, monkeypatch):
     monkeypatch.setattr(shipped, "RESOURCES", tmp_path)
     contents = ("{", "[]", '{"scene": 3}', json.dumps({"scene": {"volume_fingerprint": "abc"}}))
     for name, content in zip("abcd", contents, strict=True):

@@ -18,12 +18,11 @@ from model.samples.sampling import draw_sample
 from model.scene.color_space import rgb_to_lab
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
-from model.scene.scene import Scene
 from model.sensitivity.learned import Sensitivity
 
 
 @pytest.fixture(scope="module")
-def generator(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Generator:
+def generator(scene, tmp_path_factory):
     folder: Path = tmp_path_factory.mktemp("model")
     network = lively_network()
     save_model(folder, ModelCard(scene, "draft", SIZE), network)
@@ -31,11 +30,11 @@ def generator(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Generat
 
 
 @pytest.fixture(scope="module")
-def samples(scene: Scene):
+def samples(scene):
     return [draw_sample(scene, 1, "train", i) for i in range(3)]
 
 
-def test_an_image_is_what_the_network_says(generator: Generator, scene: Scene, samples) -> None:
+def test_an_image_is_what_the_network_says(generator, scene, samples):
     s = samples[0]
     lab = rgb_to_lab(s.color_tf.sample(scene.scalar_range)).T[None]
     with torch.inference_mode():
@@ -58,7 +57,7 @@ def test_an_image_is_what_the_network_says(generator: Generator, scene: Scene, s
     np.testing.assert_allclose(image[..., 3], enlarged, atol=1e-5)
 
 
-def test_a_batch_equals_single_images(generator: Generator, samples) -> None:
+def test_a_batch_equals_single_images(generator, samples):
     views = [s.view for s in samples]
     opacities = [s.transfer_function.opacity for s in samples]
     colors = [s.transfer_function.color for s in samples]
@@ -75,7 +74,7 @@ def test_a_batch_equals_single_images(generator: Generator, samples) -> None:
         assert np.abs(generator.render(SceneInputs(v, o, c)) - batch[0]).max() > 1e-3
 
 
-def test_rendering_the_code_equals_rendering_the_tf(generator: Generator, samples) -> None:
+def test_rendering_the_code_equals_rendering_the_tf(generator, samples):
     s = samples[1]
     opacity, color = s.transfer_function.opacity, s.transfer_function.color
     tfs = np.stack([x.opacity_tf.sample() for x in samples])
@@ -96,7 +95,7 @@ def test_rendering_the_code_equals_rendering_the_tf(generator: Generator, sample
     assert np.abs(several[1] - expected).max() > 1e-3
 
 
-def test_a_tf_made_for_another_range_means_the_same_values(generator: Generator, samples) -> None:
+def test_a_tf_made_for_another_range_means_the_same_values(generator, samples):
     from dataclasses import replace
 
     s = samples[0]
@@ -108,7 +107,7 @@ def test_a_tf_made_for_another_range_means_the_same_values(generator: Generator,
     )
 
 
-def test_devices(generator: Generator) -> None:
+def test_devices(generator):
     from model.devices import choose_device
 
     assert choose_device("cpu").type == "cpu"
@@ -120,7 +119,7 @@ def test_devices(generator: Generator) -> None:
             choose_device("cuda")
 
 
-def test_panning_moves_images_and_their_sensitivities(generator: Generator, samples) -> None:
+def test_panning_moves_images_and_their_sensitivities(generator, samples):
     still = samples[0]
     # By 8 pixels to the right and 16 up, of 64.
     moved = replace(still, view=replace(still.view, pan_x=0.25, pan_y=0.5))

@@ -1,9 +1,5 @@
 """The generator of path-traced light: pictures of any size, and machines that lack a part."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 import torch
@@ -29,7 +25,7 @@ SMALL = PathLightSize(8)
 
 
 @pytest.fixture
-def network() -> PathLightNetwork:
+def network():
     torch.manual_seed(1)
     network = PathLightNetwork(SMALL)
     torch.nn.init.normal_(network.out.weight, std=0.05)
@@ -37,13 +33,13 @@ def network() -> PathLightNetwork:
 
 
 @pytest.fixture
-def file(network: PathLightNetwork, tmp_path: Path) -> Path:
+def file(network, tmp_path):
     save_path_light(tmp_path / "network.safetensors", PathLightCard(SMALL), network)
     return tmp_path / "network.safetensors"
 
 
 @needs_denoiser
-def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file: Path) -> None:
+def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file):
     volume, raster = make_volume(), Raster(41, 30)
     inputs = SceneInputs.of(View(), make_tf(120.0))
     tracer = PathTracer(volume, threads=1)
@@ -62,9 +58,7 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file: P
     tracer.close()
 
 
-def test_where_a_part_is_missing_the_rest_cleans(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_a_part_is_missing_the_rest_cleans(tmp_path, monkeypatch):
     volume = make_volume()
     (tmp_path / "damaged.safetensors").write_bytes(b"no network")
     monkeypatch.setattr(denoising, "available", lambda: True)
@@ -77,7 +71,7 @@ def test_where_a_part_is_missing_the_rest_cleans(
 
 @needs_denoiser
 @pytest.mark.slow
-def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser() -> None:
+def test_the_shipped_network_is_nearer_to_the_truth_than_the_denoiser():
     assert PATH_LIGHT.is_file()
     for path in shipped_volumes():
         volume = read_volume(path)

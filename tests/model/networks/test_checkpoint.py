@@ -15,24 +15,23 @@ from model.networks.card import ModelCard, load_card
 from model.networks.checkpoint import load_model, save_model
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
-from model.scene.scene import Scene
 
 SIZE = NetworkSize(0.125, 16, 64, 8)
 
 
 @pytest.fixture
-def card(scene: Scene) -> ModelCard:
+def card(scene):
     return ModelCard(scene, "draft", SIZE, {"seconds": 1.0}, {"holdout": {"rmse": 0.1}}, {})
 
 
 @pytest.fixture
-def network() -> TwoStageGenerator:
+def network():
     torch.manual_seed(0)
     return TwoStageGenerator(SIZE)
 
 
 @pytest.fixture
-def folder(tmp_path: Path, card: ModelCard, network: TwoStageGenerator) -> Path:
+def folder(tmp_path, card, network):
     save_model(tmp_path / "model", card, network)
     return tmp_path / "model"
 
@@ -54,9 +53,7 @@ def replace_weights(folder: Path, content: bytes) -> None:
     edit(folder, sha256=hashlib.sha256(content).hexdigest())
 
 
-def test_a_model_comes_back_in_half_precision(
-    folder: Path, card: ModelCard, network: TwoStageGenerator
-) -> None:
+def test_a_model_comes_back_in_half_precision(folder, card, network):
     loaded_card, loaded = load_model(folder)
     assert loaded_card == card == load_card(folder)
     assert not loaded.training
@@ -68,26 +65,22 @@ def test_a_model_comes_back_in_half_precision(
     assert {v.dtype for v in halves.values()} == {torch.float16, torch.int64}
 
 
-def test_numbers_too_large_for_half_precision_are_kept(
-    folder: Path, card: ModelCard, network: TwoStageGenerator
-) -> None:
+def test_numbers_too_large_for_half_precision_are_kept(folder, card, network):
     with torch.no_grad():
-        network.opacity.encoder[1].bias[0] = 1e6  # type: ignore[index]
+        network.opacity.encoder[1].bias[0] = 1e6
     save_model(folder, card, network)
-    assert load_model(folder)[1].opacity.encoder[1].bias[0] == 1e6  # type: ignore[index]
+    assert load_model(folder)[1].opacity.encoder[1].bias[0] == 1e6
 
 
-def test_saving_again_replaces_the_model(
-    folder: Path, card: ModelCard, network: TwoStageGenerator
-) -> None:
+def test_saving_again_replaces_the_model(folder, card, network):
     with torch.no_grad():
-        network.opacity.encoder[1].bias += 1  # type: ignore[index]
+        network.opacity.encoder[1].bias += 1
     save_model(folder, replace(card, preset="other"), network)
     assert load_card(folder).preset == "other"
     assert len(list(folder.iterdir())) == 2
 
 
-def test_a_folder_without_a_model(tmp_path: Path) -> None:
+def test_a_folder_without_a_model(tmp_path):
     for folder in (tmp_path, tmp_path / "none"):
         with pytest.raises(CheckpointError, match=r"no model here \(model.json is missing\)"):
             load_model(folder)
@@ -107,22 +100,20 @@ SMALLER = {"width": 0.125, "opacity_size": 16, "image_size": 32, "latent_dim": 8
         ({"size": SMALLER}, "draws 32 pixels but the scene has 64"),
     ],
 )
-def test_a_description_that_cannot_be_is_refused(
-    folder: Path, changes: dict[str, Any], words: str
-) -> None:
+def test_a_description_that_cannot_be_is_refused(folder, changes, words):
     edit(folder, **changes)
     with pytest.raises(CheckpointError, match=words):
         load_model(folder)
 
 
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"a": 1}', "\x00\x01"])
-def test_a_foreign_description(folder: Path, content: str) -> None:
+def test_a_foreign_description(folder, content):
     (folder / "model.json").write_text(content)
     with pytest.raises(CheckpointError, match=r"damaged|does not describe"):
         load_model(folder)
 
 
-def test_truncated_altered_and_missing_weights(folder: Path) -> None:
+def test_truncated_altered_and_missing_weights(folder):
     path = weights_file(folder)
     content = path.read_bytes()
     flipped = content[:-100] + bytes([content[-100] ^ 4]) + content[-99:]
@@ -140,13 +131,13 @@ class Bomb:
         return (pytest.fail, ("a pickle was executed",))
 
 
-def test_a_pickle_is_refused_and_not_executed(folder: Path) -> None:
+def test_a_pickle_is_refused_and_not_executed(folder):
     replace_weights(folder, pickle.dumps(Bomb()))
     with pytest.raises(CheckpointError, match="not safetensors"):
         load_model(folder)
 
 
-def test_weights_of_another_network(folder: Path) -> None:
+def test_weights_of_another_network(folder):
     state = safetensors.torch.load_file(weights_file(folder))
     some = dict(list(state.items())[1:])
     replace_weights(folder, safetensors.torch.save(some))
@@ -162,7 +153,7 @@ def test_weights_of_another_network(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_weights_that_are_not_finite(folder: Path, value: float) -> None:
+def test_weights_that_are_not_finite(folder, value):
     state = safetensors.torch.load_file(weights_file(folder))
     state["opacity.encoder.1.bias"][2] = value
     replace_weights(folder, safetensors.torch.save(state))
@@ -170,9 +161,7 @@ def test_weights_that_are_not_finite(folder: Path, value: float) -> None:
         load_model(folder)
 
 
-def test_an_unwritable_place_is_said(
-    tmp_path: Path, card: ModelCard, network: TwoStageGenerator
-) -> None:
+def test_an_unwritable_place_is_said(tmp_path, card, network):
     (tmp_path / "file").write_text("")
     with pytest.raises(CheckpointError, match="cannot be written"):
         save_model(tmp_path / "file" / "model", card, network)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch
@@ -7,12 +5,11 @@ import torch
 from model.networks.encoding import (
     decode_unit,
 )
-from model.samples.sample_store import SampleStore
 from model.scene.color_space import rgb_to_lab
 from model.training.batch import encode_batch
 
 
-def test_known_colours() -> None:
+def test_known_colours():
     # CIELAB of sRGB red under D65, from the standard's formulas: L 53.24, a 80.09, b 67.20.
     red = rgb_to_lab(np.array([1.0, 0.0, 0.0], np.float32))
     expected = [
@@ -23,13 +20,13 @@ def test_known_colours() -> None:
     np.testing.assert_allclose(red, expected, atol=1e-3)
 
 
-def test_colours_outside_the_cube_are_clipped_not_nan() -> None:
+def test_colours_outside_the_cube_are_clipped_not_nan():
     wild = np.array([[-3.0, 0.5, 7.0], [1.001, -1e-9, 0.2]], np.float32)
     np.testing.assert_array_equal(rgb_to_lab(wild), rgb_to_lab(np.clip(wild, 0, 1)))
     assert np.isfinite(rgb_to_lab(wild)).all()
 
 
-def test_a_batch_keeps_shapes_ranges_and_meaning(store: SampleStore) -> None:
+def test_a_batch_keeps_shapes_ranges_and_meaning(store):
     samples = store.read("train", range(6))
     batch = encode_batch(samples, store.scene, 32)
     assert batch.inputs.conditions.shape == (6, 5)

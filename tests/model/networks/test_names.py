@@ -1,8 +1,6 @@
 """Names that one chooses among are those of what there is."""
 
-from __future__ import annotations
-
-from typing import Any, get_args
+from typing import get_args
 
 import pytest
 
@@ -12,5 +10,5 @@ from model.training.options import PRESETS
 
 
 @pytest.mark.parametrize(("names", "table"), [(PresetName, PRESETS), (StudyName, STUDIES)])
-def test_names_are_those_of_the_table(names: Any, table: dict[str, object]) -> None:
+def test_names_are_those_of_the_table(names, table):
     assert get_args(names) == tuple(table)

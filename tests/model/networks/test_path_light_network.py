@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 import safetensors.torch
 import torch
@@ -34,18 +32,18 @@ def lively() -> PathLightNetwork:
     return network.eval().requires_grad_(False)
 
 
-def test_untrained_it_returns_the_denoised_picture() -> None:
+def test_untrained_it_returns_the_denoised_picture():
     seen = inputs()
     denoised = seen[:, 3 * COLORS.index("denoised") :][:, :3]
     torch.testing.assert_close(PathLightNetwork(SMALL)(seen), denoised)
 
 
-def test_it_knows_how_many_samples_there_are() -> None:
+def test_it_knows_how_many_samples_there_are():
     network = lively()
     assert not torch.allclose(network(inputs(1)), network(inputs(4)))
 
 
-def test_permuted_colours_are_those_of_each_picture() -> None:
+def test_permuted_colours_are_those_of_each_picture():
     seen = inputs()
     other = permuted(seen, torch.tensor([2, 0, 1]))
     for number in range(len(COLORS)):
@@ -55,13 +53,13 @@ def test_permuted_colours_are_those_of_each_picture() -> None:
     torch.testing.assert_close(other[:, 12:], seen[:, 12:])
 
 
-def test_nothing_is_added_where_nothing_is() -> None:
+def test_nothing_is_added_where_nothing_is():
     seen = inputs()
     seen[:, :13, :, :20] = 0
     assert lively()(seen)[..., :20].abs().max() == 0
 
 
-def test_a_file_holds_network_and_card(tmp_path: Path) -> None:
+def test_a_file_holds_network_and_card(tmp_path):
     network, path = lively(), tmp_path / "a" / "network.safetensors"
     card = PathLightCard(SMALL, {"minutes": 3.0}, {"1": {"denoised": {"a": 0.02}}})
     save_path_light(path, card, network)
@@ -71,7 +69,7 @@ def test_a_file_holds_network_and_card(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["missing", "empty", "cut", "foreign", "wider", "nan"])
-def test_a_file_that_is_no_network_is_told(tmp_path: Path, damage: str) -> None:
+def test_a_file_that_is_no_network_is_told(tmp_path, damage):
     path = tmp_path / "network.safetensors"
     network = lively()
     if damage == "nan":

@@ -22,11 +22,11 @@ METRICS: dict[str, Any] = {
 }
 
 
-def test_every_kind_of_random_tf_has_a_name() -> None:
+def test_every_kind_of_random_tf_has_a_name():
     assert KIND_NAMES.keys() == SHARES.keys()
 
 
-def test_the_worst_kind_is_named_first() -> None:
+def test_the_worst_kind_is_named_first():
     assert list(errors_by_kind(METRICS).items()) == [
         ("steps", 0.11), ("mixtures of modes", 0.06), ("empty", 0.0004),
     ]  # fmt: skip
@@ -46,6 +46,6 @@ def test_the_worst_kind_is_named_first() -> None:
         {"holdout": {"rmse": True}},
     ],
 )
-def test_a_card_without_figures_says_nothing(metrics: dict[str, Any]) -> None:
+def test_a_card_without_figures_says_nothing(metrics):
     assert errors_by_kind(metrics) == {}
     assert error_text(metrics) == ""

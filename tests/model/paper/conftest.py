@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -15,12 +14,11 @@ from model.networks.checkpoint import save_model
 from model.paper.subject import Subject
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
-from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 
 
 @pytest.fixture(scope="package")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """An untrained model of the paper's networks."""
     folder: Path = tmp_path_factory.mktemp("paper") / "model"
     scene = Scene.of(blobs(), 64, tf_family="paper")
@@ -29,7 +27,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="package")
-def subject(folder: Path) -> Iterator[Subject]:
+def subject(folder):
     generator, volume = Generator.load(folder, "cpu"), blobs()
     renderer = RaycastRenderer(volume, "none", None, generator.scene.sample_distance)
     subject = Subject(folder, generator, volume, LatentSpace.of_model(folder), renderer)
@@ -38,7 +36,7 @@ def subject(folder: Path) -> Iterator[Subject]:
 
 
 @pytest.fixture(scope="package")
-def inputs(subject: Subject) -> SceneInputs:
+def inputs(subject):
     """A sample whose TF leaves values free."""
     scene = subject.generator.scene
     samples = (draw_sample(scene, 0, "train", index) for index in range(50))

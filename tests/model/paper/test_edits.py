@@ -1,7 +1,5 @@
 """Edits that sensitivities suggest, and the regions and values that they are read off."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 
@@ -10,17 +8,13 @@ import pytest
 
 from model.paper.edits import AMPLITUDE, MOST_OPACITY, rms_change, suggested_mode, with_mode
 from model.paper.region_edits import REGION_BLOCKS, region_edits, two_regions
-from model.paper.subject import Subject
 from model.paper.value_edits import PAPER_R, value_edits
-from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_around, with_opacity
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.sensitivity.display import per_small_edit
 
 
-def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(
-    subject: Subject, inputs: SceneInputs
-) -> None:
+def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(subject, inputs):
     scene = subject.generator.scene
     lo, hi = scene.scalar_range
     values = np.linspace(lo, hi, 256)
@@ -40,9 +34,7 @@ def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(
 
 
 @pytest.mark.parametrize("as_curve", [False, True])
-def test_a_mode_is_added_to_modes_and_to_curves(
-    subject: Subject, inputs: SceneInputs, as_curve: bool
-) -> None:
+def test_a_mode_is_added_to_modes_and_to_curves(subject, inputs, as_curve):
     scene = subject.generator.scene
     lo, hi = scene.scalar_range
     tf = OpacityTF(scene.scalar_range, (GaussianMode(lo + 0.3 * (hi - lo), 0.1 * (hi - lo), 0.4),))
@@ -57,7 +49,7 @@ def test_a_mode_is_added_to_modes_and_to_curves(
     np.testing.assert_allclose(after, before + bump, atol=1e-5)
 
 
-def test_regions_are_bright_and_react_otherwise() -> None:
+def test_regions_are_bright_and_react_otherwise():
     image = np.zeros((64, 64, 3), dtype=np.float32)
     image[8:24, 8:24] = 1.0
     image[40:56, 8:24] = 0.8
@@ -72,23 +64,20 @@ def test_regions_are_bright_and_react_otherwise() -> None:
     assert second.right - second.left == 4 * REGION_BLOCKS
 
 
-def test_each_row_goes_on_from_the_edit_before(subject: Subject, inputs: SceneInputs) -> None:
+def test_each_row_goes_on_from_the_edit_before(subject, inputs):
     steps = region_edits(subject, inputs)
     assert [step.region is None for step in steps] == [False, False, True]
     for before, after in pairwise(steps):
         assert before.mode is not None and before.region is not None
         assert after.inputs == with_mode(before.inputs, before.mode)
         mask = before.region.mask(subject.size)
-        assert before.changes is not None
         np.testing.assert_allclose(after.drawn, subject.drawn(after.inputs), atol=1e-6)
         assert before.changes[0] == pytest.approx(rms_change(before.drawn, after.drawn, mask))
         assert before.changes[1] == pytest.approx(rms_change(before.truth, after.truth, mask))
     assert rms_change(np.zeros((4, 4, 3)), np.full((4, 4, 3), 0.5), np.ones((4, 4), bool)) == 0.5
 
 
-def test_responses_of_a_region_are_those_of_small_edits(
-    subject: Subject, inputs: SceneInputs
-) -> None:
+def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
     """Against the network itself, by images of slightly more opacity at one value."""
     scene = subject.generator.scene
     opacity = np.clip(inputs.opacity_tf.sample(scene.scalar_range), 0.1, 0.9)
@@ -109,7 +98,7 @@ def test_responses_of_a_region_are_those_of_small_edits(
     assert step.responses[index] == pytest.approx(slope, rel=0.1, abs=1e-5)
 
 
-def test_a_value_field_has_the_papers_blocks(subject: Subject, inputs: SceneInputs) -> None:
+def test_a_value_field_has_the_papers_blocks(subject, inputs):
     steps = value_edits(subject, inputs)
     assert [step.field is None for step in steps] == [False, False, True]
     field = steps[0].field

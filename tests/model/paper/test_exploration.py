@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -8,19 +6,17 @@ from model.latent.embedding import principal_places
 from model.latent.latent_map import LatentMap
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview, walk
 from model.paper.overview import approach
-from model.paper.subject import Subject
 from model.samples.sampling import draw_opacity_tfs, draw_sample
-from model.scene.inputs import SceneInputs
 
 
 @pytest.fixture(scope="module")
-def map_(subject: Subject) -> LatentMap:
+def map_(subject):
     known = draw_opacity_tfs(subject.generator.scene, 0, 0, 300)
     samples = sample_codes(subject.space.codec, known, 200, 0)
     return LatentMap(samples, principal_places(samples.codes), is_final=True)
 
 
-def test_two_scales_of_one_map(subject: Subject, map_: LatentMap, inputs: SceneInputs) -> None:
+def test_two_scales_of_one_map(subject, map_, inputs):
     whole = overview(subject, map_, inputs)
     finer = detail(subject, map_, whole)
     extent = np.ptp(map_.places, axis=0)
@@ -43,9 +39,7 @@ def test_two_scales_of_one_map(subject: Subject, map_: LatentMap, inputs: SceneI
     assert finer.inputs.view.distance <= inputs.view.distance
 
 
-def test_a_walk_visits_places_that_differ(
-    subject: Subject, map_: LatentMap, inputs: SceneInputs
-) -> None:
+def test_a_walk_visits_places_that_differ(subject, map_, inputs):
     places = walk(subject, map_, inputs, count=4, candidates=30)
     assert len(places) == 4
     x = [place.place[0] for place in places]
@@ -63,9 +57,7 @@ def test_a_walk_visits_places_that_differ(
     assert min(map(np.std, images)) > 0.7 * min(map(np.std, drawn))
 
 
-def test_the_approach_counts_the_networks_that_the_reference_has(
-    subject: Subject, inputs: SceneInputs
-) -> None:
+def test_the_approach_counts_the_networks_that_the_reference_has(subject, inputs):
     found = approach(subject, inputs)
     assert [name for name, _ in found.networks] == [
         "opacity generator", "opacity discriminator",

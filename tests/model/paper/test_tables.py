@@ -1,18 +1,15 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from model import metrics
 from model.paper.comparison import compared_samples
-from model.paper.subject import Subject
 from model.paper.tables import PAPER_TABLE_1, holdout_errors, nearest_errors, table_1, table_2
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 
 
-def test_hold_out_errors_are_means_over_samples(subject: Subject) -> None:
+def test_hold_out_errors_are_means_over_samples(subject):
     pairs = []
     for index in range(4):
         inputs = draw_sample(subject.generator.scene, subject.seed, "holdout", index)
@@ -25,7 +22,7 @@ def test_hold_out_errors_are_means_over_samples(subject: Subject) -> None:
     assert found.count == 4
 
 
-def test_table_1_has_our_rows_before_the_papers(subject: Subject, tmp_path) -> None:
+def test_table_1_has_our_rows_before_the_papers(subject, tmp_path):
     errors = holdout_errors(subject, 4)
     table = table_1([subject], [errors], 2)
     assert len(table.rows) == 1 + len(PAPER_TABLE_1)
@@ -44,7 +41,7 @@ def test_table_1_has_our_rows_before_the_papers(subject: Subject, tmp_path) -> N
 
 
 @pytest.mark.slow
-def test_models_are_compared_on_the_samples_of_a_data_set(subject: Subject, tmp_path) -> None:
+def test_models_are_compared_on_the_samples_of_a_data_set(subject, tmp_path):
     scene, seed = subject.generator.scene, subject.seed + 1
     store = SampleStore.create(tmp_path / "s.zarr", scene, seed, {"train": 4, "holdout": 4})
     render_store(store, subject.volume, 1)
@@ -68,16 +65,14 @@ def test_models_are_compared_on_the_samples_of_a_data_set(subject: Subject, tmp_
 
 
 @pytest.mark.slow
-def test_table_2_has_the_size_of_the_networks(subject: Subject) -> None:
+def test_table_2_has_the_size_of_the_networks(subject):
     table = table_2(subject, 1)
     weights = sum(p.numel() for p in subject.generator.network.parameters())
     assert table.rows[0][1].startswith(f"{4 * weights / 1e6:.0f} MB")
     assert {len(row) for row in table.rows} == {len(table.heading)}
 
 
-def test_artifacts_are_the_worst_of_their_kind(
-    subject: Subject, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_artifacts_are_the_worst_of_their_kind(subject, monkeypatch):
     count = 12
     errors = {
         "rmse": np.linspace(0.1, 0.2, count),

@@ -23,7 +23,6 @@ from model.errors import DatasetError, RenderError
 from model.samples import cluster as cluster_module
 from model.samples.cluster import block_renderer, render_store_on_cluster
 from model.samples.sample_store import BLOCK, SPLITS, SampleBatch, SampleStore
-from model.scene.scene import Scene
 from model.scene.volume import Volume
 
 TOTAL = 192
@@ -50,26 +49,26 @@ def started(workers: int) -> Iterator[LocalCluster]:
 
 
 @pytest.fixture(scope="module")
-def cluster() -> Iterator[LocalCluster]:
+def cluster():
     """A scheduler and two worker processes, which are restarted when they die."""
     with started(2) as cluster:
         yield cluster
 
 
 @pytest.fixture
-def scheduler(cluster: LocalCluster) -> str:
+def scheduler(cluster):
     return str(cluster.scheduler_address)
 
 
 @pytest.fixture
-def empty_scheduler() -> Iterator[str]:
+def empty_scheduler():
     """A scheduler without workers."""
     with started(0) as cluster:
         yield cluster.scheduler_address
 
 
 @pytest.fixture
-def new(scene: Scene, tmp_path: Path) -> SampleStore:
+def new(scene, tmp_path):
     """An empty store of what the fixture ``store`` holds, which one process has rendered."""
     return SampleStore.create(tmp_path / "new.zarr", scene, 7, {"train": 160, "holdout": 32})
 
@@ -83,9 +82,7 @@ def assert_equal(one: SampleStore, other: SampleStore) -> None:
             np.testing.assert_array_equal(batch.arrays[name], values)
 
 
-def test_a_wrong_address_is_said(
-    new: SampleStore, volume: Volume, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wrong_address_is_said(new, volume, monkeypatch):
     monkeypatch.setattr(cluster_module, "CONNECT_SECONDS", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as server:
         # It takes connections and says nothing.
@@ -95,9 +92,7 @@ def test_a_wrong_address_is_said(
                 render_store_on_cluster(new, volume, address)
 
 
-def test_an_interrupted_run_goes_on_and_makes_the_same_store(
-    store: SampleStore, new: SampleStore, volume: Volume, scheduler: str
-) -> None:
+def test_an_interrupted_run_goes_on_and_makes_the_same_store(store, new, volume, scheduler):
     def interrupt(count: int) -> None:
         raise KeyboardInterrupt
 
@@ -133,13 +128,8 @@ def all_but_one_wait_for(gate: Path) -> Callable[..., SampleBatch]:
 
 @posix
 def test_a_killed_worker_costs_nothing_but_its_block(
-    store: SampleStore,
-    new: SampleStore,
-    volume: Volume,
-    cluster: LocalCluster,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    store, new, volume, cluster, tmp_path, monkeypatch
+):
     gate = tmp_path / "gate"
     blocks_do(monkeypatch, all_but_one_wait_for(gate))
     with Client(cluster, set_as_default=False) as client:
@@ -161,9 +151,7 @@ def test_a_killed_worker_costs_nothing_but_its_block(
     assert_equal(new, store)
 
 
-def test_an_error_of_a_block_arrives(
-    new: SampleStore, volume: Volume, scheduler: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_error_of_a_block_arrives(new, volume, scheduler, monkeypatch):
     other = Volume(np.arange(60, dtype=np.uint8).reshape(3, 4, 5))
     with pytest.raises(DatasetError, match="is not the one"):
         render_store_on_cluster(new, other, scheduler)
@@ -174,9 +162,7 @@ def test_an_error_of_a_block_arrives(
 
 
 @posix
-def test_blocks_that_kill_their_workers_end_the_run(
-    new: SampleStore, volume: Volume, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_blocks_that_kill_their_workers_end_the_run(new, volume, monkeypatch):
     blocks_do(monkeypatch, lambda *arguments: os.kill(os.getpid(), signal.SIGKILL))
     with started(1) as cluster:
         cluster.scheduler.allowed_failures = 0
@@ -216,17 +202,13 @@ def worker_in(folder: Path, scheduler: str) -> Iterator[None]:
 
 
 @pytest.mark.slow
-def test_a_worker_that_comes_later_is_used(
-    store: SampleStore, new: SampleStore, volume: Volume, empty_scheduler: str
-) -> None:
+def test_a_worker_that_comes_later_is_used(store, new, volume, empty_scheduler):
     with worker_in(ROOT, empty_scheduler):
         render_store_on_cluster(new, volume, empty_scheduler)
     assert_equal(new, store)
 
 
-def test_the_lack_of_workers_or_of_tfscope_is_said(
-    new: SampleStore, volume: Volume, empty_scheduler: str, tmp_path: Path
-) -> None:
+def test_the_lack_of_workers_or_of_tfscope_is_said(new, volume, empty_scheduler, tmp_path):
     with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
         render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
     (tmp_path / "sitecustomize.py").write_text(WITHOUT_TFSCOPE)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from ramp import make_volume
@@ -17,13 +15,13 @@ needs_denoiser = pytest.mark.skipif(not available(), reason="no denoiser for thi
 
 
 @pytest.fixture(autouse=True)
-def small(monkeypatch: pytest.MonkeyPatch) -> None:
+def small(monkeypatch):
     monkeypatch.setattr(path_light_pairs, "SIZE", 32)
     monkeypatch.setattr(path_light_pairs, "BLOCK", 2)
 
 
 @needs_denoiser
-def test_pairs_are_drawn_once_and_alike(tmp_path: Path) -> None:
+def test_pairs_are_drawn_once_and_alike(tmp_path):
     volume = make_volume()
     (path,) = write_pairs(tmp_path / "a", [volume], 1, seed=3, many=16)
     assert not list(write_pairs(tmp_path / "a", [volume], 1, seed=3, many=16))
@@ -36,7 +34,7 @@ def test_pairs_are_drawn_once_and_alike(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @needs_denoiser
-def test_more_samples_are_nearer_to_what_is_learned(tmp_path: Path) -> None:
+def test_more_samples_are_nearer_to_what_is_learned(tmp_path):
     list(write_pairs(tmp_path, [make_volume()], 2, many=64))
     (pairs,) = read_pairs(tmp_path).values()
     assert pairs.denoised.shape[1] == pairs.traced.shape[1] == len(FEW)
@@ -50,7 +48,7 @@ def test_more_samples_are_nearer_to_what_is_learned(tmp_path: Path) -> None:
     assert pairs.error.max() < errors[-1]
 
 
-def test_damaged_and_missing_pairs_are_told(tmp_path: Path) -> None:
+def test_damaged_and_missing_pairs_are_told(tmp_path):
     with pytest.raises(DatasetError, match="light pairs"):
         read_pairs(tmp_path)
     (tmp_path / "a-0-0000.npz").write_bytes(b"PK\x03\x04 no archive")
@@ -58,7 +56,7 @@ def test_damaged_and_missing_pairs_are_told(tmp_path: Path) -> None:
         read_pairs(tmp_path)
 
 
-def test_blocks_of_a_volume_are_joined(tmp_path: Path) -> None:
+def test_blocks_of_a_volume_are_joined(tmp_path):
     def pairs(value: float) -> Pairs:
         color = np.full((2, 3, 4, 4), value, np.float16)
         few = np.full((2, len(FEW), 3, 4, 4), value, np.float16)

@@ -32,9 +32,7 @@ def assert_equal(one: SampleBatch, other: SampleBatch) -> None:
         np.testing.assert_array_equal(values, other.arrays[name])
 
 
-def test_samples_are_what_the_sampler_and_the_renderer_say(
-    store: SampleStore, scene: Scene, volume: Volume
-) -> None:
+def test_samples_are_what_the_sampler_and_the_renderer_say(store, scene, volume):
     index = 77
     sample = draw_sample(scene, 7, "train", index)
     stored = store.read("train", range(index, index + 1))
@@ -48,9 +46,7 @@ def test_samples_are_what_the_sampler_and_the_renderer_say(
     np.testing.assert_allclose(stored.rgba[0] / 255, image, atol=1e-6)
 
 
-def test_two_processes_write_the_same_store(
-    store: SampleStore, scene: Scene, volume: Volume, tmp_path: Path
-) -> None:
+def test_two_processes_write_the_same_store(store, scene, volume, tmp_path):
     other = SampleStore.create(tmp_path / "two.zarr", scene, 7, {"train": 100, "holdout": 32})
     render_store(other, volume, workers=2)
     other.require_complete()
@@ -58,7 +54,7 @@ def test_two_processes_write_the_same_store(
     assert_equal(content(other, "holdout"), content(store, "holdout"))
 
 
-def test_a_store_can_grow(store: SampleStore, scene: Scene, volume: Volume, tmp_path: Path) -> None:
+def test_a_store_can_grow(store, scene, volume, tmp_path):
     path = tmp_path / "grown.zarr"
     counts: dict[Split, int] = {"train": 40, "holdout": 5}
     render_store(SampleStore.create(path, scene, 7, counts), volume, workers=1)
@@ -85,9 +81,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
-def test_a_killed_rendering_goes_on_without_loss_or_repetition(
-    store: SampleStore, scene: Scene, volume: Volume, tmp_path: Path
-) -> None:
+def test_a_killed_rendering_goes_on_without_loss_or_repetition(store, scene, volume, tmp_path):
     path = tmp_path / "killed.zarr"
     SampleStore.create(path, scene, 7, {"train": 160, "holdout": 32})
     script = tmp_path / "render.py"
@@ -99,7 +93,6 @@ def test_a_killed_rendering_goes_on_without_loss_or_repetition(
         start_new_session=True,
         text=True,
     )
-    assert process.stdout is not None
     for _ in range(2):
         assert process.stdout.readline().strip() == str(BLOCK)
     os.killpg(process.pid, signal.SIGKILL)
@@ -117,7 +110,7 @@ def test_a_killed_rendering_goes_on_without_loss_or_repetition(
     assert_equal(content(resumed, "train"), content(store, "train"))
 
 
-def test_a_pass_shows_each_sample_once_in_random_order(store: SampleStore) -> None:
+def test_a_pass_shows_each_sample_once_in_random_order(store):
     batches = list(islice(store.shuffled("train", [0], 16), 10))
     assert [len(b) for b in batches] == [16] * 10
     azimuths = np.concatenate([b.inputs["view"][:, 0] for b in batches])
@@ -127,9 +120,7 @@ def test_a_pass_shows_each_sample_once_in_random_order(store: SampleStore) -> No
 
 
 @pytest.mark.parametrize("skip", [0, 1, 3, 6, 13])
-def test_a_pass_can_start_in_the_middle(
-    store: SampleStore, skip: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_pass_can_start_in_the_middle(store, skip, monkeypatch):
     monkeypatch.setattr("model.samples.sample_store.POOL_BLOCKS", 2)
     whole = list(islice(store.shuffled("train", [5], 20), 20))
     rest = list(islice(store.shuffled("train", [5], 20, skip=skip), 20 - skip))
@@ -137,9 +128,7 @@ def test_a_pass_can_start_in_the_middle(
         assert_equal(one, other)
 
 
-def test_a_kill_while_growing_leaves_a_store_that_can_go_on(
-    scene: Scene, volume: Volume, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_kill_while_growing_leaves_a_store_that_can_go_on(scene, volume, tmp_path, monkeypatch):
     counts: dict[Split, int] = {"train": 40, "holdout": 5}
     for resizes in range(5):
         path = tmp_path / f"{resizes}.zarr"
@@ -158,13 +147,13 @@ def test_a_kill_while_growing_leaves_a_store_that_can_go_on(
         assert (store.count("train"), store.missing_samples()) == (100, 105)
 
 
-def test_an_unwritable_place_is_said(scene: Scene, tmp_path: Path) -> None:
+def test_an_unwritable_place_is_said(scene, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(DatasetError, match=r"cannot be written|not a tfscope"):
         SampleStore.create(tmp_path / "file" / "s.zarr", scene, 7, {"train": 5})
 
 
-def test_foreign_folders_are_refused(tmp_path: Path) -> None:
+def test_foreign_folders_are_refused(tmp_path):
     with pytest.raises(DatasetError, match="no data set here"):
         SampleStore(tmp_path / "none")
     with pytest.raises(DatasetError, match="not a tfscope data set"):
@@ -175,9 +164,7 @@ def test_foreign_folders_are_refused(tmp_path: Path) -> None:
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
-def test_another_scene_or_volume_is_refused(
-    store: SampleStore, volume: Volume, scene: Scene
-) -> None:
+def test_another_scene_or_volume_is_refused(store, volume, scene):
     with pytest.raises(DatasetError, match="another volume, size, lighting or seed"):
         SampleStore.create(store.path, Scene.of(volume, 128), 7, {"train": 1})
     with pytest.raises(DatasetError, match="another volume, size, lighting or seed"):
@@ -195,40 +182,31 @@ def chunk_files(path: Path, split: str = "train", name: str = "rgba") -> list[Pa
     return sorted(file for file in (path / split / name / "c").rglob("*") if file.is_file())
 
 
-def test_a_lost_chunk_is_found_and_rendered_again(
-    store: SampleStore, volume: Volume, tmp_path: Path
-) -> None:
-    path = copied(store, tmp_path / "lost.zarr")
-    chunk_files(path)[1].unlink()
-    lost = SampleStore(path)
-    assert lost.missing_blocks("train") == [range(BLOCK, 2 * BLOCK)]
-    with pytest.raises(DatasetError, match="not rendered yet"):
-        lost.require_complete()
-    with pytest.raises(DatasetError, match=r"samples 32 to 63 are lost .*rgba"):
-        lost.read("train", range(40, 41))
-    assert lost.reopen_damaged() == BLOCK
-    render_store(lost, volume, workers=1)
-    assert_equal(content(lost, "train"), content(store, "train"))
-
-
-def test_a_flipped_bit_is_found_and_rendered_again(
-    store: SampleStore, volume: Volume, tmp_path: Path
-) -> None:
-    path = copied(store, tmp_path / "flipped.zarr")
-    file = chunk_files(path, name="view")[0]
+def flip_a_bit(file: Path) -> None:
     data = bytearray(file.read_bytes())
     data[len(data) // 2] ^= 4
     file.write_bytes(data)
-    flipped = SampleStore(path)
-    assert flipped.missing_samples() == 0
-    with pytest.raises(DatasetError, match="samples 0 to 31 are lost or altered"):
-        flipped.read("train", range(BLOCK))
-    assert flipped.reopen_damaged() == BLOCK
-    render_store(flipped, volume, workers=1)
-    assert_equal(content(flipped, "train"), content(store, "train"))
 
 
-def test_black_samples_are_written(scene: Scene, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "block", "damage", "missing"),
+    [("rgba", 1, Path.unlink, BLOCK), ("view", 0, flip_a_bit, 0)],
+)
+def test_a_damaged_chunk_is_found_and_rendered_again(
+    store, volume, tmp_path, name, block, damage, missing
+):
+    path = copied(store, tmp_path / "damaged.zarr")
+    damage(chunk_files(path, name=name)[block])
+    damaged, samples = SampleStore(path), range(block * BLOCK, (block + 1) * BLOCK)
+    assert damaged.missing_samples() == missing
+    with pytest.raises(DatasetError, match=f"samples {samples[0]} to {samples[-1]} are lost"):
+        damaged.read("train", samples)
+    assert damaged.reopen_damaged() == BLOCK
+    render_store(damaged, volume, workers=1)
+    assert_equal(content(damaged, "train"), content(store, "train"))
+
+
+def test_black_samples_are_written(scene, tmp_path):
     store = SampleStore.create(tmp_path / "black.zarr", scene, 7, {"train": BLOCK, "holdout": 0})
     shapes = {n: a.shape[1:] for n, a in store.read("train", range(0)).arrays.items()}
     zeros = {n: np.zeros((BLOCK, *shape), dtype=np.uint8) for n, shape in shapes.items()}
@@ -238,9 +216,7 @@ def test_black_samples_are_written(scene: Scene, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("what", ["shape", "type", "text", "huge"])
-def test_a_damaged_description_is_one_sentence(
-    store: SampleStore, tmp_path: Path, what: str
-) -> None:
+def test_a_damaged_description_is_one_sentence(store, tmp_path, what):
     path = copied(store, tmp_path / "described.zarr")
     file = path / "train" / "rgba" / "zarr.json"
     described = json.loads(file.read_text())
@@ -257,15 +233,13 @@ def test_a_damaged_description_is_one_sentence(
         SampleStore(path)
 
 
-def test_a_flag_that_cannot_be_read_is_a_block_to_render(
-    store: SampleStore, tmp_path: Path
-) -> None:
+def test_a_flag_that_cannot_be_read_is_a_block_to_render(store, tmp_path):
     path = copied(store, tmp_path / "flag.zarr")
     chunk_files(path, name="complete")[0].write_bytes(b"?")
     assert SampleStore(path).missing_blocks("train") == [range(BLOCK)]
 
 
-def test_a_store_keeps_how_long_its_samples_took(store: SampleStore, tmp_path: Path) -> None:
+def test_a_store_keeps_how_long_its_samples_took(store, tmp_path):
     own = SampleStore.create(tmp_path / "own.zarr", store.scene, 0, {"train": 4, "holdout": 4})
     assert own.rendering == (0.0, 0)
     own.add_rendering(2.5, 3)

@@ -20,7 +20,7 @@ def opacity_tfs() -> list:
     return [draw_opacity_tf(rng, PAPER) for _ in range(DRAWS)]
 
 
-def test_a_sample_depends_on_seed_split_and_index_only(scene: Scene) -> None:
+def test_a_sample_depends_on_seed_split_and_index_only(scene):
     first = [draw_sample(scene, 3, "train", i) for i in (5, 6, 7)]
     again = [draw_sample(scene, 3, "train", i) for i in (7, 5)]
     assert (first[2], first[0]) == (again[0], again[1])
@@ -28,7 +28,7 @@ def test_a_sample_depends_on_seed_split_and_index_only(scene: Scene) -> None:
     assert draw_sample(scene, 4, "train", 5) != first[0]
 
 
-def test_splits_never_meet() -> None:
+def test_splits_never_meet():
     bits = {
         sample_rng(seed, split, i).bit_generator.random_raw()
         for seed in (0, 1)
@@ -38,7 +38,7 @@ def test_splits_never_meet() -> None:
     assert len(bits) == 2000
 
 
-def test_views_fill_the_range_evenly(scene: Scene) -> None:
+def test_views_fill_the_range_evenly(scene):
     views = [draw_sample(scene, 0, "train", i).view for i in range(DRAWS)]
     limits = ViewRange()
     for name, lo, hi in (
@@ -54,7 +54,7 @@ def test_views_fill_the_range_evenly(scene: Scene) -> None:
         assert np.abs(counts - DRAWS / 4).max() < 5 * 19.4
 
 
-def test_modes_keep_their_limits() -> None:
+def test_modes_keep_their_limits():
     lo, hi = RANGE
     for tf in opacity_tfs():
         for mode in tf.modes:
@@ -68,7 +68,7 @@ def test_modes_keep_their_limits() -> None:
             assert sum(amplitudes) == pytest.approx(1)
 
 
-def test_tfs_on_their_own_are_drawn_like_those_of_samples(scene: Scene) -> None:
+def test_tfs_on_their_own_are_drawn_like_those_of_samples(scene):
     tfs = draw_opacity_tfs(scene, 0, 4, 300)
     assert tfs.shape == (300, 256)
     assert tfs.min() >= 0
@@ -83,7 +83,7 @@ def test_tfs_on_their_own_are_drawn_like_those_of_samples(scene: Scene) -> None:
     assert (difference < 5 * error + 1e-6).all()
 
 
-def test_modes_are_light_and_the_ends_dark() -> None:
+def test_modes_are_light_and_the_ends_dark():
     rng = np.random.default_rng(1)
     for tf in opacity_tfs()[:300]:
         color = draw_color_tf(rng, PAPER, tf)
@@ -94,7 +94,7 @@ def test_modes_are_light_and_the_ends_dark() -> None:
         assert (color.stops[0][0], color.stops[-1][0]) == RANGE
 
 
-def test_edits_are_bumps_of_one_height_around_values_of_the_window() -> None:
+def test_edits_are_bumps_of_one_height_around_values_of_the_window():
     scene = Scene("v", "f", RANGE, WINDOW, 64)
     edits = draw_edits(scene, 4, 0, 400).astype(np.float64)
     peaks = edits[np.arange(400), np.abs(edits).argmax(axis=1)]

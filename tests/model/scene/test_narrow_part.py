@@ -54,7 +54,6 @@ def error(opacity, scalar_range, around):
 @pytest.mark.parametrize("opacity", NARROW.values(), ids=NARROW)
 def test_the_remedy_shows_it_as_it_is(opacity):
     found = narrow_part(opacity)
-    assert found is not None
     (low, high), (first, last) = found.values, found.remedy
     assert WIDE[0] <= first <= low < high <= last <= WIDE[1]
     around = low - 20, high + 20
@@ -65,7 +64,6 @@ def test_the_remedy_shows_it_as_it_is(opacity):
 
 def test_the_sentence_names_both():
     found = narrow_part(band(29977.0, 30023.0))
-    assert found is not None
     assert found.sentence == (
         "What the TF has at 29,977 to 30,023 is narrower than 256 steps over 0 to 65,535 can "
         "hold: it is drawn wider, or not at all."
@@ -133,7 +131,6 @@ def test_a_narrow_colour_counts_where_it_is_seen():
     color = ColorTF(WIDE, ((0.0, *grey), *band, (65535.0, *grey)))
     opaque = mode(30000.0, 9000.0)
     found = narrow_part(opaque, color)
-    assert found is not None
     assert found.values == pytest.approx((29977, 30023), abs=2)
     low, high = found.remedy
     read = np.interp(30000.0, np.linspace(low, high, 256), color.sample((low, high))[:, 0])

@@ -118,13 +118,15 @@ def projected(view, proportions, box=WHOLE_BOX, places=None):
     return image[:, :2] / image[:, 3:]
 
 
+@pytest.mark.parametrize("reach", [SQUARE, (1.5, 0.5), (0.5, 0.8)])
 @pytest.mark.parametrize("lengths", BOXES)
 @settings(max_examples=25)
 @given(views)
-def test_a_box_at_the_fit_distance_just_fits(lengths, view):
+def test_a_box_at_the_fit_distance_just_fits_the_width_or_the_height(lengths, reach, view):
     proportions = proportions_of(lengths)
-    at = replace(view, distance=fit_distance(proportions, view))
-    assert np.abs(projected(at, proportions)).max() == pytest.approx(1 - MARGIN)
+    at = replace(view, distance=fit_distance(proportions, view, reach=reach))
+    across, along = np.abs(projected(at, proportions)).max(axis=0) / (2 * np.array(reach))
+    assert max(across, along) == pytest.approx(1 - MARGIN)
     assert fit_distance(proportions, view, margin=0.0) <= 1.0 + 1e-12
 
 
@@ -219,16 +221,6 @@ def test_a_patient_is_seen_from_the_front_unless_a_neighbour_shows_much_more(len
     x, y, z = lengths
     turned = home_view(proportions_of((y, z, x)), "-y", front="+x")
     assert angles_in("-y", turned, front="+x") == pytest.approx((*angles, 0), abs=1e-6)
-
-
-@pytest.mark.parametrize("reach", [(1.5, 0.5), (0.5, 0.8)])
-@pytest.mark.parametrize("lengths", BOXES)
-def test_in_a_wider_image_the_box_just_fits_its_width_or_its_height(lengths, reach):
-    proportions = proportions_of(lengths)
-    view = View(30.0, 15.0)
-    at = replace(view, distance=fit_distance(proportions, view, reach=reach))
-    across, along = np.abs(projected(at, proportions)).max(axis=0) / (2 * np.array(reach))
-    assert max(across, along) == pytest.approx(1 - MARGIN)
 
 
 @pytest.mark.parametrize("name", STANDARD_VIEWS)

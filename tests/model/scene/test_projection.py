@@ -68,7 +68,6 @@ def test_a_line_behind_the_eye_is_cut_off():
     near, far = np.array([1.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0])
     assert projection.depths(near[None])[0] < 0
     part = projection.seen_part(near, far)
-    assert part is not None
     assert projection.depths(part)[0] == pytest.approx(NEAREST_DEPTH)
     np.testing.assert_array_equal(part[1], far)
     assert projection.seen_part(near, near) is None

@@ -181,7 +181,7 @@ def test_grains_are_shown_without_the_resin_about_them(grains):
 
 
 @pytest.mark.parametrize("of_patient", [True, False])
-def test_the_best_for_the_kind_of_data_come_first_whatever_range_is_shown(of_patient: bool) -> None:
+def test_the_best_for_the_kind_of_data_come_first_whatever_range_is_shown(of_patient):
     values = ct(np.random.default_rng(0))
     first = "Bone white" if of_patient else "Opaque surface"
     for lo, hi in ((-1000.0, 1500.0), (0.0, 300.0)):

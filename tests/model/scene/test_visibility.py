@@ -169,7 +169,7 @@ def test_missing_voxels_show_nothing_unless_they_are_drawn():
     np.testing.assert_allclose(whole.ray_opacities(opacity)[-1], 1 - 0.5**8, rtol=1e-6)
 
 
-def test_what_is_made_visible_ends_half_of_its_rays_at_four_fifths() -> None:
+def test_what_is_made_visible_ends_half_of_its_rays_at_four_fifths():
     # A ball of 150 in a box of 0, of which every ray along an axis passes as many voxels.
     z, y, x = np.mgrid[-20:21, -20:21, -20:21]
     inside = x**2 + y**2 + z**2 <= 15**2

@@ -1,27 +1,23 @@
 """Runs of a few seconds that the tests of training look at."""
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from training_runs import Stop, plan
 
-from model.samples.sample_store import SampleStore
 from model.training.trainer import train
 
 
 @pytest.fixture(scope="session", autouse=True)
-def few_probes() -> Iterator[None]:
+def few_probes():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("model.training.monitor.PROBE_SAMPLES", 8)
         yield
 
 
 @pytest.fixture(scope="session")
-def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def finished(store, tmp_path_factory):
     """A run of 160 samples: 4 steps of stage 1 and 6 of stage 2. Only to be looked at."""
     folder = tmp_path_factory.mktemp("runs") / "finished"
     train(plan(store, folder))
@@ -29,7 +25,7 @@ def finished(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Pa
 
 
 @pytest.fixture(scope="session")
-def interrupted(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def interrupted(store, tmp_path_factory):
     """That run, stopped after 2 steps. Only to be looked at."""
     folder = tmp_path_factory.mktemp("runs") / "interrupted"
     with pytest.raises(KeyboardInterrupt):
@@ -38,6 +34,6 @@ def interrupted(store: SampleStore, tmp_path_factory: pytest.TempPathFactory) ->
 
 
 @pytest.fixture
-def stopped(interrupted: Path, tmp_path: Path) -> Path:
+def stopped(interrupted, tmp_path):
     """A copy of it, to be gone on with."""
     return Path(shutil.copytree(interrupted, tmp_path / "stopped"))

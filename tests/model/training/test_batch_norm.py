@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 import torch
@@ -11,9 +10,6 @@ from torch import nn
 from training_runs import RECIPE, plan
 
 from model.networks.checkpoint import load_model
-from model.networks.generator_network import GeneratorNetwork
-from model.samples.sample_store import SampleStore
-from model.scene.scene import Scene
 from model.training.batch import encode_batch
 from model.training.batch_norm import SAMPLES, BatchNormRecalibration
 from model.training.options import Budget
@@ -30,13 +26,11 @@ def statistics_of(network: nn.Module) -> dict[str, torch.Tensor]:
 
 
 @pytest.fixture
-def generator() -> GeneratorNetwork:
+def generator():
     return lively_network().eval()
 
 
-def test_layers_put_out_mean_0_and_variance_1(
-    generator: GeneratorNetwork, store: SampleStore, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_layers_put_out_mean_0_and_variance_1(generator, store, monkeypatch):
     # In one batch: of several, each would be drawn with its own mean.
     monkeypatch.setattr("model.training.batch_norm.BATCH", SAMPLES)
     before = copy.deepcopy(generator.state_dict())
@@ -60,9 +54,7 @@ def test_layers_put_out_mean_0_and_variance_1(
         assert (plain.std((0, 2, 3)) - 1).abs().max() < 0.02
 
 
-def test_averaged_weights_are_shipped_with_their_own(
-    store: SampleStore, scene: Scene, tmp_path: Path
-) -> None:
+def test_averaged_weights_are_shipped_with_their_own(store, scene, tmp_path):
     options = replace(RECIPE, one_stage=True, average_decay=0.9)
     run = replace(plan(store, tmp_path, interval=1e9), options=options, budget=Budget(samples=32))
     train(run)

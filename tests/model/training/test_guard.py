@@ -1,7 +1,5 @@
 """What the guard calls a collapse, on codes and images made for it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from types import SimpleNamespace
@@ -28,7 +26,7 @@ ALIKE = {**HEALTHY, "diversity": 0.01}
 ONE_CODE = {**HEALTHY, "latent_spread": 1e-6}
 
 
-def test_independent_dimensions_have_full_rank_and_copies_rank_one() -> None:
+def test_independent_dimensions_have_full_rank_and_copies_rank_one():
     torch.manual_seed(0)
     codes = torch.randn(20000, 8)
     assert latent_health(codes)["latent_rank"] == pytest.approx(8.0, abs=0.02)
@@ -40,13 +38,13 @@ def test_independent_dimensions_have_full_rank_and_copies_rank_one() -> None:
     assert latent_health(pair)["latent_spread"] == pytest.approx(math.sqrt(3), rel=0.02)
 
 
-def test_equal_codes_are_measured_without_nan() -> None:
+def test_equal_codes_are_measured_without_nan():
     assert latent_health(torch.full((10, 8), 0.3))["latent_spread"] < 1e-6
     for codes in (torch.full((10, 8), 0.3), torch.randn(10, 1)):
         assert all(map(math.isfinite, latent_health(codes).values()))
 
 
-def test_diversity_compares_with_the_rendered_images() -> None:
+def test_diversity_compares_with_the_rendered_images():
     torch.manual_seed(0)
     truth = torch.randn(64, 3, 8, 8)
     assert diversity(truth, truth) == pytest.approx(1)
@@ -56,7 +54,7 @@ def test_diversity_compares_with_the_rendered_images() -> None:
 
 
 @pytest.mark.parametrize(("bad", "words"), [(ALIKE, "alike"), (ONE_CODE, "codes of all")])
-def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -> None:
+def test_only_a_lasting_collapse_ends_a_run(bad, words):
     guard = CollapseGuard()
     assert guard.check_measurement(JOINT, HEALTHY, WARM_UP) is None
     assert guard.check_measurement(JOINT, bad, WARM_UP - 1) is None
@@ -73,7 +71,7 @@ def test_only_a_lasting_collapse_ends_a_run(bad: dict[str, float], words: str) -
 
 
 @pytest.mark.parametrize("bad", [ALIKE, ONE_CODE])
-def test_what_has_not_left_its_start_is_given_time(bad: dict[str, float]) -> None:
+def test_what_has_not_left_its_start_is_given_time(bad):
     guard = CollapseGuard()
     for steps in range(0, LATEST_START, 100):
         assert guard.check_measurement(JOINT, bad, steps) is None
@@ -89,7 +87,7 @@ def test_what_has_not_left_its_start_is_given_time(bad: dict[str, float]) -> Non
 
 
 @pytest.mark.parametrize("start", [0.0, 0.5, 0.9, 1.0])
-def test_what_is_advised_can_be_done_and_makes_a_difference(start: float) -> None:
+def test_what_is_advised_can_be_done_and_makes_a_difference(start):
     options = replace(SETTINGS, adversarial_start=start)
     stage = cast(Stage, SimpleNamespace(**{**vars(JOINT), "options": options}))
     said = [
@@ -112,7 +110,7 @@ def test_what_is_advised_can_be_done_and_makes_a_difference(start: float) -> Non
     ("loss", "gradient", "words"),
     [(math.nan, 1.0, "the l1 loss"), (math.inf, 1.0, "the l1 loss"), (1.0, math.inf, "gradient")],
 )
-def test_what_is_not_finite_is_named(loss: float, gradient: float, words: str) -> None:
+def test_what_is_not_finite_is_named(loss, gradient, words):
     said = CollapseGuard().check_step(JOINT, StepResult({"l1": loss}, gradient))
     assert said is not None and words in said.what
     assert CollapseGuard().check_step(JOINT, StepResult({"l1": 1.0}, 1.0)) is None

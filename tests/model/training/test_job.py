@@ -1,7 +1,5 @@
 """Training jobs, and runs that follow from them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +14,6 @@ from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.light import LightDirection
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 from model.training.job import TrainingJob
 from model.training.running import run_job
 from model.volume_files.source import VolumeSource
@@ -47,20 +44,18 @@ FULL = TrainingJob(
         ({"store": Path("s.zarr")}, "lighting and movable light and window and reuse"),
     ],
 )
-def test_jobs_that_make_no_sense_are_refused(change: dict, message: str) -> None:
+def test_jobs_that_make_no_sense_are_refused(change, message):
     with pytest.raises(TrainingError, match=message):
         replace(FULL, **change)
 
 
-def test_the_papers_recipe_has_nothing_added_to_it() -> None:
+def test_the_papers_recipe_has_nothing_added_to_it():
     size = TrainingJob(Path("x"), preset="draft", faithful=True, samples=1).size
     added = size.modulation, size.opacity_modulation, size.deep_codec, size.color_attention
     assert not any(added)
 
 
-def test_what_does_not_fit_is_refused_before_anything_is_measured(
-    store: SampleStore, tmp_path: Path
-) -> None:
+def test_what_does_not_fit_is_refused_before_anything_is_measured(store, tmp_path):
     job = TrainingJob(tmp_path / "run", store=store.path, preset="draft", samples=24, device="cpu")
     with pytest.raises(TrainingError, match="64 pixels but the network draws 128") as caught:
         run_job(replace(job, preset="compact"))
@@ -71,9 +66,7 @@ def test_what_does_not_fit_is_refused_before_anything_is_measured(
         run_job(replace(job, volume=VolumeSource(other)))
 
 
-def test_a_model_with_a_movable_light_is_trained_and_follows_it(
-    volume: Volume, tmp_path: Path
-) -> None:
+def test_a_model_with_a_movable_light_is_trained_and_follows_it(volume, tmp_path):
     scene = Scene.of(volume, 64, "direct", renderer="raycast", movable_light=True)
     store = SampleStore.create(tmp_path / "lit.zarr", scene, 2, {"train": 32, "holdout": 4})
     render_store(store, volume, workers=1)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -9,12 +7,12 @@ from model.errors import TrainingError
 from model.training.options import Budget, TrainingOptions
 
 
-def test_options_survive_json() -> None:
+def test_options_survive_json():
     options = TrainingOptions(opacity_time_share=0.25, seed=9)
     assert TrainingOptions.from_json(json.loads(json.dumps(options.to_json()))) == options
 
 
-def test_a_budget_is_spent_in_its_own_unit() -> None:
+def test_a_budget_is_spent_in_its_own_unit():
     assert Budget(minutes=2.0).spent(seconds=30.0, samples=10**9) == 0.25
     assert Budget(samples=200).spent(seconds=1e9, samples=50) == 0.25
 
@@ -22,12 +20,12 @@ def test_a_budget_is_spent_in_its_own_unit() -> None:
 @pytest.mark.parametrize(
     ("minutes", "samples"), [(None, None), (1.0, 1), (0.0, None), (None, -5), (float("nan"), None)]
 )
-def test_impossible_budgets_are_refused(minutes: float | None, samples: int | None) -> None:
+def test_impossible_budgets_are_refused(minutes, samples):
     with pytest.raises(TrainingError):
         Budget(minutes, samples)
 
 
-def test_settings_change_single_options() -> None:
+def test_settings_change_single_options():
     changed = TrainingOptions().with_settings(
         ["l1_weight=50", "joint.learning_rate = 5e-4", "joint.batch_size=8", "kaiming_init=false"]
     )
@@ -63,6 +61,6 @@ def test_settings_change_single_options() -> None:
         ("joint.halvings=-1", "not be negative"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(setting: str, words: str) -> None:
+def test_settings_that_make_no_sense_are_refused(setting, words):
     with pytest.raises(TrainingError, match=words):
         TrainingOptions().with_settings([setting])

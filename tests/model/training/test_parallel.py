@@ -14,7 +14,6 @@ import torch
 
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.scene.volume import Volume
 from model.training import parallel
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")
@@ -72,7 +71,7 @@ with parallel.process_group(torch.device("cpu")) as device:
 
 
 @pytest.mark.slow
-def test_weights_stay_equal_and_differ_from_those_of_one_process(tmp_path: Path) -> None:
+def test_weights_stay_equal_and_differ_from_those_of_one_process(tmp_path):
     script = tmp_path / "step.py"
     script.write_text(STEP)
     torchrun(str(script), str(tmp_path))
@@ -87,7 +86,7 @@ def test_weights_stay_equal_and_differ_from_those_of_one_process(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
+def test_train_runs_under_torchrun(tmp_path, volume):
     raw = tmp_path / f"blobs_{'x'.join(map(str, volume.dimensions))}_uint8.raw"
     np.asarray(volume.scalars).tofile(raw)
     run = tmp_path / "run"
@@ -100,6 +99,6 @@ def test_train_runs_under_torchrun(tmp_path: Path, volume: Volume) -> None:
     load_model(run)
 
 
-def test_without_torchrun_there_is_one_process() -> None:
+def test_without_torchrun_there_is_one_process():
     assert (parallel.rank(), parallel.ranks(), parallel.own_stage(2)) == (0, 1, 2)
     assert parallel.from_first((1.5, True)) == (1.5, True)

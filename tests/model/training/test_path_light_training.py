@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import count
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -39,7 +38,7 @@ def make(minutes: float = 0.1) -> PathLightTrainer:
     return PathLightTrainer({"a": too_dark()}, options, CPU)
 
 
-def test_errors_are_those_of_the_pictures_without_the_truths_noise() -> None:
+def test_errors_are_those_of_the_pictures_without_the_truths_noise():
     pairs = too_dark(count=4)
     first, *_ = path_light_errors(make().network, {"a": pairs}, CPU)
     exact = pairs.denoised[:, 0].astype(float) / 0.9
@@ -50,7 +49,7 @@ def test_errors_are_those_of_the_pictures_without_the_truths_noise() -> None:
 
 
 @pytest.mark.slow
-def test_it_learns_what_is_missing_on_pictures_that_it_has_not_seen() -> None:
+def test_it_learns_what_is_missing_on_pictures_that_it_has_not_seen():
     trainer = make()
     trainer.run()
     for each in path_light_errors(trainer.network, {"b": too_dark(4, seed=9)}, CPU):
@@ -58,7 +57,7 @@ def test_it_learns_what_is_missing_on_pictures_that_it_has_not_seen() -> None:
         assert finished < 0.6 * denoised
 
 
-def test_a_stopped_training_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stopped_training_goes_on(tmp_path, monkeypatch):
     # Each step takes a second.
     monkeypatch.setattr(path_light_training, "time", SimpleNamespace(perf_counter=count().__next__))
     monkeypatch.setattr(path_light_training, "TOLD_EVERY", 2)
@@ -74,7 +73,7 @@ def test_a_stopped_training_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (trainer.steps, again.steps) == (4, 6)
 
 
-def test_a_checkpoint_of_another_network_is_told(tmp_path: Path) -> None:
+def test_a_checkpoint_of_another_network_is_told(tmp_path):
     torch.save({"network": {}}, tmp_path / "a.training")
     with pytest.raises(TrainingError, match="delete it"):
         make().resume(tmp_path / "a.training")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 import torch
@@ -25,12 +24,7 @@ CPU = torch.device("cpu")
         ({"bfloat16": [1.0, 7.0], "float32": [1.0, 0.8]}, "float32"),
     ],
 )
-def test_the_faster_one_is_chosen_and_measured_once(
-    seconds: dict[str, list[float]],
-    faster: str,
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
-) -> None:
+def test_the_faster_one_is_chosen_and_measured_once(seconds, faster, monkeypatch, tmp_path):
     monkeypatch.setattr("model.measurements.cache_folder", lambda: tmp_path)
     timed: list[str] = []
 

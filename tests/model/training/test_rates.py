@@ -1,7 +1,5 @@
 """Learning rates, and the paper's: 30 passes over 200,000 images in each of two stages."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch
@@ -12,14 +10,14 @@ from model.training.optimizers import cosine_decay, halving_decay
 from model.training.options import TrainingOptions
 
 
-def test_the_papers_run_sees_each_image_thirty_times_in_each_stage() -> None:
+def test_the_papers_run_sees_each_image_thirty_times_in_each_stage():
     assert samples_of_epochs(30, 200_000, TrainingOptions.faithful()) == 2 * 30 * 200_000
     assert samples_of_epochs(1, 500, TrainingOptions()) == 500
     assert samples_of_epochs(0.001, 10, TrainingOptions.faithful()) == 1
 
 
 @pytest.mark.parametrize("epochs", [30.0, 12.0])
-def test_rates_halve_every_five_and_eight_passes_however_many_there_are(epochs: float) -> None:
+def test_rates_halve_every_five_and_eight_passes_however_many_there_are(epochs):
     options = TrainingOptions.faithful().with_settings(halvings_of_epochs(epochs))
     assert epochs != 30 or options == TrainingOptions.faithful()
     for done in range(int(epochs)):
@@ -29,7 +27,7 @@ def test_rates_halve_every_five_and_eight_passes_however_many_there_are(epochs: 
         assert halving_decay(progress, options.translation.halvings) == 0.5 ** (done // 8)
 
 
-def test_the_cosine_rises_and_falls_like_torchs_own_schedules() -> None:
+def test_the_cosine_rises_and_falls_like_torchs_own_schedules():
     steps = 1000
     weight = nn.Parameter(torch.zeros(1))
     optimizer = torch.optim.SGD([weight], lr=1.0)

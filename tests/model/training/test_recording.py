@@ -36,7 +36,7 @@ def losses_of_steps(device: torch.device, recorded: bool, count: int) -> list[di
 
 
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs an NVIDIA GPU")
-def test_recorded_steps_learn_what_others_do() -> None:
+def test_recorded_steps_learn_what_others_do():
     device = torch.device("cuda")
     count = FIRST_PASSES + 3
     for plain, recorded in zip(
@@ -46,7 +46,7 @@ def test_recorded_steps_learn_what_others_do() -> None:
         assert recorded == pytest.approx(plain, rel=0.02)
 
 
-def test_the_losses_of_a_pass_are_those_of_a_step(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_losses_of_a_pass_are_those_of_a_step(monkeypatch):
     """Without a GPU: the pass as it would be recorded, made anew each time."""
     monkeypatch.setattr(
         "model.training.recording.RecordedPass.run", lambda self, batch: self._run(batch)

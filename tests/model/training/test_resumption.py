@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,16 +17,13 @@ from training_runs import RECIPE, Stop, assert_same_state, plan
 from model.errors import TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.samples.sample_store import SampleStore
 from model.training.joint import JointStage
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.state import load_progress
 from model.training.trainer import train
 
 
-def test_a_resumed_run_equals_an_uninterrupted_one(
-    finished: Path, store: SampleStore, tmp_path: Path
-) -> None:
+def test_a_resumed_run_equals_an_uninterrupted_one(finished, store, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         train(plan(store, tmp_path), on_report=Stop(4))
     train(plan(store, tmp_path), resume=True)
@@ -37,9 +33,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
     assert [row["samples"] for row in curves[0]] == [row["samples"] for row in curves[1]]
 
 
-def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(
-    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(store, tmp_path, monkeypatch):
     # The discriminator learns from the start.
     options = replace(RECIPE, one_stage=True, small_time_share=0.0, adversarial_start=0.0)
 
@@ -65,9 +59,7 @@ def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(
     assert_same_state(tmp_path / "stopped", tmp_path / "whole")
 
 
-def test_ctrl_c_pressed_again_is_heard_at_once(
-    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ctrl_c_pressed_again_is_heard_at_once(store, tmp_path, monkeypatch):
     def impatient(*_: Any) -> dict[str, float]:
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
@@ -97,9 +89,7 @@ train(plan(store, folder), on_report=lambda r: print(r.samples, flush=True))
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
-def test_a_killed_run_loses_at_most_one_interval(
-    finished: Path, store: SampleStore, tmp_path: Path
-) -> None:
+def test_a_killed_run_loses_at_most_one_interval(finished, store, tmp_path):
     folder = tmp_path / "run"
     process = subprocess.Popen(
         [sys.executable, "-c", KILLED, str(store.path), str(folder)],
@@ -107,7 +97,6 @@ def test_a_killed_run_loses_at_most_one_interval(
         env={**os.environ, "PYTHONPATH": str(Path.cwd())},
         text=True,
     )
-    assert process.stdout is not None
     while int(process.stdout.readline()) < 112:
         pass
     process.send_signal(signal.SIGKILL)
@@ -121,7 +110,7 @@ def test_a_killed_run_loses_at_most_one_interval(
     assert_same_state(folder, finished)
 
 
-def test_a_longer_budget_can_be_given_on_resuming(store: SampleStore, stopped: Path) -> None:
+def test_a_longer_budget_can_be_given_on_resuming(store, stopped):
     reports: list[TrainingReport] = []
     with pytest.raises(KeyboardInterrupt):
         train(plan(store, stopped, samples=640), True, lambda r: (reports.append(r), Stop(1)(r)))
@@ -130,7 +119,7 @@ def test_a_longer_budget_can_be_given_on_resuming(store: SampleStore, stopped: P
     assert set(reports[0].metrics) == {"tf_rmse", "opacity_rmse", "rmse"}
 
 
-def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_path: Path) -> None:
+def test_what_cannot_be_resumed_is_said(finished, store, tmp_path):
     with pytest.raises(TrainingError, match="no training run to resume"):
         train(plan(store, tmp_path), resume=True)
     with pytest.raises(TrainingError, match="is finished"):
@@ -138,9 +127,6 @@ def test_what_cannot_be_resumed_is_said(finished: Path, store: SampleStore, tmp_
     other = replace(plan(store, finished), options=replace(RECIPE, seed=5))
     with pytest.raises(TrainingError, match=r"options\.seed 3, not 5"):
         train(other, resume=True)
-
-
-Change = Callable[[dict[str, Any]], object]
 
 
 @pytest.mark.parametrize(
@@ -156,9 +142,7 @@ Change = Callable[[dict[str, Any]], object]
         (lambda h: h["recipe"]["scene"].update(volume_name="renamed"), None),
     ],
 )
-def test_a_run_goes_on_by_the_recipe_that_it_has_begun_with(
-    store: SampleStore, stopped: Path, change: Change, error: str | None
-) -> None:
+def test_a_run_goes_on_by_the_recipe_that_it_has_begun_with(store, stopped, change, error):
     path = stopped / "training.json"
     header = json.loads(path.read_text())
     change(header)
@@ -172,7 +156,7 @@ def test_a_run_goes_on_by_the_recipe_that_it_has_begun_with(
         assert load_progress(stopped)[0].samples == 3 * 16
 
 
-def test_damaged_tensors_are_said(store: SampleStore, stopped: Path) -> None:
+def test_damaged_tensors_are_said(store, stopped):
     (tensors,) = stopped.glob("training-*.safetensors")
     tensors.write_bytes(tensors.read_bytes()[:1000])
     with pytest.raises(TrainingError, match="cannot be resumed"):

@@ -6,7 +6,6 @@ import csv
 import itertools
 import json
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -47,7 +46,7 @@ GROWING = replace(
 )
 
 
-def test_a_run_leaves_a_model_a_curve_and_pictures(finished: Path, store: SampleStore) -> None:
+def test_a_run_leaves_a_model_a_curve_and_pictures(finished, store):
     card, network = load_model(finished)
     assert card.scene == store.scene
     assert card.training["samples_seen"] == 160
@@ -66,9 +65,7 @@ def test_a_run_leaves_a_model_a_curve_and_pictures(finished: Path, store: Sample
     assert not list(finished.rglob("*.partial"))
 
 
-def test_a_budget_in_minutes_ends_in_time(
-    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_budget_in_minutes_ends_in_time(store, tmp_path, monkeypatch):
     ticks = itertools.count()
     clock = SimpleNamespace(monotonic=lambda: 0.25 * next(ticks))
     monkeypatch.setattr("model.training.trainer.time", clock)
@@ -86,9 +83,7 @@ def test_a_budget_in_minutes_ends_in_time(
     assert [row["stage"] for row in curve] == ["opacity", "translation"]
 
 
-def test_even_a_tiny_budget_leaves_a_model_and_is_saved_soon(
-    store: SampleStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_even_a_tiny_budget_leaves_a_model_and_is_saved_soon(store, tmp_path, monkeypatch):
     monkeypatch.setattr(trainer, "FIRST_SAVE_S", 0.0)
     saved: list[bool] = []
 
@@ -101,9 +96,7 @@ def test_even_a_tiny_budget_leaves_a_model_and_is_saved_soon(
     assert load_card(tmp_path).training["samples_seen"] == 32
 
 
-def test_what_cannot_begin_is_said(
-    finished: Path, store: SampleStore, scene: Scene, tmp_path: Path
-) -> None:
+def test_what_cannot_begin_is_said(finished, store, scene, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(TrainingError, match="cannot be written"):
         train(plan(store, tmp_path / "file" / "run"))
@@ -121,7 +114,7 @@ def test_what_cannot_begin_is_said(
             train(plan(store, tmp_path / "run"))
 
 
-def test_two_runs_never_share_a_folder(store: SampleStore, stopped: Path) -> None:
+def test_two_runs_never_share_a_folder(store, stopped):
     def start_another(report: TrainingReport) -> None:
         with pytest.raises(TrainingError, match="another process is training there"):
             train(plan(store, stopped), resume=True)
@@ -134,8 +127,8 @@ def test_two_runs_never_share_a_folder(store: SampleStore, stopped: Path) -> Non
 
 
 def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
-    store: SampleStore, stopped: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    store, stopped, monkeypatch
+):
     error = OpacityStage._generator_losses
 
     def overflow(self: OpacityStage, *given: Any) -> dict[str, torch.Tensor]:
@@ -152,9 +145,7 @@ def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
 
 
 @pytest.mark.parametrize("ended_by", ["the guard", "Ctrl-C"])
-def test_a_collapse_keeps_the_last_good_state(
-    store: SampleStore, stopped: Path, monkeypatch: pytest.MonkeyPatch, ended_by: str
-) -> None:
+def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch, ended_by):
     monkeypatch.setattr("model.training.guard.WARM_UP", 0)
     # A network of a few steps draws grey images whatever the code.
     monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
@@ -178,9 +169,7 @@ def test_a_collapse_keeps_the_last_good_state(
 
 
 @pytest.fixture(scope="module")
-def grown(
-    store: SampleStore, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Path, list[TrainingReport]]:
+def grown(store, tmp_path_factory):
     """A run whose images grow, and its reports: 5 steps of each stage."""
     folder = tmp_path_factory.mktemp("runs") / "grown"
     reports: list[TrainingReport] = []
@@ -188,9 +177,7 @@ def grown(
     return folder, reports
 
 
-def test_a_run_learns_small_images_first_and_then_grows(
-    grown: tuple[Path, list[TrainingReport]],
-) -> None:
+def test_a_run_learns_small_images_first_and_then_grows(grown):
     folder, reports = grown
     assert list(dict.fromkeys(r.stage for r in reports)) == ["small", "joint"]
     # The discriminator joins at the full size only, at its time.
@@ -202,7 +189,7 @@ def test_a_run_learns_small_images_first_and_then_grows(
     assert {row["stage"] for row in card.training["curve"]} == {"small", "joint"}
 
 
-def test_images_are_averaged_over_blocks() -> None:
+def test_images_are_averaged_over_blocks():
     rng = np.random.default_rng(0)
     rgba = rng.integers(0, 256, (2, 8, 8, 4), dtype=np.uint8)
     small = reduced(SampleBatch({}, rgba), 4)
@@ -211,9 +198,7 @@ def test_images_are_averaged_over_blocks() -> None:
     assert np.abs(small.rgba - expected).max() <= 0.5
 
 
-def test_a_model_of_small_images_is_a_start_for_larger_ones(
-    store: SampleStore, finished: Path
-) -> None:
+def test_a_model_of_small_images_is_a_start_for_larger_ones(store, finished):
     small = replace(SIZE, image_size=16)
     first = Schedule(small, GROWING, replace(store.scene, image_size=16), CPU)
     assert first.names == ["joint"]
@@ -228,7 +213,7 @@ def test_a_model_of_small_images_is_a_start_for_larger_ones(
             assert torch.equal(weights[name], value), name
 
 
-def test_the_first_weights_are_the_models(store: SampleStore, finished: Path) -> None:
+def test_the_first_weights_are_the_models(store, finished):
     start = WarmStart.read(finished)
     schedule = Schedule(start.card.size, RECIPE, store.scene, CPU)
     schedule.start_from(start.network)
@@ -241,9 +226,7 @@ def test_the_first_weights_are_the_models(store: SampleStore, finished: Path) ->
             assert torch.equal(value, trained[f"{name}.{key}"])
 
 
-def test_such_a_run_begins_there_and_resumes_from_the_same_model_only(
-    store: SampleStore, finished: Path, tmp_path: Path
-) -> None:
+def test_such_a_run_begins_there_and_resumes_from_the_same_model_only(store, finished, tmp_path):
     # At a rate that changes next to nothing, the first weights are measured.
     options = replace(ONE_STAGE, joint=StageOptions(16, 1e-9, 1.0))
     run = replace(plan(store, tmp_path, 32), options=options, start=WarmStart.read(finished))
@@ -260,7 +243,7 @@ def test_such_a_run_begins_there_and_resumes_from_the_same_model_only(
         assert card.metrics["holdout"][name] == pytest.approx(before, rel=tolerance)
 
 
-def test_a_model_of_another_network_or_scene_is_refused(store: SampleStore, finished: Path) -> None:
+def test_a_model_of_another_network_or_scene_is_refused(store, finished):
     start = WarmStart.read(finished)
     size, scene = start.card.size, store.scene
     start.check(size, replace(scene, volume_name="another", volume_fingerprint="1"))

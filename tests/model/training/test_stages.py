@@ -15,7 +15,6 @@ from torch import Tensor, nn
 from model.errors import TrainingError
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.size import NetworkSize
-from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch, encode_batch
@@ -35,7 +34,7 @@ LOSS = CodecLoss(SCENE, replace(PLAIN, unrendered_tfs=8))
 
 
 @pytest.fixture(scope="module")
-def batch(store: SampleStore) -> EncodedBatch:
+def batch(store):
     return encode_batch(store.read("train", range(24)), store.scene, 16)
 
 
@@ -45,14 +44,14 @@ def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
     return opacity, TranslationStage(SIZE, options, opacity.average.network, 5, CPU)
 
 
-def test_the_adversarial_loss_is_minus_log_of_the_probability() -> None:
+def test_the_adversarial_loss_is_minus_log_of_the_probability():
     logits = torch.tensor([[0.3], [-2.0]])
     probability = 1 / (1 + np.exp(-logits.numpy()))
     assert adversarial(logits, 1.0).item() == pytest.approx(-np.log(probability).mean())
     assert adversarial(logits, 0.0).item() == pytest.approx(-np.log(1 - probability).mean())
 
 
-def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
+def test_reported_losses_are_those_of_the_networks(batch):
     opacity, _ = stages(TrainingOptions())
     # The batch-norm statistics of the batch itself are used, so a copy gives the same output.
     before = copy.deepcopy(opacity.generator)
@@ -65,7 +64,7 @@ def test_reported_losses_are_those_of_the_networks(batch: EncodedBatch) -> None:
     assert losses["decoded_tf"] == pytest.approx(square, rel=1e-3)
 
 
-def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> None:
+def test_the_codec_also_learns_from_tfs_without_images(batch):
     stage = stages(TrainingOptions())[0]
     stage.steps = 5
     errors = {}
@@ -81,7 +80,7 @@ def test_the_codec_also_learns_from_tfs_without_images(batch: EncodedBatch) -> N
     assert others != pytest.approx(errors[0], rel=1e-3)
 
 
-def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: EncodedBatch) -> None:
+def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch):
     tfs = draw_opacity_tfs(SCENE, 3, 5, 40)
     edits = (tfs + draw_edits(SCENE, 3, 5, 40)).clip(0, 1) - tfs
     assert np.abs(edits).max() > 0.05
@@ -105,7 +104,7 @@ def test_the_codec_is_to_follow_edits_whatever_it_makes_of_the_tf(batch: Encoded
         assert weighted - plain == pytest.approx(expected, rel=1e-3, abs=1e-6)
 
 
-def test_faint_modes_count_by_what_a_thick_layer_shows() -> None:
+def test_faint_modes_count_by_what_a_thick_layer_shows():
     rng = np.random.default_rng(0)
     true = rng.uniform(0, 1, (3, 256)) ** 4
     decoded = np.clip(true + rng.normal(0, 0.02, true.shape), 0, 1)
@@ -121,7 +120,7 @@ def test_faint_modes_count_by_what_a_thick_layer_shows() -> None:
     assert layers > 10 * curves
 
 
-def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
+def test_stage_2_leaves_stage_1_alone(batch):
     opacity, translation = stages(TrainingOptions())
     before = {k: v.clone() for k, v in opacity.average.network.state_dict().items()}
     translation.step(batch, 0.0)
@@ -129,7 +128,7 @@ def test_stage_2_leaves_stage_1_alone(batch: EncodedBatch) -> None:
     assert all(torch.equal(v, after[k]) for k, v in before.items())
 
 
-def test_the_average_is_exponential() -> None:
+def test_the_average_is_exponential():
     network = nn.Linear(1, 1, bias=False)
     average = EMA(network, decay=0.9)
     expected = network.weight.item()
@@ -154,9 +153,7 @@ class Tight(OpacityStage):
 
 
 @pytest.mark.parametrize("adversarial_start", [0.0, 1.0])
-def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(
-    batch: EncodedBatch, adversarial_start: float
-) -> None:
+def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(batch, adversarial_start):
     options = TrainingOptions(adversarial_start=adversarial_start)
 
     def trained(kind: type[OpacityStage]) -> tuple[OpacityStage, Losses]:
@@ -189,7 +186,7 @@ class TightBackwards(OpacityStage):
         return super()._generator_losses(batch, fake, extra)
 
 
-def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch: EncodedBatch) -> None:
+def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch):
     stage = TightBackwards(
         SIZE, TrainingOptions(adversarial_start=0.0), OpacityGenerator(SIZE), LOSS, CPU
     )
@@ -204,7 +201,7 @@ def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch: Enco
     assert losses["discriminator"] > 0
 
 
-def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
+def test_memory_too_small_for_any_part_is_said(batch):
     stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), LOSS, CPU)
     stage.room = 1
     with pytest.raises(TrainingError, match="out of memory") as caught:
@@ -212,7 +209,7 @@ def test_memory_too_small_for_any_part_is_said(batch: EncodedBatch) -> None:
     assert caught.value.suggested == {"set": "opacity.batch_size=12"}
 
 
-def test_parts_of_a_batch_have_an_even_number_of_samples(batch: EncodedBatch) -> None:
+def test_parts_of_a_batch_have_an_even_number_of_samples(batch):
     for parts, sizes in ((4, [6] * 4), (5, [6] * 4), (12, [2] * 12)):
         assert [len(part) for part in batch.parts(parts)] == sizes
     joined = torch.cat([part.image for part in batch.parts(4)])

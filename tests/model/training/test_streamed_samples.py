@@ -15,7 +15,7 @@ import pytest
 
 from model.errors import RenderError
 from model.samples.sample_rendering import make_renderer, render_samples
-from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
+from model.samples.sample_store import BLOCK, SampleBatch
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
@@ -28,13 +28,13 @@ from model.training.streamed_samples import (
 
 
 @pytest.fixture(scope="module")
-def raycast(scene: Scene) -> Scene:
+def raycast(scene):
     return replace(scene, renderer="raycast", image_size=16)
 
 
 @contextmanager
 def stream(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
-    source = StreamSource(volume, scene, seed=5, **options)  # type: ignore[arg-type]
+    source = StreamSource(volume, scene, seed=5, **options)
     try:
         yield source
     finally:
@@ -59,9 +59,7 @@ def numbers(batch: SampleBatch, scene: Scene, first: int = 0, count: int = 4096)
 
 
 @pytest.mark.parametrize("stage", [0, 1])
-def test_a_streams_samples_are_those_of_the_scene(
-    volume: Volume, raycast: Scene, stage: int
-) -> None:
+def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
     with stream(volume, raycast, threads=2) as source:
         batch = next(source.batches(stage, 16, 3, 0))
     renderer = make_renderer(volume, raycast)
@@ -72,7 +70,7 @@ def test_a_streams_samples_are_those_of_the_scene(
     renderer.close()
 
 
-def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> None:
+def test_batches_do_not_depend_on_threads(volume, raycast):
     with (
         stream(volume, raycast, threads=1) as one,
         stream(volume, raycast, threads=3) as other,
@@ -84,7 +82,7 @@ def test_batches_do_not_depend_on_threads(volume: Volume, raycast: Scene) -> Non
 
 
 @pytest.mark.slow
-def test_batches_do_not_depend_on_processes(volume: Volume, raycast: Scene) -> None:
+def test_batches_do_not_depend_on_processes(volume, raycast):
     with (
         stream(volume, raycast, threads=1) as one,
         stream(volume, raycast, threads=2, ring_samples=8192, processes=True) as other,
@@ -97,7 +95,7 @@ def test_batches_do_not_depend_on_processes(volume: Volume, raycast: Scene) -> N
 
 
 @pytest.mark.slow
-def test_a_rendering_process_that_is_gone_is_told(volume: Volume, raycast: Scene) -> None:
+def test_a_rendering_process_that_is_gone_is_told(volume, raycast):
     with stream(volume, raycast, threads=1, reuse=1.0, processes=True) as source:
         batches = source.batches(0, 16, 3, 0)
         next(batches)
@@ -107,7 +105,7 @@ def test_a_rendering_process_that_is_gone_is_told(volume: Volume, raycast: Scene
             list(islice(batches, 100))
 
 
-def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> None:
+def test_a_stream_goes_on_where_it_stopped(volume, raycast):
     options = {"threads": 1, "reuse": 1.0, "ring_samples": 600}
     with stream(volume, raycast, **options) as source:
         whole = list(islice(source.batches(0, 16, 3, 0), 14))
@@ -117,7 +115,7 @@ def test_a_stream_goes_on_where_it_stopped(volume: Volume, raycast: Scene) -> No
 
 
 @pytest.mark.slow
-def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Scene) -> None:
+def test_samples_are_learned_from_as_often_as_asked(volume, raycast):
     reuse, ring, batches, size = 4.0, 256, 240, 32
     with stream(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
         drawn = [numbers(b, raycast) for b in islice(source.batches(0, size, 3, 0), batches)]
@@ -132,9 +130,7 @@ def test_samples_are_learned_from_as_often_as_asked(volume: Volume, raycast: Sce
     assert gone.mean() == pytest.approx(reuse, rel=0.05)
 
 
-def test_a_failing_renderer_ends_the_training(
-    volume: Volume, raycast: Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failing_renderer_ends_the_training(volume, raycast, monkeypatch):
     def fail(*_: object) -> None:
         raise RenderError("out of paint")
 
@@ -144,7 +140,7 @@ def test_a_failing_renderer_ends_the_training(
             next(source.batches(0, 16, 3, 0))
 
 
-def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
+def test_closing_ends_the_threads(volume, raycast):
     with stream(volume, raycast, threads=2) as source:
         next(source.batches(0, 16, 3, 0))
         threads = [t for t in threading.enumerate() if t.name == "samples"]
@@ -155,7 +151,7 @@ def test_closing_ends_the_threads(volume: Volume, raycast: Scene) -> None:
     assert source.rendering_seconds > 0
 
 
-def test_the_holdout_is_that_of_a_store(volume: Volume, raycast: Scene, store: SampleStore) -> None:
+def test_the_holdout_is_that_of_a_store(volume, raycast, store):
     with stream(volume, raycast) as source:
         ours = source.first("holdout", BLOCK)
         again = source.first("holdout", BLOCK)

@@ -50,14 +50,6 @@ def test_a_damaged_ome_header_is_said(tmp_path):
     assert "OME header is damaged" in described(read_volume(path))
 
 
-@pytest.mark.parametrize("part", [0.4, 0.6, 0.9])
-def test_a_file_that_lost_its_end_says_so(tmp_path, part):
-    path = tmp_path / "a.tif"
-    tifffile.imwrite(path, voxels(), compression="lzw")
-    path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
-    refused(path, "truncated")
-
-
 BYTES = voxels("uint8")
 LINE = "ImageJ=1.54\nimages=6\nslices=6\ncf={}\nc0=-10.0\nc1=0.5\nvunit=K\n"
 # The OME header has a unit for each axis.
@@ -89,26 +81,27 @@ def test_what_descriptions_and_tags_say(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("file", "dimensions", "spacing", "unit", "value_range"),
+    ("file", "spacing", "unit", "said"),
     [
-        ("b_depth_1.tif", (28, 20, 12), (0.25, 0.25, 1), "um", (20, 240)),
-        ("f_ome.ome.tif", (28, 20, 12), (0.25, 0.25, 2), "um", (20, 240)),
-        ("one_ifd.tif", (28, 20, 12), (0.5, 0.5, 2), "um", (200, 2400)),
-        ("lut_green.tif", (28, 20, 12), (0.5, 0.5, 2), "um", (20, 240)),
-        ("imagej_2channels.tif", (28, 20, 12), (0.5, 0.5, 2), "um", (200, 2400)),
-        ("ome_xyczt.ome.tif", (28, 20, 12), (0.5, 0.5, 2), "um", (200, 2400)),
-        ("numpy_4d.tif", (28, 20, 12), (1, 1, 1), "", (200, 2400)),
-        ("signed16.tif", (28, 20, 12), (0.5, 0.5, 2), "", (-800, 1400)),
-        ("miniswhite.tif", (28, 20, 12), (1, 1, 1), "", (15, 235)),
+        ("b_depth_1.tif", (0.25, 0.25, 1), "um", ""),
+        ("f_ome.ome.tif", (0.25, 0.25, 2), "um", ""),
+        ("one_ifd.tif", (0.5, 0.5, 2), "um", ""),
+        ("lut_green.tif", (0.5, 0.5, 2), "um", "look-up table"),
+        ("imagej_2channels.tif", (0.5, 0.5, 2), "um", ""),
+        ("ome_xyczt.ome.tif", (0.5, 0.5, 2), "um", ""),
+        ("numpy_4d.tif", (1, 1, 1), "", "no voxel spacing"),
+        ("signed16.tif", (0.5, 0.5, 2), "", ""),
+        ("miniswhite.tif", (1, 1, 1), "", "no voxel spacing|0 is white"),
     ],
 )
-def test_files_of_other_programs(file, dimensions, spacing, unit, value_range):
-    volume = read_volume(CASES / "tiff" / file)
-    assert volume.dimensions == dimensions
-    assert volume.spacing == pytest.approx(spacing)
-    assert volume.file.spacing_unit == unit
-    assert volume.data_range == value_range
-    assert ("no voxel spacing" in described(volume)) == (unit == "" and spacing == (1, 1, 1))
+def test_files_of_other_programs(file, spacing, unit, said):
+    volume, array = read_volume(CASES / "tiff" / file), whole(CASES / "tiff" / file).astype(int)
+    while array.ndim > 3:
+        # The first channel, or time.
+        array = array.take(0, axis=int(np.argmin(array.shape)))
+    less = 32768 if file.startswith("signed") else 0
+    check(volume, array - less, said, spacing=spacing, spacing_unit=unit)
+    assert ("no voxel spacing" in described(volume)) == ("no voxel spacing" in said)
 
 
 @pytest.mark.parametrize("channel", [None, "0", "1"])
@@ -130,15 +123,6 @@ def test_arrays_of_four_axes_are_several_volumes():
         volume = read_volume(path, choice=Choice(series=str(number)))
         check(volume, whole(path)[number])
     refused(path, r"no series '2'; there are 0, 1\.", choice=Choice(series="2"))
-
-
-@pytest.mark.parametrize(
-    ("file", "less", "said"),
-    [("signed16", 32768, ""), ("miniswhite", 0, "0 is white"), ("lut_green", 0, "look-up table")],
-)
-def test_signs_and_white_are_said(file, less, said):
-    path = CASES / "tiff" / f"{file}.tif"
-    check(read_volume(path), whole(path).astype(int) - less, said)
 
 
 STORAGE = {

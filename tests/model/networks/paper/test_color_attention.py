@@ -14,18 +14,18 @@ SIZE = NetworkSize(0.125, 32, 64, color_attention=True)
 
 
 @pytest.fixture
-def attention() -> ColorAttention:
+def attention():
     torch.manual_seed(0)
     return ColorAttention(SIZE, 8).double()
 
 
-def test_a_bin_has_the_mean_colour_of_its_scalar_values() -> None:
+def test_a_bin_has_the_mean_colour_of_its_scalar_values():
     colors = torch.rand(2, 3, 256, dtype=torch.float64)
     table = color_table(colors).reshape(2, 3, BINS)
     torch.testing.assert_close(table[1, 2, 5], colors[1, 2, 20:24].mean())
 
 
-def test_pixels_show_mixtures_of_the_colours_that_are_there(attention: ColorAttention) -> None:
+def test_pixels_show_mixtures_of_the_colours_that_are_there(attention):
     x, latent = torch.randn(2, 8, 5, 4).double(), torch.randn(2, 8).double()
     one_color = torch.tensor([0.3, -0.2, 0.9], dtype=torch.float64)
     same = color_table(one_color[None, :, None].expand(2, 3, 256))
@@ -37,12 +37,10 @@ def test_pixels_show_mixtures_of_the_colours_that_are_there(attention: ColorAtte
     assert (mixed <= many.amax(2)[:, :, None, None]).all()
 
 
-def test_a_pixel_that_looks_at_one_value_gets_that_values_colour(
-    attention: ColorAttention,
-) -> None:
+def test_a_pixel_that_looks_at_one_value_gets_that_values_colour(attention):
     last = attention.opaque[-1]
     with torch.no_grad():
-        last.bias[7] += 1e3  # type: ignore[operator,union-attr]
+        last.bias[7] += 1e3
     many = torch.rand(1, 3, 256, dtype=torch.float64)
     table = color_table(many)
     mixed = attention.colors(torch.randn(1, 8, 2, 2).double(), torch.zeros(1, 8).double(), table)
@@ -50,7 +48,7 @@ def test_a_pixel_that_looks_at_one_value_gets_that_values_colour(
 
 
 @pytest.mark.slow
-def test_images_follow_each_colour_of_the_tf_as_finite_differences_say() -> None:
+def test_images_follow_each_colour_of_the_tf_as_finite_differences_say():
     torch.manual_seed(1)
     network = TwoStageGenerator(SIZE).double().eval()
     conditions, opacity = torch.randn(1, 5).double(), torch.randn(1, 256).double()
