@@ -1,7 +1,7 @@
 """Pictures of the map: the grid, and the place under the mouse.
 
-A picture is that of the decoded TF, which a click on it gives, by the ray caster. A model that
-draws codes draws the code itself, as in the paper (section 5.2).
+A picture is that of the decoded TF, which a click on it gives, by the ray caster. On the map, a
+model that draws codes draws the code itself, as in the paper (section 5.2).
 """
 
 from __future__ import annotations
@@ -151,12 +151,17 @@ class LatentPictures(QObject):
         session.mapClosed.connect(self.forget)
         session.mapChanged.connect(lambda _map: self.ask())
         session.filterChanged.connect(self.ask)
-        session.differentChanged.connect(self._ask_grid)
+        # Coarse pictures first, which are there in a fraction of the time.
+        session.differentChanged.connect(lambda: self._ask_grid(live=True))
 
     @property
     def from_codes(self) -> bool:
-        """Whether pictures are drawn from codes, not from the TFs that these are decoded to."""
-        return self._model_size is not None and self._session.has_models_codec
+        """Whether pictures are drawn from codes, not from the TFs that these are decoded to.
+
+        Only those of the map: the ones that differ most are of TFs to take.
+        """
+        has_codes = self._model_size is not None and self._session.has_models_codec
+        return has_codes and self._latent.choices.on_map
 
     def set_model(self, size: int | None) -> None:
         """Set the size of images of a generator that draws the codes of its own codec, or None."""
@@ -290,6 +295,8 @@ class LatentPictures(QObject):
                 exposures = dict(zip(drawn, self._exposures(result.value, source), strict=True))
             images = dict(zip(drawn, result.value, strict=True))
             self._show_grid(replace(asked, images=images, exposures=exposures))
+            if asked.cells is None and result.request.quality.live:
+                self._ask_grid()
 
     def _exposures(self, images: Images, source: EngineName) -> list[float]:
         """Return by how much pictures are brightened, beyond the usual brightness."""

@@ -12,7 +12,7 @@ from app.engines.states import EngineState
 from app.state.brightness import Brightness
 from app.state.latent_pictures import LatentPictures
 from app.state.latent_session import LatentSession, OpenSpace
-from app.state.latent_state import CodecChoice, LatentState
+from app.state.latent_state import LatentState
 from app.state.viewer_state import ViewerState
 
 
@@ -69,18 +69,11 @@ class LatentWork(QObject):
         size : int or None
             Size of its images.
         draws_codes : bool
-            Whether it draws images from the codes of its own codec: another model's arrival, or
-            its end, then also chooses the codec.
+            Whether it draws images from the codes of its own codec.
         """
-        draws_codes = draws_codes and folder is not None
-        chosen: CodecChoice = "model" if draws_codes else "shipped"
-        if folder == self.model:
-            chosen = self.state.choices.codec
-        self.model = folder
-        # First the folder, then the choice of its codec, or the other way: one map is opened.
-        if chosen == "model":
-            self.session.set_model(folder)
-        self.state.choose(codec=chosen)
+        if folder != self.model:
+            self.model = folder
+            self.state.choose(codec="shipped")
         self.session.set_model(folder)
         self.pictures.set_model(size if draws_codes else None)
 

@@ -29,8 +29,8 @@ def window(
     space.keep_map(codes, 0.9 * codes)
     window = make_window()
     window.resize(1200, 800)
+    window.latent_state.choose(codec="model", on_map=True)
     window.browse.click()
-    window.latent_state.choose(on_map=True)
     work = window.workspace.latent
     qtbot.waitUntil(lambda: work.pictures.grid is not None and work.session.overview is not None)
     qtbot.waitUntil(lambda: work.pictures.grid is not None and bool(work.pictures.grid.images))
