@@ -155,7 +155,7 @@ def add_title(menu: QMenu, text: str) -> None:
 
 @dataclass(frozen=True)
 class Action:
-    """What a button beside a notice does.
+    """What a button next to a notice does.
 
     Attributes
     ----------

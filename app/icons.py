@@ -105,7 +105,7 @@ class IconButton(QToolButton):
     tip : str
         What more there is to say, in the tooltip's second line.
     text : str
-        Shown beside the icon; empty for the icon alone.
+        Shown next to the icon; empty for the icon alone.
     colors : Colors, optional
         Of a fixed theme; without it, of the one in use.
     """
@@ -132,7 +132,7 @@ class IconButton(QToolButton):
         self._draw()
 
     def set_caption(self, text: str) -> None:
-        """Show a text beside the icon, or the icon alone."""
+        """Show a text next to the icon, or the icon alone."""
         self.setText(text)
         style = Qt.ToolButtonStyle
         self.setToolButtonStyle(

@@ -1,4 +1,4 @@
-"""Tooltips of menu entries: beside the menu, where they hide no entry."""
+"""Tooltips of menu entries: next to the menu, where they hide no entry."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from PySide6.QtGui import QHelpEvent, QTextDocument
 from PySide6.QtWidgets import QMenu, QToolTip
 
 QT_SHIFT = QPoint(2, 16)
-"""By how much Qt shows a tooltip beside the place that it is given, in pixels."""
+"""By how much Qt shows a tooltip next to the place that it is given, in pixels."""
 
 GAP, WIDTH = 6, 320
 """Distance to the menu, and width of a tooltip at most, in pixels."""

@@ -1,8 +1,8 @@
 """Compile groups of kernels: ``python -m app.prepare_kernels uint8-path-images ...``.
 
-The window runs this beside it, at low priority, gives it one group a line, and loads what was
-compiled once that group is written back. Numba compiles on one thread at a time and holds the
-interpreter's lock meanwhile, so that in the window's own process nothing else would move.
+The window runs this in a process of its own, at low priority, gives it one group a line, and loads
+what was compiled once that group is written back. Numba compiles on one thread at a time and holds
+the interpreter's lock meanwhile, so that in the window's own process nothing else would move.
 """
 
 from __future__ import annotations

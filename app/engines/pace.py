@@ -32,7 +32,7 @@ class Pace:
             self._first.remove(kind)
             self._per_pixel[kind] = min(before, now)
         else:
-            # One slow answer, beside something else, does not count in full.
+            # One slow answer, while something else runs, does not count in full.
             self._per_pixel[kind] = (before + now) / 2
 
     def forget(self) -> None:

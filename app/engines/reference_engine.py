@@ -1,4 +1,4 @@
-"""The ray caster, which draws at once and whatever moves, beside VTK, which draws at rest."""
+"""The ray caster, which draws at once and while something moves, and VTK, which draws at rest."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ class BatchRequest(Request):
         inputs; all else in these is the same. Empty to draw the TFs.
     traced : bool
         Whether path-traced light is wanted where it is that of the volume, and there is time; else
-        another one stands in. No part of the question.
+        another one draws a preview. No part of the question.
     """
 
     more: tuple[SceneInputs, ...] = ()

@@ -66,7 +66,7 @@ class CropHandles(QObject):
 
     @property
     def label(self) -> str:
-        """Text beside the handle under the mouse; empty if there is none."""
+        """Text next to the handle under the mouse; empty if there is none."""
         plane = self._dragged or self._hovered
         if not self._active or plane is None:
             return ""

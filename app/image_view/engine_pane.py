@@ -29,7 +29,7 @@ PLACE = 8
 """Distance of the caption to the canvas's left and upper edge, in pixels."""
 
 CUBE_ROOM = 76
-"""Width beside the caption that is the orientation cube's, in pixels."""
+"""Width next to the caption that is the orientation cube's, in pixels."""
 
 PREPARING = "Preparing …"
 DRAWING = "drawing …"
@@ -168,7 +168,7 @@ class EnginePane(QWidget):
 
     @property
     def status(self) -> str:
-        """The caption's text beside the title."""
+        """The caption's text next to the title."""
         return self.caption.detail
 
     @property

@@ -26,7 +26,7 @@ LEAST_PROGRESS = 0.06
 """Part of that line that is painted as soon as an image is under way."""
 
 LEAST_GAP = 8
-"""Pixels beside a picture that are not only rounding of its proportions."""
+"""Pixels next to a picture that are not only rounding of its proportions."""
 
 Decoration = Callable[[QPainter, QRect], None]
 """Paints over an image, given the rectangle that it fills."""

@@ -64,7 +64,7 @@ class LightBall(QWidget):
         self.setFixedSize(QSize(DIAMETER, DIAMETER))
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.setAccessibleName("Light direction")
-        # What stands beside it keeps its place.
+        # What stands next to it keeps its place.
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(True)
         self.setSizePolicy(policy)

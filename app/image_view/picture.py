@@ -24,7 +24,7 @@ LARGEST_SIZE = 8192
 """Largest width and height of a picture."""
 
 BAND_ROWS = 64
-"""Rows that are computed at once, so that large pictures take little memory beside their own."""
+"""Rows that are computed at once, so that large pictures take little more memory than their own."""
 
 
 def compose(

@@ -37,7 +37,7 @@ LEAST_SQUARE = 116
 
 
 class LatentBrowser(QWidget):
-    """Shows the TFs that differ most, or the map beside the grid of its cells.
+    """Shows the TFs that differ most, or the map next to the grid of its cells.
 
     What the mouse is over on the map shows in the reference's pane.
     """

@@ -14,7 +14,7 @@ from app.controls import ElidedLabel, add_action
 
 
 class AddButton(QToolButton):
-    """Adds a mode when clicked; the menu beside it has the same in another colour.
+    """Adds a mode when clicked; the menu next to it has the same in another colour.
 
     Parameters
     ----------

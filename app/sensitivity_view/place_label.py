@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel
 from app import theme
 from app.icons import IconButton
 from app.image_view.image_canvas import ImageCanvas
+from app.state.sensitivity_answers import VisibilityAnswer
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
@@ -61,29 +62,33 @@ class PlaceLabel(QFrame):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the values at the place, once they are known."""
-        place, answer = self._sensitivity.place, self._asker.pick
-        is_known = place is not None and answer is not None
-        if not (self._is_here and is_known and self._sensitivity.choices.shown):
+        """Show the values at the place; until they are known, say so."""
+        has_place = self._is_here and self._sensitivity.place is not None
+        if not (has_place and self._sensitivity.choices.shown):
             self.hide()
             return
-        assert answer is not None
-        found = contributions(answer.value[0], self._state.scalar_range)
-        scalar_range, scale = self._state.scalar_range, self._state.scale
-        lines = [
-            (range_text(one.reach, scalar_range, scale), f"{percent} %")
-            for one, percent in zip(found, percentages(found), strict=True)
-        ]
+        answer = self._asker.pick
+        lines = [] if answer is None else self._lines(answer)
         rows = "".join(
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in lines
         )
-        self.text.setText(f"<table>{rows}</table>" if rows else "Nothing shows here")
+        nothing = "computing …" if answer is None else "Nothing shows here"
+        self.text.setText(f"<table>{rows}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
-        self.setAccessibleName(f"Values here: {said or 'none'}")
+        self.setAccessibleName(f"Values here: {said or nothing}")
         self._place()
         self.show()
         self.raise_()
+
+    def _lines(self, answer: VisibilityAnswer) -> list[tuple[str, str]]:
+        """Return values and shares, in words."""
+        scalar_range, scale = self._state.scalar_range, self._state.scale
+        found = contributions(answer.value[0], scalar_range)
+        return [
+            (range_text(one.reach, scalar_range, scale), f"{percent} %")
+            for one, percent in zip(found, percentages(found), strict=True)
+        ]
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""

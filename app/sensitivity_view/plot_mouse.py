@@ -20,7 +20,7 @@ class PlotMouse(QObject):
 
     Hovering shows where the value under the mouse is visible, and with Ctrl what an edit there
     would change; the wheel sets the edits' width,
-    and dragging beside the handles pins a band of values, which a click there releases.
+    and dragging next to the handles pins a band of values, which a click there releases.
     """
 
     def __init__(self, area: PlotArea, state: ViewerState, sensitivity: SensitivityState) -> None:
@@ -67,7 +67,7 @@ class PlotMouse(QObject):
             if self._sensitivity.dragging and self._pressed is not None:
                 self._sensitivity.finish_band()
             elif self._pressed is not None:
-                # A click beside the handles.
+                # A click next to the handles.
                 self._sensitivity.unpin()
                 self._sensitivity.hover(
                     self._value_at(self._pressed), _asks_effect(cast(QMouseEvent, event))
@@ -92,7 +92,7 @@ class PlotMouse(QObject):
                 self._sensitivity.drag_band(start, value, _asks_effect(event))
 
     def _value_at(self, position: QPointF) -> float | None:
-        """Scalar value under the mouse; None beside the opacity plot."""
+        """Scalar value under the mouse; None outside the opacity plot."""
         at = self._area.widget.mapToScene(position.toPoint())
         if not self._area.opacity.sceneBoundingRect().contains(at):
             return None

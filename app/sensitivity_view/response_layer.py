@@ -66,7 +66,7 @@ class PeakFlag(QToolButton):
 
 
 def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -> None:
-    """Put flags at the upper edge of a plot, over their places, beside one another.
+    """Put flags at the upper edge of a plot, over their places, side by side.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ class SensitivityView(QObject):
             self.source,
         )
         editor.add_to_header(self.chips)
-        editor.add_beside(self.findings)
+        editor.add_panel(self.findings)
         self._connect()
         self._order_focus()
         self._fold()

@@ -44,7 +44,7 @@ PATH_WORTH = (
 
 
 class GeneratorWork(QObject):
-    """Loads a model in the background, and pauses it beside a volume that is not its own.
+    """Loads a model in the background, and pauses it for a volume that is not its own.
 
     Attributes
     ----------
@@ -188,7 +188,7 @@ class GeneratorWork(QObject):
         return scene if scene.volume_fingerprint == opened.fingerprint else None
 
     def lighting_for(self, opened: OpenedVolume | None) -> Lighting:
-        """Lighting of the images beside a volume; none without a model of it."""
+        """Lighting of the generator's images of a volume; none without a model of it."""
         scene = self.scene_for(opened)
         if self.draws_path:
             return "path"

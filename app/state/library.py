@@ -20,7 +20,7 @@ from model.volume_files.finish import readable_name
 from model.volume_files.shipped import shipped_volumes, title_of
 
 MOST_NEIGHBORS = 1000
-"""Number of files beside a model among which its volume is looked for."""
+"""Number of files next to a model among which its volume is looked for."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Library:
     def volume_of(self, folder: Path) -> Path | None:
         """Return where the volume of a model probably is, or None if that is not known.
 
-        The place where it was open before, a file of its name beside the model, or a
+        The place where it was open before, a file of its name next to the model, or a
         shipped one. Only who opens it knows its fingerprint.
         """
         card = _card(folder)

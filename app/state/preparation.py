@@ -1,4 +1,4 @@
-"""Compilation of the renderers' kernels for this computer, once, in processes beside the window."""
+"""Compilation of the renderers' kernels for this computer, once, in other processes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PATIENCE_MS = 5000
 class Preparation(QObject):
     """Compiles groups of kernels that are wanted, in their order, once a picture is there.
 
-    A group that cannot be compiled beside the window counts as prepared: an engine compiles it
+    A group that cannot be compiled there counts as prepared: an engine compiles it
     when it first draws. So does each where nothing can be kept.
 
     Parameters

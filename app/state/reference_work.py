@@ -69,7 +69,7 @@ class ReferenceChoices:
         Parameters
         ----------
         scene : Scene or None
-            Scene of the model that is shown beside it, if there is one.
+            Scene of the model that is shown with it, if there is one.
         slow_lights : frozenset of str
             Kinds of light in which an image turned out to take too long here.
         """
@@ -121,7 +121,7 @@ WAITING = "Sensitivities and the map follow once they are prepared for this comp
 
 
 class ReferenceWork(QObject):
-    """Draws the reference as it was chosen, and as the model beside it demands.
+    """Draws the reference as it was chosen, and as the open model demands.
 
     The analyst is started with it: a ray caster of the same volume and light.
 
@@ -286,7 +286,7 @@ class ReferenceWork(QObject):
         Parameters
         ----------
         scene : Scene or None
-            Scene of the model that is shown beside it, if there is one.
+            Scene of the model that is shown with it, if there is one.
         """
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
@@ -305,7 +305,7 @@ class ReferenceWork(QObject):
         self._start_analyst()
 
     def follow(self, scene: Scene | None) -> None:
-        """Adapt to the model that is shown beside it, and to the choices."""
+        """Adapt to the model that is shown with it, and to the choices."""
         if (scene is None) != (self._scene is None):
             self._follow_pane()
         self._scene = scene

@@ -12,7 +12,7 @@ SHARE = 0.35
 """Height of the editor, as a part of the window's, unless it is dragged."""
 
 HANDLE = 1
-"""Height of the line that is dragged, in pixels: Qt takes the mouse beside it, too, 5 in all."""
+"""Height of the line that is dragged, in pixels: Qt takes the mouse next to it, too, 5 in all."""
 
 
 class _Handle(QSplitterHandle):

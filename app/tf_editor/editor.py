@@ -206,7 +206,7 @@ class TransferFunctionEditor(QFrame):
         """Add controls at the right of the header."""
         self._header.addWidget(widget)
 
-    def add_beside(self, widget: QWidget) -> None:
+    def add_panel(self, widget: QWidget) -> None:
         """Add a panel at the right, as high as header and plots."""
         self._row.addWidget(widget)
 

@@ -34,7 +34,7 @@ class DragHandle(QGraphicsObject):
     Attributes
     ----------
     adds : bool
-        Whether it was pressed with Shift or Ctrl, to be selected beside others.
+        Whether it was pressed with Shift or Ctrl, to be selected with others.
     """
 
     pressed = Signal()

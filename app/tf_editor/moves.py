@@ -32,7 +32,7 @@ class HandleMoves(QObject):
         self.colors_follow = True
 
     def press(self, kind: Kind, index: int, *, adds: bool = False) -> None:
-        """Select the handle pressed, beside the others or alone, and remember the TF."""
+        """Select the handle pressed, with the others or alone, and remember the TF."""
         if adds:
             self._selection.toggle(kind, index)
         elif index not in self._selection.indices(kind):

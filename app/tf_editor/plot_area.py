@@ -23,7 +23,7 @@ from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
 
 LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 50, 8
-"""Room beside the plots for their numbers, and above them, in pixels."""
+"""Room next to the plots for their numbers, and above them, in pixels."""
 
 STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 """Heights of the colours, of their pins below, and of the numbers, in pixels."""
@@ -33,7 +33,7 @@ HEADROOM = 16
 
 
 class PlotArea(QObject):
-    """Builds the plots and emits the scalar values of clicks beside the handles.
+    """Builds the plots and emits the scalar values of clicks next to the handles.
 
     The plots' horizontal axis is the visible interval of scalar values mapped to 0..1.
 
@@ -300,7 +300,7 @@ class PlotArea(QObject):
         item.setData(places, self.scale.heights(heights) if are_opacities else heights)
 
     def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
-        """Show numbers beside a point of one of the plots."""
+        """Show numbers next to a point of one of the plots."""
         self.readout.show_at(self.pixel(plot, self.axis.place(value), height), text)
 
     def _clicked(self, event: Any) -> None:

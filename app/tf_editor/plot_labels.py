@@ -1,4 +1,4 @@
-"""Numbers beside the plots, without a line, ticks or a title: their tooltip says what they are."""
+"""Numbers next to the plots, without a line, ticks or a title: their tooltip says what they are."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OVERHANG = 44
 
 
 def label_font() -> QFont:
-    """Return the font of the numbers in and beside the plots."""
+    """Return the font of the numbers in and next to the plots."""
     font = QFont(QApplication.font())
     font.setPixelSize(LABEL_PIXELS)
     return font

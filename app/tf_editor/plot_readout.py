@@ -1,4 +1,4 @@
-"""Numbers beside the mouse during a drag in the plots."""
+"""Numbers next to the mouse during a drag in the plots."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ GAP = 18
 
 
 class PlotReadout(QObject):
-    """Shows numbers over the plots, beside a point.
+    """Shows numbers over the plots, next to a point.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class PlotReadout(QObject):
         return "" if self._label.isHidden() else self._label.text()
 
     def show_at(self, at: QPoint, text: str) -> None:
-        """Show numbers beside a pixel of the widget, on the side where there is room."""
+        """Show numbers next to a pixel of the widget, on the side where there is room."""
         label, widget = self._label, self._widget
         label.setText(text)
         label.adjustSize()

@@ -32,7 +32,7 @@ class RubberBand(QObject):
         self._viewport.installEventFilter(self)
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
-        """Take drags with Shift that begin beside the handles."""
+        """Take drags with Shift that begin next to the handles."""
         kind = event.type()
         if kind == QEvent.Type.MouseButtonPress:
             mouse = cast(QMouseEvent, event)

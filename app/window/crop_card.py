@@ -36,7 +36,7 @@ SLIDER_WIDTH = 180
 """Of a slider at least, in pixels."""
 
 PADDING = 22
-"""Width of a voxel's box beside its number, in pixels."""
+"""Width of a voxel's box next to its number, in pixels."""
 
 SLIDER_TIP = "Drag an end, or the middle to move the slab"
 
@@ -125,7 +125,7 @@ class CropCard(QFrame):
             slider.setToolTip(SLIDER_TIP)
             slider.setMinimumWidth(SLIDER_WIDTH)
             slider.setRange(0.0, 1.0)
-            # The keys' way are the numbers beside it.
+            # The keys' way are the numbers next to it.
             slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             WheelGuard(slider)
             for column, widget in enumerate((self.names[axis], first, slider, last)):

@@ -1,4 +1,4 @@
-"""Figures: images as they are saved, with legend and scale bar, beside each other or compared.
+"""Figures: images as they are saved, with legend and scale bar, side by side or compared.
 
 The window's pictures and movies, and those of the command line, are made here.
 """

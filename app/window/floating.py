@@ -48,7 +48,7 @@ class Floating(QObject):
         self._add("top", widget)
 
     def add_bottom(self, widget: QWidget) -> None:
-        """Have a widget float at the bottom, beside those that are there, or above them."""
+        """Have a widget float at the bottom, next to those that are there, or above them."""
         self._add("bottom", widget)
 
     def set_corner_of(self, widget: QWidget | None) -> None:
@@ -94,7 +94,7 @@ class Floating(QObject):
             y = self._place_row(row, y) - GAP
 
     def _place_row(self, row: dict[QWidget, QSize], bottom: int) -> int:
-        """Place widgets beside each other, and return their upper edge."""
+        """Place widgets next to each other, and return their upper edge."""
         width = sum(size.width() + GAP for size in row.values()) - GAP
         corner = self._ground().left() + SIDE
         left = max(min(corner, self._area.width() - SIDE - width), 0)

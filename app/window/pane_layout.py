@@ -12,7 +12,7 @@ from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
 
 LEAST_IMAGE = 220
-"""Width of the image beside the latent browser: its squares give way."""
+"""Width of the image next to the latent browser: its squares give way."""
 
 Shown = Literal["both", "generator", "reference"]
 """Images that the user wants to see, as far as they are there."""
@@ -39,7 +39,7 @@ class PaneLayout(QSplitter):
         self._browser, self._generator, self._reference = browser, generator, reference
         self._shown: Shown = "both"
         self._has_model = self._browsing = self._was_browsing = False
-        # Images touch: Qt takes the mouse some pixels beside the line, too.
+        # Images touch: Qt takes the mouse some pixels next to the line, too.
         self.setHandleWidth(1)
         self.setChildrenCollapsible(False)
         browser.resized.connect(self._fit_browser)
@@ -131,7 +131,7 @@ class PaneLayout(QSplitter):
         self.arranged.emit()
 
     def _fit_browser(self) -> None:
-        """Make the browser as wide as its squares are at this height, beside an image."""
+        """Make the browser as wide as its squares are at this height, next to an image."""
         if not self._browsing:
             if self._was_browsing:
                 self.setSizes([1000 * (widget is not self._browser) for widget in self._in_order()])

@@ -246,7 +246,8 @@ class Sessions(QObject):
 
     def _ask_for_volume(self, path: Path, volume: Path) -> None:
         self._notice.tell(
-            f"{path.name} shows {volume.name}, which is neither in {volume.parent} nor beside it.",
+            f"{path.name} shows {volume.name}, which is neither in {volume.parent} "
+            "nor in the session's folder.",
             Action("Locate it…", partial(self._locate, path, volume.name)),
             key=MISSED,
             tone="error",

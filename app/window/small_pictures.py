@@ -75,7 +75,7 @@ class SmallPictures(QObject):
         Parameters
         ----------
         traced : bool
-            Whether those of the ray caster, in the light that stands in for the image's, are
+            Whether those of the ray caster, in the light of the preview, are
             followed by path-traced ones, where these do not take long.
         """
         first, *more = wanted

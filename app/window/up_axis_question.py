@@ -27,7 +27,7 @@ ICON = 56
 """Side of the pictures on the buttons, in pixels."""
 
 PICTURE = 200
-"""Side of the pictures that are shown beside the mouse."""
+"""Side of the pictures that are shown next to the mouse."""
 
 
 class UpAxisCard(QFrame):
