@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QFontMetrics, QImage, QPainter, QPaintEvent, QPen
+from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton
 
 from app import theme
@@ -18,8 +16,6 @@ Tone = Literal["dim", "change", "attention", "error"]
 
 HEIGHT = 24
 PADDING, GAP = 8, 7
-SWATCH = 36, 8
-"""Width and height of the colours before a title, in pixels."""
 
 ARROW = 7
 """Width of the arrow that says that there is a menu, in pixels."""
@@ -44,7 +40,6 @@ class CaptionButton(QToolButton):
         self._on_image = on_image
         self._title = self._detail = ""
         self._tone: Tone = "dim"
-        self._swatch: QImage | None = None
         self._folds = False
         self.setFixedHeight(HEIGHT)
         self.setSizePolicy(QSizePolicy.Policy.Maximum, QSizePolicy.Policy.Fixed)
@@ -76,14 +71,6 @@ class CaptionButton(QToolButton):
         """Set the detail and its colour."""
         self._set(self._title, detail, tone)
 
-    def set_swatch(self, colors: NDArray[np.uint8]) -> None:
-        """Show colours (n, 3) from left to right before the title."""
-        row = np.ascontiguousarray(colors)
-        image = QImage(row.tobytes(), len(row), 1, 3 * len(row), QImage.Format.Format_RGB888)
-        self._swatch = image.copy()
-        self.updateGeometry()
-        self.update()
-
     def set_folded(self, folded: bool) -> None:
         """Leave the detail out, or show it again."""
         if folded != self._folds:
@@ -108,8 +95,6 @@ class CaptionButton(QToolButton):
     def sizeHint(self) -> QSize:
         """Return the size of all of its words."""
         width = 2 * PADDING + self._width_of(self._title, True)
-        if self._swatch is not None:
-            width += SWATCH[0] + GAP
         if self._detail and not self._folds:
             width += GAP + self._width_of(self._detail)
         if self.menu() is not None:
@@ -146,10 +131,6 @@ class CaptionButton(QToolButton):
 
     def _paint_words(self, painter: QPainter, colors: theme.Colors, right: int) -> None:
         left, height = PADDING, self.height()
-        if self._swatch is not None:
-            wide, high = SWATCH
-            painter.drawImage(QRectF(left, (height - high) / 2, wide, high), self._swatch)
-            left += wide + GAP
         flags = Qt.AlignmentFlag.AlignVCenter | Qt.AlignmentFlag.AlignLeft
         enabled = self.isEnabled()
         font = self._font(bold=True)

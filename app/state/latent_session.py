@@ -49,8 +49,6 @@ class LatentSession(QObject):
         the browser is opened or a filter is changed, and kept while the view turns.
     place : tuple of float, or None
         Place of the present TF.
-    present_code : ndarray of float32, shape (d,), or None
-        Code of the present TF.
     """
 
     mapChanged = Signal(object)
@@ -83,7 +81,6 @@ class LatentSession(QObject):
         self.overview_of: object = None
         self.different: NDArray[np.int64] | None = None
         self.place: tuple[float, float] | None = None
-        self.present_code: NDArray[np.float32] | None = None
         self._state = state
         self._latent = latent
         self._open_space = open_space
@@ -149,7 +146,7 @@ class LatentSession(QObject):
         self._opening.forget()
         self._looking.forget()
         self._choosing.forget()
-        self.space = self.map = self.overview = self.place = self.present_code = None
+        self.space = self.map = self.overview = self.place = None
         self.wanted = self.chosen = self.different = self._chosen_by = None
         self._is_open = False
         self.mapClosed.emit()
@@ -312,11 +309,10 @@ class LatentSession(QObject):
         if self.map is None or self.space is None or not self._latent.choices.shown:
             return
         tf = self._state.transfer_function.opacity
-        code = self.space.code_of(tf)
-        self.present_code = code
-        known = self._known
-        found = known is not None and known[0] == tf
-        self.place = known[1] if known is not None and found else self.map.place(code)
+        if self._known is not None and self._known[0] == tf:
+            self.place = self._known[1]
+        else:
+            self.place = self.map.place(self.space.code_of(tf))
         self.placeChanged.emit(self.place)
 
     def _look(self) -> None:
