@@ -1,22 +1,19 @@
-from __future__ import annotations
-
 import re
 
 import pytest
 from PySide6.QtWidgets import QLabel, QTextBrowser, QToolTip
-from pytestqt.qtbot import QtBot
 
 from app.glosses import GLOSSARY, SENTENCES, explain, gloss, without_links
 
 
-def test_every_term_is_in_the_glossary_and_has_one_sentence() -> None:
+def test_every_term_is_in_the_glossary_and_has_one_sentence():
     headings = re.findall(r"\*\*(.+?)\.\*\*", GLOSSARY.read_text(encoding="utf-8"))
     assert set(SENTENCES) <= set(headings)
     assert all(sentence.endswith(".") for sentence in SENTENCES.values())
 
 
 @pytest.mark.parametrize("term", SENTENCES)
-def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot: QtBot, term: str) -> None:
+def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot, term):
     label = QLabel(f"It is {gloss(term)}, 0.9")
     qtbot.addWidget(label)
     explain(label)
@@ -31,7 +28,7 @@ def test_a_term_says_what_it_means_and_leads_to_the_glossary(qtbot: QtBot, term:
     page.window().close()
 
 
-def test_every_term_leads_to_the_glossary_where_it_stands() -> None:
+def test_every_term_leads_to_the_glossary_where_it_stands():
     """No term has a sentence that nobody can reach: the source names each beside a link to it."""
     sources = [
         path.read_text(encoding="utf-8")

@@ -1,15 +1,12 @@
-from __future__ import annotations
-
 import pytest
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QApplication
 
 from app.icons import icon, icon_names
 from app.theme import DARK, LIGHT
 
 
 @pytest.mark.parametrize("name", icon_names())
-def test_an_icon_is_drawn_in_the_texts_colour(qapp: QApplication, name: str) -> None:
+def test_an_icon_is_drawn_in_the_texts_colour(qapp, name):
     for colors in (DARK, LIGHT):
         image = icon(name, colors).pixmap(18, 18).toImage()
         # Antialiased lines of one colour: what is opaque has it.

@@ -61,7 +61,7 @@ def kept_after(folder: Path, edits: list[dict], end: float) -> None:
 
 
 @pytest.mark.slow
-def test_kills_lose_less_than_a_second(tmp_path: Path) -> None:
+def test_kills_lose_less_than_a_second(tmp_path):
     # All in one folder: each start reads what the one before has left.
     for seed in range(KILLS):
         edits, end = killed(tmp_path, seed)

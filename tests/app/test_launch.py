@@ -13,7 +13,7 @@ from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 from ramp import make_tf
-from window_fakes import FakeBuilders, red_of
+from window_fakes import red_of
 
 from app import launch
 from app.launch import run_window
@@ -30,7 +30,7 @@ from model.volume_files.shipped import RESOURCES, SAMPLES, SCAN
 START = WindowStart(Path("ramp"), Path("model"))
 
 
-def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) -> None:
+def test_a_screenshot_shows_both_images(builders, tmp_path):
     path = tmp_path / "window.png"
     code = run_window(START, "auto", path, builders.make())
     image = QImage(str(path))
@@ -44,7 +44,7 @@ def test_a_screenshot_shows_both_images(builders: FakeBuilders, tmp_path: Path) 
         assert image.pixelColor(x, 300).getRgb() == (red_of(request), 0, 0, 255)
 
 
-def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path) -> None:
+def test_the_window_starts_as_it_is_told(builders, tmp_path):
     tf = TransferFunction(
         OpacityTF((100.0, 200.0), (GaussianMode(140.0, 5.0, 0.3),)), make_tf().color
     )
@@ -62,9 +62,7 @@ def test_the_window_starts_as_it_is_told(builders: FakeBuilders, tmp_path: Path)
         assert engine.requests[-1].inputs.transfer_function == tf
 
 
-def test_a_shipped_volume_is_seen_first_as_it_was_designed_to_be(
-    builders: FakeBuilders, tmp_path: Path
-) -> None:
+def test_a_shipped_volume_is_seen_first_as_it_was_designed_to_be(builders, tmp_path):
     sample, path = SAMPLES[SCAN.name], tmp_path / "window.png"
     scalars = np.linspace(0, 255, 133 * 256 * 256).astype(np.uint8).reshape(133, 256, 256)
     labels = ("L", "R", "P", "A", "S", "I")
@@ -85,9 +83,7 @@ def test_a_shipped_volume_is_seen_first_as_it_was_designed_to_be(
 
 
 @pytest.mark.parametrize("file", SAMPLES)
-def test_each_shipped_volume_opens_with_its_tf_view_and_light(
-    builders: FakeBuilders, tmp_path: Path, file: str
-) -> None:
+def test_each_shipped_volume_opens_with_its_tf_view_and_light(builders, tmp_path, file):
     path = RESOURCES / "volumes" / file
     builders.volumes["sample"] = read_volume(path)
     assert run_window(WindowStart(Path("sample")), "auto", tmp_path / "a.png", builders.make()) == 0
@@ -99,12 +95,7 @@ def test_each_shipped_volume_opens_with_its_tf_view_and_light(
 
 
 @pytest.mark.parametrize("broken", ["volume", "model"])
-def test_an_error_is_in_the_picture_and_printed(
-    builders: FakeBuilders,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    broken: str,
-) -> None:
+def test_an_error_is_in_the_picture_and_printed(builders, tmp_path, capsys, broken):
     path = tmp_path / "window.png"
     if broken == "model":
         builders.generator_error = CheckpointError("model: the weights are truncated.")
@@ -120,11 +111,7 @@ def test_an_error_is_in_the_picture_and_printed(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only Linux can be without a display")
-def test_without_a_display_one_sentence_names_the_way_out(
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_without_a_display_one_sentence_names_the_way_out(builders, monkeypatch, capsys):
     monkeypatch.setattr("sys.platform", "linux")
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(variable, raising=False)
@@ -133,9 +120,7 @@ def test_without_a_display_one_sentence_names_the_way_out(
     assert "--screenshot" in line
 
 
-def test_control_c_closes_the_window(
-    builders: FakeBuilders, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_control_c_closes_the_window(builders, tmp_path, monkeypatch):
     monkeypatch.setattr(launch, "user_folder", lambda: tmp_path)
     before = signal.getsignal(signal.SIGINT)
     opened: list[bool] = []
@@ -152,11 +137,8 @@ def test_control_c_closes_the_window(
 
 
 def test_an_image_that_never_comes_does_not_hang_the_screenshot(
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    builders, tmp_path, monkeypatch, capsys
+):
     monkeypatch.setattr(launch, "SCREENSHOT_PATIENCE_S", 0)
     path = tmp_path / "window.png"
     builders.loading = loading = threading.Event()
@@ -173,7 +155,7 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
     assert "before both images" in capsys.readouterr().err
 
 
-def test_the_window_is_there_before_slow_libraries_are_loaded() -> None:
+def test_the_window_is_there_before_slow_libraries_are_loaded():
     slow = ("cmap", "numba", "scipy", "skimage", "torch", "vtkmodules", "zarr")
     code = (
         "import sys, app.window.main_window\n"

@@ -4,7 +4,6 @@ import pytest
 from PySide6.QtCore import QEvent, QPoint, QRect
 from PySide6.QtGui import QHelpEvent
 from PySide6.QtWidgets import QApplication, QMenu, QToolTip
-from pytestqt.qtbot import QtBot
 
 from app.menu_tips import show_tips
 from app.theme import apply_theme
@@ -27,9 +26,7 @@ def tip_rect() -> QRect:
 
 
 @pytest.mark.parametrize("at_right", [False, True])
-def test_a_tip_is_beside_its_menu_and_hides_no_entry(
-    qapp: QApplication, qtbot: QtBot, at_right: bool
-) -> None:
+def test_a_tip_is_beside_its_menu_and_hides_no_entry(qapp, qtbot, at_right):
     apply_theme(qapp, "dark")
     menu = QMenu()
     qtbot.addWidget(menu)

@@ -1,7 +1,5 @@
 """A window under fire keeps its pictures, its threads and its temper."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -13,7 +11,7 @@ FOLDERS = Path(__file__).parents[:3]
 
 
 @pytest.mark.slow
-def test_random_events_and_unreliable_engines() -> None:
+def test_random_events_and_unreliable_engines():
     # In a process of its own: dialogs are answered there by others than the user.
     done = subprocess.run(
         [

@@ -5,7 +5,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QShortcut
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QVBoxLayout, QWidget
-from pytestqt.qtbot import QtBot
 
 from app.number_box import NumberBox, WholeNumberBox
 
@@ -13,14 +12,14 @@ Boxes = tuple[WholeNumberBox, NumberBox]
 
 
 @pytest.fixture
-def window(qtbot: QtBot) -> QWidget:
+def window(qtbot):
     window = QWidget()
     qtbot.addWidget(window)
     return window
 
 
 @pytest.fixture
-def boxes(qtbot: QtBot, window: QWidget) -> Boxes:
+def boxes(qtbot, window):
     """Two boxes of a window that is active, the first one with the focus."""
     layout = QVBoxLayout(window)
     pixels, value = WholeNumberBox(), NumberBox()
@@ -55,9 +54,7 @@ def type_over(box: WholeNumberBox | NumberBox, text: str) -> None:
         ((1e6, 1e6 + 1), "1000000.12345", "1000000.12345"),
     ],
 )
-def test_a_typed_number_is_kept_to_its_last_digit(
-    qtbot: QtBot, boxes: Boxes, limits: tuple[float, float], text: str, shown: str
-) -> None:
+def test_a_typed_number_is_kept_to_its_last_digit(qtbot, boxes, limits, text, shown):
     _, box = boxes
     box.set_limits(*limits)
     type_over(box, text)
@@ -71,7 +68,7 @@ def test_a_typed_number_is_kept_to_its_last_digit(
 
 
 @pytest.mark.parametrize("typed", ["5", "-3", "e-", "0,25", "1 000"])
-def test_what_is_no_number_within_the_limits_is_not_taken(boxes: Boxes, typed: str) -> None:
+def test_what_is_no_number_within_the_limits_is_not_taken(boxes, typed):
     _, box = boxes
     box.show_value(0.5)
     assert box.toolTip() == "From 0 to 1"
@@ -85,9 +82,7 @@ def test_what_is_no_number_within_the_limits_is_not_taken(boxes: Boxes, typed: s
 @pytest.mark.parametrize(
     ("typed", "value"), [("2000", 2000), ("2000 px", 2000), ("9000", 1572), ("12,3", 1572)]
 )
-def test_a_whole_number_is_taken_as_typed_or_not_at_all(
-    boxes: Boxes, typed: str, value: int
-) -> None:
+def test_a_whole_number_is_taken_as_typed_or_not_at_all(boxes, typed, value):
     pixels, other = boxes
     pixels.selectAll()
     QTest.keyClicks(pixels, typed.removesuffix(" px"))
@@ -98,7 +93,7 @@ def test_a_whole_number_is_taken_as_typed_or_not_at_all(
     assert other.hasFocus() and pixels.value() == value and pixels.text() == f"{value} px"
 
 
-def test_digits_that_are_rounded_beyond_the_limits_are_no_entry(boxes: Boxes) -> None:
+def test_digits_that_are_rounded_beyond_the_limits_are_no_entry(boxes):
     _, box = boxes
     box.set_limits(0.0, 2 / 3)
     box.show_value(2 / 3)
@@ -108,7 +103,7 @@ def test_digits_that_are_rounded_beyond_the_limits_are_no_entry(boxes: Boxes) ->
     assert box.value() == 2 / 3 and not box.hasFocus()
 
 
-def test_after_enter_keys_are_the_windows(window: QWidget, boxes: Boxes) -> None:
+def test_after_enter_keys_are_the_windows(window, boxes):
     heard: list[str] = []
     for key in ("Ctrl+Z", "R"):
         QShortcut(key, window).activated.connect(lambda key=key: heard.append(key))

@@ -19,8 +19,8 @@ CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lighting", ["direct", "path"])
-def test_what_is_prepared_is_not_compiled_again(tmp_path: Path, lighting: str) -> None:
-    settings = ReferenceSettings(lighting, renderer="raycast")  # type: ignore[arg-type]
+def test_what_is_prepared_is_not_compiled_again(tmp_path, lighting):
+    settings = ReferenceSettings(lighting, renderer="raycast")
     names = [group.name for group in REAL_BUILDERS.kernels(preparation._ball("uint8"), settings)]
     _run(tmp_path, "-m", "app.prepare_kernels", *names)
     compiled = _kernels(tmp_path)
@@ -37,7 +37,7 @@ def test_what_is_prepared_is_not_compiled_again(tmp_path: Path, lighting: str) -
     ("voxels", "kind"),
     [("uint8", "uint8"), ("float32", "float32"), ("float64", "float32")],
 )
-def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels: str, kind: str) -> None:
+def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels, kind):
     volume = preparation._ball(voxels)
     found = REAL_BUILDERS.kernels(volume, ReferenceSettings("soft"))
     assert found == (KernelGroup(kind, "soft", "images"), KernelGroup(kind, "soft", "questions"))

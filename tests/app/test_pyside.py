@@ -1,11 +1,9 @@
-from __future__ import annotations
-
 import sys
 
 from PySide6.QtCore import QObject
 
 
-def test_calls_keep_the_references_to_none() -> None:
+def test_calls_keep_the_references_to_none():
     """PySide6 6.12.0 under Python 3.11 lost one at every call, and the window crashed."""
     an_object = QObject()
     before = sys.getrefcount(None)

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -10,9 +9,7 @@ import pytest
 from app import python_packages
 
 
-def test_settings_are_those_of_pip_variables_before_files(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_settings_are_those_of_pip_variables_before_files(monkeypatch, tmp_path):
     file = tmp_path / "pip.conf"
     file.write_text(
         "[global]\nfind-links = /from/file\nextra-index-url = https://a.example/x\n"
@@ -38,15 +35,13 @@ def test_settings_are_those_of_pip_variables_before_files(
 
 
 @pytest.mark.parametrize("has_nvidia", [True, False])
-def test_without_settings_only_an_nvidia_gpu_brings_cuda(has_nvidia: bool) -> None:
+def test_without_settings_only_an_nvidia_gpu_brings_cuda(has_nvidia):
     options = python_packages.uv_options({}, has_nvidia)
     assert options == ([] if has_nvidia else ["--torch-backend", "cpu"])
 
 
 @pytest.mark.parametrize("failing", ["--target", "--python"])
-def test_where_uv_cannot_be_had_or_fails_pip_installs(
-    failing: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_where_uv_cannot_be_had_or_fails_pip_installs(failing, monkeypatch):
     ran: list[list[str]] = []
 
     def record(command: list[str], **_: object) -> SimpleNamespace:

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from pytestqt.qtbot import QtBot
 from ramp import make_volume
-from window_fakes import FakeBuilders
 
 from app.state.library import KnownModel, Library
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 
-WindowMaker = Callable[..., MainWindow]
-
 
 @pytest.fixture(autouse=True)
-def shipped(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> None:
+def shipped(builders, monkeypatch):
     """The ramp has a shipped model, the hill has none."""
     builders.volumes["hill"] = make_volume("hill", top=150.0)
     ramp = builders.volumes["ramp"].fingerprint
@@ -40,9 +36,7 @@ def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
     )
 
 
-def test_a_volume_brings_its_shipped_model(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_a_volume_brings_its_shipped_model(qtbot, make_window, builders):
     window = make_window(model=None)
     assert len(builders.generators) == 1
     assert window.generator.canvas.image is not None
@@ -53,9 +47,7 @@ def test_a_volume_brings_its_shipped_model(
     qtbot.waitUntil(lambda: builders.generators[0].closed)
 
 
-def test_a_chosen_model_gives_way_to_that_of_another_volume(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_a_chosen_model_gives_way_to_that_of_another_volume(qtbot, make_window, builders):
     builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="hill", model=Path("mine"))
     assert window.workspace.model.folder == Path("mine")
@@ -63,9 +55,7 @@ def test_a_chosen_model_gives_way_to_that_of_another_volume(
     assert window.workspace.model.folder == Path("shipped")
 
 
-def test_a_chosen_model_waits_for_its_volume(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_a_chosen_model_waits_for_its_volume(qtbot, make_window, builders):
     builders.scene = Scene.of(builders.volumes["hill"], image_size=16)
     window = make_window(volume="ramp", model=Path("mine"))
     assert window.workspace.model.folder == Path("mine")

@@ -2,17 +2,15 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-import pytest
-
 from app import system_libraries
 
 
-def test_nothing_is_missing_where_the_tests_run() -> None:
+def test_nothing_is_missing_where_the_tests_run():
     # The Makefile has installed what was missing before it ran the tests.
     assert system_libraries.missing_packages() == []
 
 
-def test_a_library_that_does_not_load_names_its_package(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_library_that_does_not_load_names_its_package(monkeypatch):
     real = system_libraries.ctypes.CDLL
 
     def without_egl(name: str) -> object:
@@ -24,9 +22,7 @@ def test_a_library_that_does_not_load_names_its_package(monkeypatch: pytest.Monk
     assert system_libraries.missing_packages() == ["libegl-mesa0", "libegl1", "libgl1-mesa-dri"]
 
 
-def test_without_rights_the_exact_command_is_printed(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_rights_the_exact_command_is_printed(monkeypatch, capsys):
     monkeypatch.setattr(system_libraries, "_administrator", lambda: None)
     monkeypatch.setattr(system_libraries.shutil, "which", lambda name: f"/usr/bin/{name}")
     assert system_libraries.install(["libegl1", "libgl1"]) == 1
@@ -35,7 +31,7 @@ def test_without_rights_the_exact_command_is_printed(
     assert printed.rstrip().endswith("libegl1 libgl1")
 
 
-def test_with_rights_apt_get_installs(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_with_rights_apt_get_installs(monkeypatch):
     ran: list[list[str]] = []
 
     def record(command: list[str], **_: object) -> SimpleNamespace:
@@ -51,9 +47,7 @@ def test_with_rights_apt_get_installs(monkeypatch: pytest.MonkeyPatch) -> None:
     assert ran[1][-1] == "libegl1"
 
 
-def test_an_old_python_is_said(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_old_python_is_said(monkeypatch, capsys):
     monkeypatch.setattr(system_libraries.sys, "version_info", (3, 9, 2))
     assert system_libraries.main(["--python"]) == 1
     assert "make PYTHON=python3.11" in capsys.readouterr().err

@@ -120,7 +120,6 @@ def test_of_two_processes_one_compiles_and_the_other_loads(tmp_path):
         for _ in range(2)
     ]
     for process in both:
-        assert process.stdin is not None
         process.stdin.write("\n")
         process.stdin.flush()
     assert sorted(process.communicate()[0].strip() for process in both) == ["0", "1"]

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 from toy_codec import toy_space
 from window_fakes import FakeBuilders
 
 from app.engines.requests import BatchRequest
-from app.window.main_window import MainWindow
-
-WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture
-def window(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
-) -> MainWindow:
+def window(qtbot, make_window, builders, tmp_path):
     """A window with the map of a model that draws codes, and its grid."""
     builders.draws_codes, builders.map_folder = True, tmp_path
     space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
@@ -41,9 +34,7 @@ def newest(builders: FakeBuilders, channel: str) -> BatchRequest:
     return [r for r in builders.generators[-1].others if r.channel == channel][-1]
 
 
-def test_the_grid_draws_the_mean_codes_in_one_batch(
-    window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_the_grid_draws_the_mean_codes_in_one_batch(window, builders):
     assert window.latent_state.choices.codec == "model"
     assert builders.spaces == [Path("model")]
     grid = window.workspace.latent.pictures.grid
@@ -56,9 +47,7 @@ def test_the_grid_draws_the_mean_codes_in_one_batch(
     assert brightness == pytest.approx((means[:, 0] + 1) / 2, abs=1e-6)
 
 
-def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(qtbot, window, builders):
     work, map_view = window.workspace.latent, window.browser.map
     QTest.mouseMove(map_view, map_view.frame.pixel((-0.3, 0.25)).toPoint())
     qtbot.waitUntil(lambda: work.pictures.hover is not None)
@@ -71,9 +60,7 @@ def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(
     assert work.pictures.hover.tf == work.session.tf_at(place)[0]
 
 
-def test_the_shipped_codecs_codes_are_not_the_models(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_the_shipped_codecs_codes_are_not_the_models(qtbot, window, builders):
     pictures = window.workspace.latent.pictures
     window.latent_state.choose(codec="shipped")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "exact")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,6 @@ from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
-from window_fakes import FakeBuilders
 
 from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.cell_grid import caption_of, explanation_of
@@ -28,11 +26,9 @@ from model.latent.embedding import EmbeddingProcess
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 
-WindowMaker = Callable[..., MainWindow]
-
 
 @pytest.fixture(scope="module")
-def stored_map(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarray]:
+def stored_map(tmp_path_factory):
     """A stored map's folder, and its places: the plane of the toy's codes itself."""
     folder = tmp_path_factory.mktemp("map")
     space = toy_space(folder, (100.0, 200.0), (100.0, 200.0))
@@ -43,9 +39,7 @@ def stored_map(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, np.ndarr
 
 
 @pytest.fixture
-def places(
-    tmp_path: Path, builders: FakeBuilders, stored_map: tuple[Path, np.ndarray]
-) -> np.ndarray:
+def places(tmp_path, builders, stored_map):
     """Places of a stored map of this test alone."""
     folder, places = stored_map
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
@@ -54,7 +48,7 @@ def places(
 
 
 @pytest.fixture
-def window(qtbot: QtBot, make_window: WindowMaker, places: np.ndarray) -> MainWindow:
+def window(qtbot, make_window, places):
     """A window that shows a stored map, and the grid of its cells."""
     window = make_window()
     open_browser(qtbot, window)
@@ -107,9 +101,7 @@ def turn_wheel(widget: QWidget, at: QPointF, notches: int) -> None:
 NO_KEY, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
 
 
-def test_the_browser_takes_the_place_of_the_generator(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, places: np.ndarray
-) -> None:
+def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builders, places):
     window = make_window()
     assert builders.spaces == []
     open_browser(qtbot, window)
@@ -132,13 +124,9 @@ def test_the_browser_takes_the_place_of_the_generator(
     assert abs(widths[0] - widths[1]) <= 1
 
 
-def test_the_grid_shows_the_mean_of_each_cell(
-    window: MainWindow, builders: FakeBuilders, places: np.ndarray
-) -> None:
+def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
     grid = window.workspace.latent.pictures.grid
-    assert grid is not None
     latent_map = window.workspace.latent.session.map
-    assert latent_map is not None
     for cell, tf in enumerate(grid.tfs):
         row, column = divmod(cell, 4)
         left, lower, right, upper = window.latent_state.brush
@@ -158,9 +146,7 @@ def test_the_grid_shows_the_mean_of_each_cell(
     assert len(window.browser.grid.images) == len(asked)
 
 
-def test_the_browser_opens_on_the_tfs_that_differ_most(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, places: np.ndarray
-) -> None:
+def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, builders, places):
     window = make_window()
     open_browser(qtbot, window)
     browser, latent = window.browser, window.workspace.latent
@@ -206,9 +192,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(
     qtbot.waitUntil(lambda: latent.pictures.grid is not None and not latent.pictures.grid.cells)
 
 
-def test_in_path_traced_light_traced_pictures_follow_at_rest(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, builders):
     def traced(channel: str) -> list[bool]:
         found = [r for r in builders.analysts[-1].others if r.channel == channel]
         return [r.traced for r in found if not r.quality.live]
@@ -227,9 +211,7 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(
     assert traced("hover").count(True) == 1
 
 
-def test_hovering_shows_picture_and_tf(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     pictures = window.workspace.latent.pictures
     caption = window.reference.caption
     before = caption.title, caption.detail
@@ -263,7 +245,7 @@ def test_hovering_shows_picture_and_tf(
     assert (caption.title, caption.detail) == before
 
 
-def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_click_makes_the_tf_in_one_undo_step(qtbot, window):
     before = window.state.transfer_function
     map_view = window.browser.map
     QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
@@ -281,7 +263,7 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot: QtBot, window: MainWindow)
     assert window.state.transfer_function == before
 
 
-def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWindow) -> None:
+def test_the_brush_is_moved_resized_and_drawn_anew(qtbot, window):
     map_view, latent = window.browser.map, window.latent_state
     latent.set_brush((-0.4, -0.4, 0.4, 0.4))
     drag(map_view, pixel(map_view, (0, 0)), pixel(map_view, (0.2, 0.1)), modifier=NO_KEY)
@@ -313,7 +295,7 @@ def test_the_brush_is_moved_resized_and_drawn_anew(qtbot: QtBot, window: MainWin
     assert window.state.edits.stack.count() == 0
 
 
-def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindow) -> None:
+def test_cells_are_chosen_divided_and_left_again(qtbot, window):
     grid, latent = window.browser.grid, window.latent_state
     cell = next(iter(grid.images))
     centre = grid.cell_rect(cell).center()
@@ -336,7 +318,7 @@ def test_cells_are_chosen_divided_and_left_again(qtbot: QtBot, window: MainWindo
     assert latent.brush == before
 
 
-def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainWindow) -> None:
+def test_the_present_tf_is_placed_while_it_is_edited(qtbot, window):
     session = window.workspace.latent.session
 
     def show_mode(mean: float, height: float) -> tuple[float, float]:
@@ -352,9 +334,7 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot: QtBot, window: MainW
     assert high == pytest.approx((0.54, 0.54), abs=0.2)
 
 
-def test_pictures_follow_the_view_and_are_marked_until_then(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, builders, monkeypatch):
     pictures = window.workspace.latent.pictures
     first = pictures.grid
     window.state.set_view(View(77, 0, 0, 1))
@@ -393,13 +373,11 @@ def test_pictures_follow_the_view_and_are_marked_until_then(
         pictures.ask()
 
 
-def test_a_filter_by_value(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_filter_by_value(qtbot, window):
     session, bar = window.workspace.latent.session, window.browser.bar
     bar.band.setText("150 to 160")
     QTest.keyClick(bar.band, Qt.Key.Key_Return)
     assert window.latent_state.choices.band == (150.0, 160.0)
-    assert session.wanted is not None
-    assert session.chosen is not None
     assert 0 < session.wanted.sum() < len(session.wanted)
     means = (session.chosen.codes[:, 0] + 1) / 2 * 100 + 100
     assert ((means > 130) & (means < 180)).all()
@@ -422,19 +400,16 @@ def test_a_filter_by_value(qtbot: QtBot, window: MainWindow) -> None:
         ("1e3", (1000.0, 1000.0)),
     ],
 )
-def test_bands_are_read(text: str, band: tuple[float, float] | None) -> None:
+def test_bands_are_read(text, band):
     assert parsed_band(text) == band
 
 
-def test_the_map_is_computed_shown_and_kept(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path
-) -> None:
+def test_the_map_is_computed_shown_and_kept(qtbot, make_window, builders, tmp_path):
     builders.map_folder = tmp_path
     window = make_window()
     window.browse.click()
     session = window.workspace.latent.session
     qtbot.waitUntil(lambda: session.map is not None)
-    assert session.map is not None
     assert not session.map.is_final
     assert window.browser.bar.stop.isVisible()
     qtbot.waitUntil(lambda: session.map is not None and session.map.is_final, timeout=30_000)
@@ -443,9 +418,8 @@ def test_the_map_is_computed_shown_and_kept(
 
 
 def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    qtbot, make_window, builders, tmp_path, monkeypatch
+):
     builders.map_folder = tmp_path
     started = []
     popen = subprocess.Popen
@@ -456,7 +430,7 @@ def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
         window = make_window()
         window.browse.click()
         session = window.workspace.latent.session
-        qtbot.waitUntil(lambda s=session: s.is_embedding)  # type: ignore[misc]
+        qtbot.waitUntil(lambda s=session: s.is_embedding)
         if close:
             window.close()
         else:
@@ -468,9 +442,7 @@ def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_space_that_cannot_be_opened_is_explained(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_a_space_that_cannot_be_opened_is_explained(qtbot, make_window, builders):
     builders.space_error = LatentError("The codec has collapsed.")
     window = make_window()
     window.browse.click()
@@ -480,15 +452,12 @@ def test_a_space_that_cannot_be_opened_is_explained(
     assert session.map is None
 
 
-def test_another_volume_has_its_own_map(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_another_volume_has_its_own_map(qtbot, window, builders):
     session = window.workspace.latent.session
     tf, _ = session.tf_at((0.3, 0.3))
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(session.mapOpened):
         window.workspace.reading.open(Path("other"))
-    assert session.space is not None
     assert session.space.frame.scalar_range == (100.0, 300.0)
     # A TF of the map before cannot be taken.
     before = window.state.transfer_function
@@ -496,15 +465,13 @@ def test_another_volume_has_its_own_map(
     assert window.state.transfer_function == before
 
 
-def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None:
+def test_map_and_grid_are_used_by_keys(qtbot, window):
     map_view, grid, latent = window.browser.map, window.browser.grid, window.latent_state
     before = window.state.transfer_function
     QTest.keyClick(map_view, Qt.Key.Key_Right)
     first = latent.hover
-    assert first is not None
     QTest.keyClick(map_view, Qt.Key.Key_Right)
     QTest.keyClick(map_view, Qt.Key.Key_Up)
-    assert latent.hover is not None
     assert latent.hover[0] > first[0] and latent.hover[1] > first[1]
     QTest.keyClick(map_view, Qt.Key.Key_Return)
     assert window.state.transfer_function != before
@@ -530,9 +497,8 @@ def test_map_and_grid_are_used_by_keys(qtbot: QtBot, window: MainWindow) -> None
 
 
 def test_a_map_that_fails_leaves_the_principal_components(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders, tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
+    qtbot, make_window, builders, tmp_path, monkeypatch
+):
     builders.map_folder = tmp_path
 
     def fail(_self: EmbeddingProcess, _progress: object) -> None:

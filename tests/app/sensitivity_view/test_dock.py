@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations, product
 
@@ -19,22 +18,19 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 from pytestqt.qtbot import QtBot
-from window_fakes import FakeBuilders
 
 from app.sensitivity_view.response_layer import place_flags, round_below
 from app.state.sensitivity_state import SensitivityState
-from app.theme import DARK, LIGHT, Colors
+from app.theme import DARK, LIGHT
 from app.window.main_window import MainWindow
 from model.scene.region import Outline
-
-WindowMaker = Callable[..., MainWindow]
 
 LEFT = Qt.MouseButton.LeftButton
 SIZES = [(1000, 640), (1280, 720), (1440, 900), (2560, 1440)]
 
 
 @pytest.fixture
-def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
+def window(qtbot, make_window):
     window = make_window()
     asker = window.workspace.sensitivity
     qtbot.waitUntil(lambda: set(asker.regions) == {"exact", "learned"})
@@ -57,9 +53,7 @@ def controls(parent: QWidget) -> list[QWidget]:
     return [w for kind in kinds for w in parent.findChildren(kind) if w.isVisible()]
 
 
-def test_the_dock_has_a_third_of_the_window_and_nothing_is_cut(
-    qtbot: QtBot, window: MainWindow
-) -> None:
+def test_the_dock_has_a_third_of_the_window_and_nothing_is_cut(qtbot, window):
     editor, findings = window.editor, window.sensitivity.findings
     for size, has_panel in product(SIZES, (False, True)):
         findings.set_open(has_panel)
@@ -79,9 +73,7 @@ def test_the_dock_has_a_third_of_the_window_and_nothing_is_cut(
         assert not [(a, b) for a, b in combinations(boxes, 2) if a.intersects(b)]
 
 
-def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(
-    qtbot: QtBot, window: MainWindow
-) -> None:
+def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(qtbot, window):
     resize(qtbot, window, 1280, 900)
     handle = window._splitter.handle(1)
     at = QPoint(handle.width() // 2, 3)
@@ -96,7 +88,7 @@ def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(
     assert window.editor.height() == 350
 
 
-def test_a_region_opens_the_panel_and_escape_closes_both(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     resize(qtbot, window, 1280, 800)
     state, findings, area = (
         window.sensitivity_state, window.sensitivity.findings, window.editor.area,
@@ -136,7 +128,7 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot: QtBot, window: M
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_flags_stand_beside_one_another_in_the_plot(qtbot: QtBot, seed: int) -> None:
+def test_flags_stand_beside_one_another_in_the_plot(qtbot, seed):
     random = np.random.default_rng(seed)
     flags = [QToolButton() for _ in range(3)]
     for flag in flags:
@@ -153,9 +145,7 @@ def test_flags_stand_beside_one_another_in_the_plot(qtbot: QtBot, seed: int) -> 
         assert abs(box.center().x() - centers[index]) <= 160
 
 
-def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(
-    qtbot: QtBot, window: MainWindow
-) -> None:
+def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(qtbot, window):
     area = window.editor.area
     # Without a region, the curve is there on purpose only.
     assert area.second_labels.labels == ()
@@ -194,14 +184,14 @@ def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(
 
 
 @pytest.mark.parametrize("limit", np.geomspace(1e-5, 10, 61))
-def test_the_numbers_at_the_right_are_round_and_not_far_from_the_end(limit: float) -> None:
+def test_the_numbers_at_the_right_are_round_and_not_far_from_the_end(limit):
     end = round_below(limit)
     assert 0.3 * limit <= end <= 0.9 * limit
     assert f"{end:.0e}"[0] in "125"
     assert end == pytest.approx(float(f"{end:.0e}"))
 
 
-def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot: QtBot, window: MainWindow) -> None:
+def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot, window):
     state, responses = window.sensitivity_state, window.sensitivity.responses
 
     def is_there() -> bool:
@@ -231,7 +221,7 @@ def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot: QtBot, window: Ma
     qtbot.waitUntil(is_there)
 
 
-def test_a_layer_that_is_chosen_brings_back_the_guidance_alone() -> None:
+def test_a_layer_that_is_chosen_brings_back_the_guidance_alone():
     state = SensitivityState()
     state.show_layer("visible", False)
     assert state.choices.shown and not state.shows_curve
@@ -258,7 +248,7 @@ def lightness(color: np.ndarray) -> float:
 
 @pytest.mark.parametrize("colors", [DARK, LIGHT], ids=["dark", "light"])
 @pytest.mark.parametrize("sees", ["greys", "without green"])
-def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors: Colors, sees: str) -> None:
+def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors, sees):
     def seen(name: str, alpha: float = 1.0) -> np.ndarray:
         drawn, ground = (
             np.array(QColor(c).getRgbF()[:3]) for c in (getattr(colors, name), colors.plot)
@@ -280,9 +270,7 @@ def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors: Colors,
             assert abs(light[one] - light[other]) >= 9, (one, other, light)
 
 
-def test_a_peaks_label_covers_no_handle(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_peaks_label_covers_no_handle(qtbot, window, builders, monkeypatch):
     resize(qtbot, window, 1000, 640)
     mode = window.state.transfer_function.opacity.modes[0]
     at = round((mode.mean - 100) / 100 * 255)

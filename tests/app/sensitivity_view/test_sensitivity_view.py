@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
@@ -40,11 +38,9 @@ from model.scene.volume import Volume
 from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
 from model.sensitivity.what_if import edited
 
-WindowMaker = Callable[..., MainWindow]
-
 
 @pytest.fixture
-def window(qtbot: QtBot, make_window: WindowMaker) -> MainWindow:
+def window(qtbot, make_window):
     """A window with a model, whose engines have both answered."""
     window = make_window()
     asker = window.workspace.sensitivity
@@ -104,7 +100,7 @@ def asked(builders: FakeBuilders, kind: type) -> list:
     return [request for request in builders.analysts[-1].others if type(request) is kind]
 
 
-def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> None:
+def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
     responses = window.sensitivity.responses
     window.sensitivity_state.show_layer("curve", True)
     expected = shown_responses(
@@ -121,9 +117,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window: MainWindow) -> 
     assert "1   139.2" in window.sensitivity.findings.edit_rows[0].text
 
 
-def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(qtbot, window, builders):
     state, reference, generator = (
         window.sensitivity_state, window.reference.canvas, window.generator.canvas,
     )  # fmt: skip
@@ -165,7 +159,7 @@ def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(
     assert state.outline == outline
 
 
-def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_lasso_and_several_regions(qtbot, window):
     state, canvas = window.sensitivity_state, window.generator.canvas
     QTest.keyClick(window, Qt.Key.Key_L)
     around = [(0.3, 0.3), (0.6, 0.3), (0.6, 0.5), (0.5, 0.7), (0.3, 0.6)]
@@ -198,9 +192,7 @@ def test_a_lasso_and_several_regions(qtbot: QtBot, window: MainWindow) -> None:
     qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
 
 
-def test_a_click_names_the_values_there_and_edits_them(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     canvas, findings = window.reference.canvas, window.sensitivity.findings
     label, plot = window.sensitivity.labels[1], window.editor.area.rect
     QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
@@ -241,9 +233,7 @@ def test_a_click_names_the_values_there_and_edits_them(
     qtbot.waitUntil(lambda: findings.edit_rows[0].text.startswith("1 "))
 
 
-def test_hovering_shows_the_field_with_its_image(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_hovering_shows_the_field_with_its_image(qtbot, window, builders):
     hover(window, 140.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
@@ -268,8 +258,8 @@ def test_hovering_shows_the_field_with_its_image(
 
 
 def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_would_change(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+    qtbot, window, builders
+):
     state, cover = window.sensitivity_state, window.sensitivity.learned
     hover(window, 140.0, effect=False)
     qtbot.waitUntil(lambda: "part of a pixel that shows" in cover.caption)
@@ -285,8 +275,7 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected))
     # It is of the data, whoever draws: the other image stays as it is.
     assert window.reference.canvas.cover is None
-    assert window.sensitivity.result() is not None
-    assert window.sensitivity.result().kind == "region"  # type: ignore[union-attr]
+    assert window.sensitivity.result().kind == "region"
     # Ctrl asks the other question where the mouse is.
     QTest.keyPress(window, Qt.Key.Key_Control)
     assert state.band is not None and state.band.effect and state.band.low == band.low
@@ -300,9 +289,7 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     QTest.keyRelease(window, Qt.Key.Key_Control)
 
 
-def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
-    qtbot: QtBot, make_window: WindowMaker, builders: FakeBuilders
-) -> None:
+def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(qtbot, make_window, builders):
     window = make_window(model=None, size="pane")
     canvas, state = window.reference.canvas, window.sensitivity_state
     qtbot.waitUntil(lambda: canvas.pixels == (canvas.image.width(), canvas.image.height()))
@@ -331,9 +318,7 @@ def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(
     assert (canvas.cover.height(), canvas.cover.width()) == shape
 
 
-def test_a_region_beside_the_square_is_the_ray_casters_alone(
-    qtbot: QtBot, window: MainWindow
-) -> None:
+def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):
     asker, state = window.workspace.sensitivity, window.sensitivity_state
     state.add_region(Outline.rectangle(0.8, 0.2, 1.2, 0.4))
     state.finish_region()
@@ -346,9 +331,7 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(
     assert "outside the model's image" not in label.said
 
 
-def test_exact_and_learned_fields_have_one_scale(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkeypatch):
     answer = FakeEngine.value_sensitivity
 
     def of_the_generator(request: ValueSensitivityRequest, *_: object) -> NDArray[np.float32]:
@@ -359,13 +342,12 @@ def test_exact_and_learned_fields_have_one_scale(
     exact, learned = window.sensitivity.exact, window.sensitivity.learned
     qtbot.waitUntil(lambda: "exact" in exact.caption and "learned" in learned.caption)
     band = window.sensitivity_state.band
-    assert band is not None
     edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
     highest = shown_field(np.full((16, 16, 3), 1.5 * 140.0), edit, "signed")
     qtbot.waitUntil(lambda: exact.scale == learned.scale == pytest.approx(scale_of(highest)))
 
 
-def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindow) -> None:
+def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     width = state.choices.width
     position = QPointF(over_plot(window, 150.0))
@@ -399,7 +381,7 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot: QtBot, window: MainWindo
     assert window.sensitivity_state.band is not None
 
 
-def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
+def test_escape_ends_one_thing_after_the_other(window):
     state = window.sensitivity_state
     state.pick((0.5, 0.5))
     state.pin(140.0)
@@ -424,9 +406,7 @@ def test_escape_ends_one_thing_after_the_other(window: MainWindow) -> None:
     assert canvas.grab().toImage() == before
 
 
-def test_a_field_is_never_over_another_image(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_field_is_never_over_another_image(qtbot, window, builders):
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.fields)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
@@ -455,9 +435,7 @@ def test_a_field_is_never_over_another_image(
     analyst.gate = None
 
 
-def test_an_error_is_said_and_forgotten(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_an_error_is_said_and_forgotten(qtbot, window, builders):
     analyst = builders.analysts[-1]
     analyst.error = RenderError("Out of order; wait.")
     window.sensitivity_state.show_layer("curve", True)
@@ -470,9 +448,7 @@ def test_an_error_is_said_and_forgotten(
     qtbot.waitUntil(lambda: window.sensitivity.responses.curve("exact").size == 256)
 
 
-def test_another_volume_forgets_the_answers(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_another_volume_forgets_the_answers(qtbot, window, builders):
     window.sensitivity_state.pin(150.0)
     window.sensitivity_state.pick((0.5, 0.5))
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
@@ -505,9 +481,7 @@ def test_another_volume_forgets_the_answers(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
-def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
-    qtbot: QtBot, window: MainWindow
-) -> None:
+def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot, window):
     before = window.state.transfer_function
     (interval,) = window.sensitivity.responses.intervals
     flag = window.sensitivity.responses.flags[0]
@@ -544,7 +518,7 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(
     ]
 
 
-def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: MainWindow) -> None:
+def test_what_if_shows_the_edit_while_the_key_is_held(qtbot, window):
     what_if = window.sensitivity.what_if
     QTest.keyPress(window, Qt.Key.Key_W)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
@@ -565,7 +539,7 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot: QtBot, window: Main
     assert window.generator.canvas.cover is None
 
 
-def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_click_on_what_if_lasts_until_the_next_one(qtbot, window):
     button, exact = window.sensitivity.what_if.button, window.reference.canvas
     button.click()
     qtbot.waitUntil(lambda: exact.cover is not None)
@@ -610,9 +584,7 @@ def test_a_click_on_what_if_lasts_until_the_next_one(qtbot: QtBot, window: MainW
         QTest.keyRelease(window, Qt.Key.Key_W)
 
 
-def test_switched_off_nothing_is_asked_or_shown(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
@@ -637,7 +609,7 @@ def _is_of(answer: Any, inputs: SceneInputs) -> bool:
     return answer is not None and answer.is_of(inputs)
 
 
-def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWindow) -> None:
+def test_questions_follow_every_input_of_the_image(qtbot, window):
     state, asker = window.state, window.workspace.sensitivity
     window.sensitivity_state.pick((0.5, 0.5))
     for change in (
@@ -652,7 +624,7 @@ def test_questions_follow_every_input_of_the_image(qtbot: QtBot, window: MainWin
         qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
 
 
-def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: MainWindow) -> None:
+def test_outside_what_the_model_was_trained_on_is_marked(qtbot, window):
     assert "outside" not in window.sensitivity.source.said
     window.state.set_view(replace(window.state.view, elevation=88.0))
     window.state.set_view(replace(window.state.view, roll=170.0))
@@ -664,9 +636,7 @@ def test_outside_what_the_model_was_trained_on_is_marked(qtbot: QtBot, window: M
     assert "outside" not in window.sensitivity.exact.caption
 
 
-def test_the_values_that_a_region_shows_are_named(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monkeypatch):
     def two_values(request: VisibilityRequest) -> NDArray[np.float32]:
         """In a region three of four parts at bin 51; in the whole image all at bin 204."""
         bins = np.arange(256)
@@ -694,12 +664,8 @@ def test_the_values_that_a_region_shows_are_named(
 
 
 def test_what_is_shown_is_saved_as_figure_and_numbers(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot, window, builders, tmp_path, monkeypatch
+):
     def choose(name: str) -> None:
         monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / name), ""))
         window.files.save_sensitivity(window.sensitivity.result())
@@ -736,7 +702,7 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     builders.analysts[-1].gate = None
 
 
-def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_click_on_the_colour_bar_locks_its_scale(qtbot, window):
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     scale = window.sensitivity.exact.scale
@@ -752,7 +718,7 @@ def test_a_click_on_the_colour_bar_locks_its_scale(qtbot: QtBot, window: MainWin
     assert window.sensitivity.exact.scale == scale
 
 
-def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot: QtBot, builders: FakeBuilders) -> None:
+def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot, builders):
     window = MainWindow(builders.make())
     qtbot.addWidget(window)
     window.show()

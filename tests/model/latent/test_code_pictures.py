@@ -19,35 +19,32 @@ from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs, decode_unit
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.samples.sampling import draw_sample
-from model.scene.scene import Scene
 
 
 @pytest.fixture(scope="module")
-def folder(scene: Scene, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(scene, tmp_path_factory):
     folder: Path = tmp_path_factory.mktemp("model")
     save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
     return folder
 
 
 @pytest.fixture(scope="module")
-def generator(folder: Path) -> Generator:
+def generator(folder):
     return Generator.load(folder, "cpu")
 
 
 @pytest.fixture(scope="module")
-def space(folder: Path) -> LatentSpace:
+def space(folder):
     return LatentSpace.of_model(folder)
 
 
 @pytest.fixture(scope="module")
-def codes(space: LatentSpace) -> np.ndarray:
+def codes(space):
     tfs = np.random.default_rng(1).uniform(0, 1, (5, 256)).astype(np.float32)
     return space.codec.encode(np.cumsum(tfs, axis=1) / 256)
 
 
-def test_a_code_is_drawn_as_it_is(
-    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
-) -> None:
+def test_a_code_is_drawn_as_it_is(generator, space, codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     network = generator.network
     assert isinstance(network, TwoStageGenerator)
@@ -62,9 +59,7 @@ def test_a_code_is_drawn_as_it_is(
             np.testing.assert_allclose(image[..., :3], expected, atol=1e-5)
 
 
-def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
-    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
-) -> None:
+def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(generator, space, codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     drawn = draw_codes(generator, space, codes, inputs, "tf")
     for code, image in zip(codes, drawn, strict=True):
@@ -73,9 +68,7 @@ def test_the_tf_of_a_code_is_drawn_as_whoever_takes_it_sees_it(
     assert np.abs(drawn - draw_codes(generator, space, codes, inputs)).max() > 0.01
 
 
-def test_codes_that_cannot_be_drawn_are_refused(
-    generator: Generator, space: LatentSpace, codes: np.ndarray, scene: Scene
-) -> None:
+def test_codes_that_cannot_be_drawn_are_refused(generator, space, codes, scene):
     inputs = draw_sample(scene, 3, "train", 0)
     with pytest.raises(LatentError, match="8 numbers, not 7"):
         draw_codes(generator, space, codes[:, :7], inputs)

@@ -18,12 +18,12 @@ from model.samples.sampling import draw_opacity_tfs
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path):
     """A copy of the shipped one."""
     return Path(shutil.copytree(SHIPPED_CODEC, tmp_path / "codec"))
 
 
-def test_damaged_folders_are_refused(folder: Path) -> None:
+def test_damaged_folders_are_refused(folder):
     weights, described = folder / WEIGHTS_FILE, folder / CODEC_FILE
     content, text = weights.read_bytes(), described.read_text()
     weights.write_bytes(content[:-3])
@@ -44,7 +44,7 @@ def test_damaged_folders_are_refused(folder: Path) -> None:
         load_codec(folder)
 
 
-def test_the_shipped_codec_keeps_tfs_and_has_a_map() -> None:
+def test_the_shipped_codec_keeps_tfs_and_has_a_map():
     space = LatentSpace.shipped((0.0, 255.0), (32.0, 224.0))
     tfs = draw_opacity_tfs(UNIT_SCENE, 99, 0, 500)
     codes = space.codec.encode(tfs)
@@ -60,7 +60,7 @@ def test_the_shipped_codec_keeps_tfs_and_has_a_map() -> None:
     assert nothing.max() < 0.005
 
 
-def test_it_is_the_network_that_was_trained() -> None:
+def test_it_is_the_network_that_was_trained():
     """The same numbers as PyTorch's own layers with the shipped weights give."""
     weights = {k: v.float() for k, v in load_file(SHIPPED_CODEC / WEIGHTS_FILE).items()}
     channels = [1, 16, 32, 64, 128, 128]
@@ -92,7 +92,7 @@ def test_it_is_the_network_that_was_trained() -> None:
     assert found == pytest.approx(decoded.numpy()[inside], abs=1e-3)
 
 
-def test_extreme_tfs_have_finite_codes() -> None:
+def test_extreme_tfs_have_finite_codes():
     """Trap 8 of the paper's networks: empty, opaque and single-bin TFs."""
     _, codec = load_codec()
     extremes = np.concatenate([np.zeros((1, 256)), np.ones((1, 256)), np.eye(256)])

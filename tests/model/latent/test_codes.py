@@ -9,12 +9,12 @@ from model.latent.codes import sample_codes, samples_of
 
 
 @pytest.fixture
-def tfs() -> np.ndarray:
+def tfs():
     codes = np.random.default_rng(0).uniform(-0.9, 0.9, (300, 2))
     return ToyCodec().decode(codes)
 
 
-def test_samples_are_decoded_codes_within_the_box_of_the_known_ones(tfs: np.ndarray) -> None:
+def test_samples_are_decoded_codes_within_the_box_of_the_known_ones(tfs):
     samples = sample_codes(ToyCodec(), tfs, 500)
     known = ToyCodec().encode(tfs)
     assert samples.codes.shape == (500, 2)
@@ -25,13 +25,13 @@ def test_samples_are_decoded_codes_within_the_box_of_the_known_ones(tfs: np.ndar
     assert (samples.codes > 0).mean(axis=0) == pytest.approx([0.5, 0.5], abs=0.08)
 
 
-def test_singular_values_are_deviations_along_the_principal_axes(tfs: np.ndarray) -> None:
+def test_singular_values_are_deviations_along_the_principal_axes(tfs):
     samples = sample_codes(ToyCodec(), tfs, 500)
     variances = np.linalg.eigvalsh(np.cov(samples.codes.T.astype(np.float64), bias=True))
     assert np.square(samples.singular_values) == pytest.approx(variances[::-1], rel=1e-4)
 
 
-def test_effective_dimension_counts_equal_axes() -> None:
+def test_effective_dimension_counts_equal_axes():
     codes = np.zeros((4, 3), dtype=np.float32)
     codes[:, 0] = 1, -1, 0, 0
     codes[:, 1] = 0, 0, 1, -1
@@ -40,12 +40,12 @@ def test_effective_dimension_counts_equal_axes() -> None:
     assert samples_of(_Constant(), codes * 0).effective_dimension == 0.0
 
 
-def test_a_collapsed_codec_is_refused(tfs: np.ndarray) -> None:
+def test_a_collapsed_codec_is_refused(tfs):
     with pytest.raises(LatentError, match="collapsed"):
         sample_codes(_Constant(), tfs, 50)
 
 
-def test_codes_that_are_not_finite_are_refused(tfs: np.ndarray) -> None:
+def test_codes_that_are_not_finite_are_refused(tfs):
     with pytest.raises(LatentError, match="not finite"):
         sample_codes(_Constant(np.nan), tfs, 50)
 

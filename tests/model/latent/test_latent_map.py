@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from toy_codec import ToyCodec
@@ -9,13 +7,13 @@ from model.latent.latent_map import LatentMap
 
 
 @pytest.fixture
-def latent_map() -> LatentMap:
+def latent_map():
     codes = np.random.default_rng(0).uniform(-1, 1, (500, 2)).astype(np.float32)
     # The map is the plane of codes itself, twice as high.
     return LatentMap(samples_of(ToyCodec(), codes), codes * (1, 2), is_final=True)
 
 
-def test_nearest_samples_are_those_of_a_plain_search(latent_map: LatentMap) -> None:
+def test_nearest_samples_are_those_of_a_plain_search(latent_map):
     code = np.array([0.2, -0.4], dtype=np.float32)
     steps = (latent_map.codes - code) / latent_map.codes.std(axis=0)
     expected = np.argsort(np.linalg.norm(steps, axis=1))[:9]
@@ -24,13 +22,13 @@ def test_nearest_samples_are_those_of_a_plain_search(latent_map: LatentMap) -> N
     assert len(latent_map.nearest(code, 10_000)) == 500
 
 
-def test_new_codes_are_placed_among_their_neighbours(latent_map: LatentMap) -> None:
+def test_new_codes_are_placed_among_their_neighbours(latent_map):
     for code in ((0.2, -0.4), (-0.7, 0.6)):
         x, y = latent_map.place(np.array(code))
         assert (x, y) == pytest.approx((code[0], 2 * code[1]), abs=0.1)
 
 
-def test_some_of_the_samples_keep_places_and_disc(latent_map: LatentMap) -> None:
+def test_some_of_the_samples_keep_places_and_disc(latent_map):
     wanted = latent_map.codes[:, 0] > 0.5
     some = latent_map.only(wanted)
     assert (some.places == latent_map.places[wanted]).all()

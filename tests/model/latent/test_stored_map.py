@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from toy_codec import toy_space
@@ -14,25 +10,25 @@ PLACES = np.random.default_rng(1).uniform(-1, 1, (20, 2)).astype(np.float32)
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     path = tmp_path / "deep" / MAP_FILE
     save_map(path, map_key("one"), CODES, PLACES)
     return path
 
 
-def test_a_map_comes_back_in_half_precision(path: Path) -> None:
+def test_a_map_comes_back_in_half_precision(path):
     codes, places = load_map(path, map_key("one"))
     assert (codes == CODES.astype(np.float16)).all()
     assert (places == PLACES.astype(np.float16)).all()
 
 
-def test_a_map_of_another_codec_is_refused(path: Path) -> None:
+def test_a_map_of_another_codec_is_refused(path):
     with pytest.raises(LatentError, match="another codec"):
         load_map(path, map_key("other"))
     assert map_key("one", 10) != map_key("one", 11)
 
 
-def test_damaged_maps_are_refused(path: Path) -> None:
+def test_damaged_maps_are_refused(path):
     content = path.read_bytes()
     for damaged in (b"", content[: len(content) // 2], b"PK" + content[50:], b"no map at all"):
         path.write_bytes(damaged)
@@ -47,13 +43,13 @@ def test_damaged_maps_are_refused(path: Path) -> None:
     [(CODES * np.nan, PLACES), (CODES, PLACES[:5]), (CODES[:0], PLACES[:0])],
     ids=["not finite", "of different lengths", "empty"],
 )
-def test_maps_of_nonsense_are_refused(path: Path, codes: np.ndarray, places: np.ndarray) -> None:
+def test_maps_of_nonsense_are_refused(path, codes, places):
     save_map(path, map_key("one"), codes, places)
     with pytest.raises(LatentError, match="damaged"):
         load_map(path, map_key("one"))
 
 
-def test_a_space_finds_the_map_that_it_kept(tmp_path: Path) -> None:
+def test_a_space_finds_the_map_that_it_kept(tmp_path):
     space = toy_space(tmp_path, (0.0, 9.0), (3.0, 6.0))
     fresh = space.open_map(30)
     assert not fresh.is_final
@@ -66,6 +62,6 @@ def test_a_space_finds_the_map_that_it_kept(tmp_path: Path) -> None:
     assert not space.open_map(31).is_final
 
 
-def test_a_damaged_map_is_computed_anew(tmp_path: Path) -> None:
+def test_a_damaged_map_is_computed_anew(tmp_path):
     (tmp_path / MAP_FILE).write_bytes(b"damaged")
     assert not toy_space(tmp_path, (0.0, 1.0), (0.0, 1.0)).open_map(30).is_final

@@ -16,13 +16,12 @@ from model.scene.scene import Scene
 from model.scene.tf_perturbation import with_opacity
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
-from model.scene.volume import Volume
 
 WHITE = ColorTF((0.0, 255.0), ((0.0, 1.0, 1.0, 1.0),))
 
 
 @pytest.fixture(scope="module")
-def volume() -> Volume:
+def volume():
     return blobs()
 
 
@@ -36,7 +35,7 @@ def seen(view: View, crop: CropBox | None = None) -> SceneInputs:
 
 
 @pytest.mark.parametrize("view", [View(), View(90, 0, 0, 1), View(31, -64, 20, 0.5)])
-def test_mean_opacities_are_those_of_the_ray_caster(volume: Volume, view: View) -> None:
+def test_mean_opacities_are_those_of_the_ray_caster(volume, view):
     tfs = draw_opacity_tfs(Scene.of(volume, 16), 0, 0, 20)
     means = overview_of(volume, seen(view), tfs, 16, 0.1).opacity
     renderer = RaycastRenderer(volume, sample_distance=0.1)
@@ -46,7 +45,7 @@ def test_mean_opacities_are_those_of_the_ray_caster(volume: Volume, view: View) 
     renderer.close()
 
 
-def test_empty_and_solid_images_are_found(volume: Volume) -> None:
+def test_empty_and_solid_images_are_found(volume):
     tfs = np.stack([np.zeros(256), np.full(256, 0.9), mode(120, 20, 0.3), np.full(256, 1e-5)])
     overview = overview_of(volume, seen(View()), tfs)
     assert overview.is_empty.tolist() == [True, False, False, True]
@@ -55,7 +54,7 @@ def test_empty_and_solid_images_are_found(volume: Volume) -> None:
     assert overview.opacity[0] == 0 < overview.opacity[2] < overview.opacity[1]
 
 
-def test_values_that_are_seen(volume: Volume) -> None:
+def test_values_that_are_seen(volume):
     tfs = np.stack([mode(60, 10, 0.3), mode(180, 10, 0.3), np.zeros(256)])
     overview = overview_of(volume, seen(View()), tfs)
     dominant = overview.dominant_values((0.0, 255.0))
@@ -69,7 +68,7 @@ def test_values_that_are_seen(volume: Volume) -> None:
     assert overview.shows((200.0, 160.0), (0.0, 255.0)).tolist() == [False, True, False]
 
 
-def test_what_is_cropped_is_not_looked_at(volume: Volume) -> None:
+def test_what_is_cropped_is_not_looked_at(volume):
     inputs = seen(View(31, -64, 20, 0.5), CropBox((0.1, 0.0, 0.2), (0.6, 0.9, 1.0)))
     tf = mode(120, 20, 0.3)
     mean = overview_of(volume, inputs, tf[None], 16, 0.1).opacity[0]
@@ -79,14 +78,14 @@ def test_what_is_cropped_is_not_looked_at(volume: Volume) -> None:
     assert mean == pytest.approx(expected, abs=0.005)
 
 
-def test_what_is_behind_an_opaque_value_is_not_seen(volume: Volume) -> None:
+def test_what_is_behind_an_opaque_value_is_not_seen(volume):
     """A surface of 60 hides the higher values inside."""
     tf = np.maximum(mode(60, 10, 1.0), mode(180, 10, 1.0))
     overview = overview_of(volume, seen(View()), tf[None])
     assert overview.dominant_values((0.0, 255.0))[0] == pytest.approx(60, abs=15)
 
 
-def test_exposed_pictures_are_as_bright_as_others() -> None:
+def test_exposed_pictures_are_as_bright_as_others():
     """Of noise at different levels, by the display curve itself; one is too faint."""
     noise = np.random.default_rng(0).random((1, 400, 3)).astype(np.float32)
     pictures = noise * np.array([0.9, 0.4, 0.2, 0.01], np.float32)[:, None, None]
@@ -98,7 +97,7 @@ def test_exposed_pictures_are_as_bright_as_others() -> None:
     assert exposures(np.zeros((1, 400, 3)), 2.0) == 2
 
 
-def test_the_most_different_are_one_of_each_kind() -> None:
+def test_the_most_different_are_one_of_each_kind():
     """Of 16 kinds of pictures, of which there are few or many, one of each is chosen."""
     rng = np.random.default_rng(0)
     kinds = np.repeat(rng.integers(20, 230, (16, 64, 3)), np.arange(1, 17) ** 2, axis=0)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import colorsys
 
 import numpy as np
@@ -9,7 +7,7 @@ from model.rendering.brightness import brighten
 
 
 @pytest.mark.parametrize("brightness", [0.25, 0.5, 1.0, 2.0, 4.0])
-def test_dark_colours_have_the_factor_and_full_ones_stay(brightness: float) -> None:
+def test_dark_colours_have_the_factor_and_full_ones_stay(brightness):
     greys = np.linspace(0, 1, 101, dtype=np.float32)
     colors = np.repeat(greys[:, None], 3, axis=1)
     brighten(colors, brightness)
@@ -22,7 +20,7 @@ def test_dark_colours_have_the_factor_and_full_ones_stay(brightness: float) -> N
     np.testing.assert_allclose(colors[:, 0], greys, atol=1e-6)
 
 
-def test_hues_and_saturations_stay() -> None:
+def test_hues_and_saturations_stay():
     colors = np.random.default_rng(3).random((50, 3)).astype(np.float32)
     before = [colorsys.rgb_to_hsv(*map(float, color)) for color in colors]
     brighten(colors, 2.0)

@@ -44,7 +44,7 @@ def break_shader(renderer: VtkRenderer) -> None:
 
 
 # VTK prints what it reports, too.
-def test_a_volume_longer_than_the_drivers_textures(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_volume_longer_than_the_drivers_textures(capfd):
     volume = make_volume(70_000)
     vtk = VtkRenderer(volume)
     for _ in range(2):
@@ -58,7 +58,7 @@ def test_a_volume_longer_than_the_drivers_textures(capfd: pytest.CaptureFixture[
     both.close()
 
 
-def test_a_shader_that_does_not_compile(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_shader_that_does_not_compile(capfd):
     vtk = VtkRenderer(make_volume())
     break_shader(vtk)
     with pytest.raises(CannotDrawError, match="compile"):
@@ -66,9 +66,7 @@ def test_a_shader_that_does_not_compile(capfd: pytest.CaptureFixture[str]) -> No
     vtk.close()
 
 
-def test_it_may_fail_later_as_when_the_context_is_lost(
-    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_it_may_fail_later_as_when_the_context_is_lost(capfd, monkeypatch):
     volume = make_volume()
     both = FallbackRenderer(volume)
     by_vtk = both.render(INPUTS, 24)
@@ -80,7 +78,7 @@ def test_it_may_fail_later_as_when_the_context_is_lost(
     both.close()
 
 
-def test_without_opengl_the_ray_caster_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_opengl_the_ray_caster_draws(monkeypatch):
     def no_opengl() -> None:
         raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
 
@@ -116,7 +114,7 @@ class TestWithoutAGraphicsCard:
         both.close()
 
 
-def test_a_graphics_card_draws_by_vtk(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_graphics_card_draws_by_vtk(monkeypatch):
     monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
     both = FallbackRenderer(make_volume(), spares_processor=True)
     assert isinstance(both._renderer, VtkRenderer) and not both.by_raycast

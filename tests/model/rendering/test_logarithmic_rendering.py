@@ -27,7 +27,7 @@ def drawn(kind: type[Renderer], volume: Volume, inputs: SceneInputs):
 
 
 @pytest.mark.parametrize("kind", [RaycastRenderer, VtkRenderer])
-def test_the_image_is_that_of_the_natural_logarithm(kind: type[Renderer]) -> None:
+def test_the_image_is_that_of_the_natural_logarithm(kind):
     values = np.exp(2.0 * np.random.default_rng(4).normal(size=(12, 13, 14)))
     volume = Volume(values).on_scale("log")
     lo, hi = volume.scalar_range

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
@@ -18,7 +17,7 @@ from model.rendering.movie_file import write_movie
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-def test_movies_can_be_read_again(tmp_path: Path, suffix: str) -> None:
+def test_movies_can_be_read_again(tmp_path, suffix):
     levels = np.linspace(0.1, 0.9, 6)
     frames = (np.full((48, 64, 3), round(255 * level), np.uint8) for level in levels)
     path = write_movie(tmp_path / f"path{suffix}", frames, 25)
@@ -29,7 +28,7 @@ def test_movies_can_be_read_again(tmp_path: Path, suffix: str) -> None:
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_movies_of_unknown_formats_are_refused(tmp_path: Path) -> None:
+def test_movies_of_unknown_formats_are_refused(tmp_path):
     frames = [np.zeros((16, 16, 3), dtype=np.uint8)]
     with pytest.raises(RenderError, match="movies end in"):
         write_movie(tmp_path / "path.txt", frames, 25)
@@ -44,7 +43,7 @@ class EndedError(Exception):
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
-def test_a_movie_that_is_ended_leaves_nothing(tmp_path: Path, suffix: str) -> None:
+def test_a_movie_that_is_ended_leaves_nothing(tmp_path, suffix):
     def frames() -> Iterator[NDArray[np.uint8]]:
         yield np.zeros((16, 16, 3), np.uint8)
         raise EndedError

@@ -23,7 +23,7 @@ def power(base: float, exponent: float) -> Decimal:
 
 @pytest.mark.parametrize("opacity", OPACITIES)
 @pytest.mark.parametrize("distance", DISTANCES)
-def test_the_value_to_all_digits(opacity: float, distance: float) -> None:
+def test_the_value_to_all_digits(opacity, distance):
     value = per_sample(np.array([opacity]), distance)
     assert value.dtype == np.float64
     assert value[0] == pytest.approx(float(1 - power(opacity, distance)), rel=1e-14)
@@ -31,19 +31,19 @@ def test_the_value_to_all_digits(opacity: float, distance: float) -> None:
 
 @pytest.mark.parametrize("opacity", [0.0, 1e-7, 0.5, 0.9, NEARLY_OPAQUE])
 @pytest.mark.parametrize("distance", DISTANCES)
-def test_the_derivative_to_all_digits(opacity: float, distance: float) -> None:
+def test_the_derivative_to_all_digits(opacity, distance):
     exact = float(Decimal(distance) * power(opacity, distance - 1))
     derivative = per_sample_derivative(np.array([opacity]), distance)
     assert derivative[0] == pytest.approx(exact, rel=1e-12)
 
 
 @pytest.mark.parametrize(("distance", "slope"), [(1.0, 1.0), (2.0, 0.0)])
-def test_the_derivative_at_opaque_is_exact_from_one_voxel_on(distance: float, slope: float) -> None:
+def test_the_derivative_at_opaque_is_exact_from_one_voxel_on(distance, slope):
     assert per_sample_derivative(np.array([1.0]), distance)[0] == slope
 
 
 @pytest.mark.parametrize("distance", [0.01, 0.25, 0.5])
-def test_the_derivative_at_opaque_is_cut_off_below_one_voxel(distance: float) -> None:
+def test_the_derivative_at_opaque_is_cut_off_below_one_voxel(distance):
     nearly, opaque = per_sample_derivative(np.array([NEARLY_OPAQUE, 1.0]), distance)
     assert opaque == pytest.approx(nearly)
     assert 0 < opaque < 511

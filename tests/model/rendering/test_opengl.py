@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 
 from model.errors import CannotDrawError
@@ -11,7 +9,7 @@ from model.rendering import opengl
 
 
 @pytest.fixture(autouse=True)
-def ask_anew() -> Iterator[None]:
+def ask_anew():
     opengl.opengl_name.cache_clear()
     yield
     opengl.opengl_name.cache_clear()
@@ -54,9 +52,7 @@ class Window:
     ],
 )
 @pytest.mark.parametrize("is_reported", [True, False])
-def test_programs_that_draw_by_the_processor(
-    name: str, is_reported: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_programs_that_draw_by_the_processor(name, is_reported, monkeypatch):
     reported = f"server glx vendor string:  SGI\nOpenGL renderer string:  {name}\n"
     window = Window(
         reported if is_reported else "Display ID not set",
@@ -78,13 +74,13 @@ def test_programs_that_draw_by_the_processor(
         "D3D12 (NVIDIA GeForce RTX 3060)",
     ],
 )
-def test_graphics_cards(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_graphics_cards(name, monkeypatch):
     window = Window("", f"  Renderer: {name}\n")
     monkeypatch.setattr(opengl, "offscreen_window", window.open)
     assert (opengl.opengl_name(), opengl.software_name()) == (name, "")
 
 
-def test_what_does_not_say_its_name_or_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_does_not_say_its_name_or_is_not_there(monkeypatch):
     monkeypatch.setattr(opengl, "offscreen_window", Window("", "").open)
     assert opengl.software_name() == ""
     opengl.opengl_name.cache_clear()
@@ -96,5 +92,5 @@ def test_what_does_not_say_its_name_or_is_not_there(monkeypatch: pytest.MonkeyPa
     assert opengl.opengl_name() == ""
 
 
-def test_this_machines_opengl_has_a_name() -> None:
+def test_this_machines_opengl_has_a_name():
     assert opengl.opengl_name()

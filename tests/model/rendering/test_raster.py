@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +26,7 @@ SIZE = 32
 
 
 @pytest.fixture(scope="module", params=["vtk", "raycast"])
-def renderer(request: pytest.FixtureRequest, volume: Volume) -> Iterator[Renderer]:
+def renderer(request, volume):
     made: Renderer = (
         VtkRenderer(volume) if request.param == "vtk" else RaycastRenderer(volume, threads=1)
     )
@@ -41,7 +40,7 @@ def assert_same(one: NDArray[np.float32], other: NDArray[np.float32]) -> None:
     assert np.mean(np.abs(one - other) > 2 / 255) < 0.01
 
 
-def test_a_wide_picture_has_the_square_one_in_its_middle(renderer: Renderer) -> None:
+def test_a_wide_picture_has_the_square_one_in_its_middle(renderer):
     wide = renderer.render(INPUTS, Raster(2 * SIZE, SIZE))
     assert wide.shape == (SIZE, 2 * SIZE, 4)
     assert_same(wide[:, SIZE // 2 : -SIZE // 2], renderer.render(INPUTS, SIZE))
@@ -52,7 +51,7 @@ def test_a_wide_picture_has_the_square_one_in_its_middle(renderer: Renderer) -> 
     assert renderer.render(near, Raster(2 * SIZE, SIZE))[:, : SIZE // 2].any()
 
 
-def test_tiles_make_up_the_whole_picture(renderer: Renderer) -> None:
+def test_tiles_make_up_the_whole_picture(renderer):
     raster = Raster(40, 24)
     whole = renderer.render(INPUTS, raster)
     put_together = np.zeros_like(whole)
@@ -62,7 +61,7 @@ def test_tiles_make_up_the_whole_picture(renderer: Renderer) -> None:
     assert_same(put_together, whole)
 
 
-def test_panning_moves_the_picture_as_it_is(renderer: Renderer) -> None:
+def test_panning_moves_the_picture_as_it_is(renderer):
     still = renderer.render(INPUTS, SIZE)
     # A quarter of the image's height to the right, an eighth up.
     panned = replace(INPUTS, view=replace(INPUTS.view, pan_x=0.5, pan_y=0.25))
@@ -70,7 +69,7 @@ def test_panning_moves_the_picture_as_it_is(renderer: Renderer) -> None:
     assert_same(moved[: -SIZE // 8, SIZE // 4 :], still[SIZE // 8 :, : -SIZE // 4])
 
 
-def test_a_cropped_slab_has_the_opacity_of_its_thickness() -> None:
+def test_a_cropped_slab_has_the_opacity_of_its_thickness():
     scalars = np.zeros((9, 9, 9), dtype=np.uint8)
     scalars[0, 0, 0] = 255
     volume = Volume(scalars)
@@ -85,7 +84,7 @@ def test_a_cropped_slab_has_the_opacity_of_its_thickness() -> None:
         renderer.close()
 
 
-def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume: Volume) -> None:
+def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume):
     inputs = replace(
         INPUTS,
         view=replace(INPUTS.view, pan_x=-0.3, pan_y=0.2),
@@ -99,7 +98,7 @@ def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume: Volume
     assert images[0][..., 3].mean() > 0.03
 
 
-def test_a_scaled_picture_keeps_its_proportions() -> None:
+def test_a_scaled_picture_keeps_its_proportions():
     whole = Raster(1200, 300)
     assert whole.scaled(0.5) == Raster(600, 150)
     assert whole.scaled(0.5).reach == whole.reach
@@ -107,7 +106,7 @@ def test_a_scaled_picture_keeps_its_proportions() -> None:
     assert whole.scaled(0.001) == Raster(16, 16)
 
 
-def test_a_grown_part_ends_with_the_picture() -> None:
+def test_a_grown_part_ends_with_the_picture():
     part = Raster(100, 60, left=10, top=50, columns=30, rows=5)
     wide = part.grown(12)
     assert (wide.left, wide.right, wide.top, wide.bottom) == (0, 52, 38, 60)

@@ -9,7 +9,6 @@ import pytest
 
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -25,7 +24,7 @@ def constant(opacity: float) -> OpacityTF:
 
 
 @pytest.mark.parametrize("opacity", [1e-12, 1e-3, 0.4, 1 - 1e-7])
-def test_the_reference_has_the_opacity_of_a_slab(opacity: float) -> None:
+def test_the_reference_has_the_opacity_of_a_slab(opacity):
     """Along an axis a ray crosses 19 voxels: 1 - (1 - a)^19, whatever the step is."""
     inputs = SceneInputs(View(), constant(opacity), WHITE)
     for distance in (0.3, 0.5, 1.0):
@@ -34,7 +33,7 @@ def test_the_reference_has_the_opacity_of_a_slab(opacity: float) -> None:
         assert image[0, 0, 3] == pytest.approx(exact, rel=1e-12)
 
 
-def test_the_references_derivative_is_that_of_a_slab() -> None:
+def test_the_references_derivative_is_that_of_a_slab():
     """All bins together, by the opacity a: 19 (1 - a)^18."""
     inputs = SceneInputs(View(), constant(0.1), WHITE)
     volume, edit = Volume(field()), np.ones(256)
@@ -43,7 +42,7 @@ def test_the_references_derivative_is_that_of_a_slab() -> None:
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
-def test_the_references_derivative_is_the_difference_of_its_pictures(lighting: Lighting) -> None:
+def test_the_references_derivative_is_the_difference_of_its_pictures(lighting):
     scene = posed()
     edit = np.exp(-0.5 * ((np.arange(256) - 150) / 15) ** 2)
     opacity = scene.inputs.opacity_tf.sample().astype(np.float64)
@@ -57,7 +56,7 @@ def test_the_references_derivative_is_the_difference_of_its_pictures(lighting: L
     np.testing.assert_allclose(change, (more - less) / 2e-6, atol=1e-5 * abs(change).max())
 
 
-def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside() -> None:
+def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside():
     """A headlight on an opaque slab: the face in front has all of the diffuse light and gloss."""
     scalars = np.full((9, 9, 9), 0.5, np.float32)
     scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 1
@@ -69,5 +68,5 @@ def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside() -> No
 
 @pytest.mark.parametrize("lighting", ["direct", "soft"])
 @pytest.mark.parametrize("opacity", [1e-12, 1e-3])
-def test_a_faint_picture_is_lit_as_a_bright_one(lighting: Lighting, opacity: float) -> None:
+def test_a_faint_picture_is_lit_as_a_bright_one(lighting, opacity):
     assert picture(lighting)(posed(curve=((0.0, opacity),), view=VIEW)) < 0.003

@@ -69,9 +69,7 @@ def rms(difference: NDArray) -> float:
 @pytest.mark.parametrize("dtype", ["uint8", "float32"])
 @pytest.mark.parametrize("chosen", RANGES)
 @pytest.mark.parametrize("make", [ramp, noise])
-def test_what_lies_between_voxels_is_what_it_is_over_any_range(
-    dtype: str, chosen: Range, make
-) -> None:
+def test_what_lies_between_voxels_is_what_it_is_over_any_range(dtype, chosen, make):
     volume = make(dtype).over(chosen)
     inputs = inputs_over(chosen)
     opacity, color = inputs.opacity_tf.sample(), inputs.color_tf.sample()
@@ -84,7 +82,7 @@ def test_what_lies_between_voxels_is_what_it_is_over_any_range(
 
 
 @pytest.mark.parametrize("chosen", [(40.0, 60.0), (-900.0, 1000.0)])
-def test_a_range_decides_about_tfs_and_not_about_light(chosen: Range) -> None:
+def test_a_range_decides_about_tfs_and_not_about_light(chosen):
     # The same TF, once over the voxels' range and once over a chosen one, in 1, 2 or 50 bins.
     volume = ramp("float32", 40)
     lo, hi = max(chosen[0], 0.0), min(chosen[1], 100.0)
@@ -102,7 +100,7 @@ def test_a_range_decides_about_tfs_and_not_about_light(chosen: Range) -> None:
         assert rms(images[0] - images[1]) < 0.006
 
 
-def test_a_thin_shell_in_a_cliff_is_found() -> None:
+def test_a_thin_shell_in_a_cliff_is_found():
     # From -1000 to 1000 within one voxel; the range is a tenth of that.
     voxels = np.full((20, 20, 20), -1000.0)
     voxels[6:14, 6:14, 6:14] = 1000
@@ -117,7 +115,7 @@ def test_a_thin_shell_in_a_cliff_is_found() -> None:
     assert 0.01 < expected[..., 3].mean() < 0.2
 
 
-def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range() -> None:
+def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range():
     chosen = (49.75, 51.0)
     volume, values = noise("uint8").over(chosen), np.linspace(*chosen, TF_SAMPLES)
     base = 0.3 + 0.1 * np.sin(np.linspace(0, 20, TF_SAMPLES))

@@ -1,7 +1,5 @@
 """Scalars on their way to a renderer: nothing lost, nothing that float32 cannot hold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -20,7 +18,7 @@ UNIT = np.linspace(0, 1, 60).reshape(3, 4, 5)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.int16, np.float32])
-def test_native_types_are_not_copied(dtype: type) -> None:
+def test_native_types_are_not_copied(dtype):
     volume = Volume((100 * UNIT).astype(dtype))
     scalars, scalar_range = renderable_scalars(volume, NATIVE)
     assert np.shares_memory(scalars, volume.scalars)
@@ -28,7 +26,7 @@ def test_native_types_are_not_copied(dtype: type) -> None:
 
 
 @pytest.mark.parametrize("dtype", ["int8", "uint16", "int32", "uint64", "float16", "float64"])
-def test_other_types_become_float32_from_0_to_1(dtype: str) -> None:
+def test_other_types_become_float32_from_0_to_1(dtype):
     volume = Volume((100 * UNIT).astype(dtype))
     scalars, scalar_range = renderable_scalars(volume, NATIVE)
     assert (scalars.dtype, scalar_range) == (np.float32, (0.0, 1.0))
@@ -38,7 +36,7 @@ def test_other_types_become_float32_from_0_to_1(dtype: str) -> None:
 
 
 @pytest.mark.parametrize("offset", [1e9, -1e12])
-def test_a_small_range_far_from_zero_keeps_its_digits(offset: float) -> None:
+def test_a_small_range_far_from_zero_keeps_its_digits(offset):
     scalars, scalar_range = renderable_scalars(Volume(UNIT + offset), NATIVE)
     assert scalar_range == (0.0, 1.0)
     # float64 itself rounds the sum.
@@ -47,7 +45,7 @@ def test_a_small_range_far_from_zero_keeps_its_digits(offset: float) -> None:
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("scale", [1e-41, 1e-37, 3e38])
-def test_extremes_leave_room_for_differences(dtype: str, scale: float) -> None:
+def test_extremes_leave_room_for_differences(dtype, scale):
     values = (2 * (UNIT - 0.5) * scale).astype(dtype)
     scalars, (lo, hi) = renderable_scalars(Volume(values), NATIVE)
     with np.errstate(over="raise", invalid="raise", divide="raise"):
@@ -60,9 +58,7 @@ def test_extremes_leave_room_for_differences(dtype: str, scale: float) -> None:
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "int32", "float16", "float32", "float64"])
 @pytest.mark.parametrize("chosen", [(20.0, 60.0), (20.3, 59.6), (20.3, 1e9), (-10.0, 60.0)])
-def test_voxels_beyond_the_range_stay_what_they_are(
-    dtype: str, chosen: tuple[float, float]
-) -> None:
+def test_voxels_beyond_the_range_stay_what_they_are(dtype, chosen):
     volume = Volume((100 * UNIT).astype(dtype)).over(chosen)
     scalars, (lo, hi) = renderable_scalars(volume, NATIVE)
     width = chosen[1] - chosen[0]
@@ -72,7 +68,7 @@ def test_voxels_beyond_the_range_stay_what_they_are(
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("outlier", [3e38, -1e30])
-def test_floats_are_clamped_far_beyond_the_range_only(dtype: str, outlier: float) -> None:
+def test_floats_are_clamped_far_beyond_the_range_only(dtype, outlier):
     voxels = UNIT.astype(dtype)
     voxels[1, 2, 3] = outlier
     chosen = (0.25, 0.5)
@@ -88,7 +84,7 @@ def test_floats_are_clamped_far_beyond_the_range_only(dtype: str, outlier: float
     assert abs(between - expected) / (hi - lo) < 1 / 256 / 16
 
 
-def test_integers_over_a_range_that_float32_cannot_hold_are_rescaled() -> None:
+def test_integers_over_a_range_that_float32_cannot_hold_are_rescaled():
     volume = Volume(np.linspace(0, 60_000, 60).reshape(3, 4, 5).astype(np.uint16))
     narrow = (50_000.3, 50_001.3)
     scalars, scalar_range = renderable_scalars(volume.over(narrow), (np.uint16,))
@@ -102,9 +98,7 @@ def test_integers_over_a_range_that_float32_cannot_hold_are_rescaled() -> None:
     ("dtype", "outlier"),
     [("float32", 3e38), ("float32", -1e30), ("float64", 1e300)],
 )
-def test_one_outlier_changes_one_voxel(
-    volume: Volume, renderer: type, dtype: str, outlier: float
-) -> None:
+def test_one_outlier_changes_one_voxel(volume, renderer, dtype, outlier):
     voxels = volume.voxels.astype(dtype)
     plain = Volume(voxels, volume.spacing)
     voxels = voxels.copy()
@@ -128,7 +122,7 @@ def test_one_outlier_changes_one_voxel(
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e30])
-def test_light_does_not_depend_on_the_unit_of_float32(scale: float) -> None:
+def test_light_does_not_depend_on_the_unit_of_float32(scale):
     """Fourth powers of differences must neither vanish nor overflow: dark pictures, or NaN."""
     noisy = UNIT + np.random.default_rng(0).normal(0, 0.01, UNIT.shape)
     images = []

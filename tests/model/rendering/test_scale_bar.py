@@ -44,9 +44,7 @@ def distance(volume: Volume, view: View, raster: Raster) -> float:
 
 @pytest.mark.parametrize("raster", [Raster(300, 300), Raster(400, 200), Raster(200, 400)])
 @pytest.mark.parametrize("distance_of_view", [0.5, 1.3])
-def test_the_bar_is_as_long_as_it_says_in_the_middle_plane(
-    raster: Raster, distance_of_view: float
-) -> None:
+def test_the_bar_is_as_long_as_it_says_in_the_middle_plane(raster, distance_of_view):
     view, volume = View(distance=distance_of_view), dots(20)
     bar = Scale.of(volume).bar(view)
     assert bar is not None and bar.share <= WIDEST
@@ -56,10 +54,9 @@ def test_the_bar_is_as_long_as_it_says_in_the_middle_plane(
     assert distance(volume, view, raster) / 5 == pytest.approx(pixels_per_mm, rel=0.02)
 
 
-def test_nearer_things_are_larger_than_the_bar_says() -> None:
+def test_nearer_things_are_larger_than_the_bar_says():
     view, raster = View(distance=0.5), Raster(300, 300)
     bar = Scale.of(dots(20)).bar(view)
-    assert bar is not None
     pixels = 5 * bar.share * raster.shorter / float(bar.text.split()[0])
     assert distance(dots(2), view, raster) > 1.1 * pixels
     # Unless the middle of what is shown is there.
@@ -84,16 +81,15 @@ def test_nearer_things_are_larger_than_the_bar_says() -> None:
         (1.0, "", "voxels"),
     ],
 )
-def test_lengths_have_the_unit_that_reads_best(spacing: float, unit: str, shown: str) -> None:
+def test_lengths_have_the_unit_that_reads_best(spacing, unit, shown):
     volume = Volume(dots(20).voxels, (spacing,) * 3, file=FileFacts(spacing_unit=unit))
     bar = Scale.of(volume).bar(View())
-    assert bar is not None
     number, name = bar.text.split()
     assert name == shown
     assert float(number) > 0 and 0.4 * WIDEST < bar.share <= WIDEST
 
 
-def test_close_to_the_eye_there_is_none() -> None:
+def test_close_to_the_eye_there_is_none():
     shown = np.array([[0.5, 0.02, 0.5]])
     near = View(distance=0.1)
     assert Scale.of(dots(20), shown).bar(near) is None

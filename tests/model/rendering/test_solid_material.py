@@ -68,7 +68,7 @@ def face_light(view: View, row: int, column: int, normal: NDArray[np.float64]) -
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
 @pytest.mark.parametrize("noise", [0.0, 4.0])
-def test_a_cut_face_is_lit_by_its_normal(name: RendererName, noise: float) -> None:
+def test_a_cut_face_is_lit_by_its_normal(name, noise):
     view = View(azimuth=20.0, elevation=60.0)
     for volume in (block(noise), ball(noise)):
         found = render(name, volume, view, LOWER, sample_distance=0.05)
@@ -86,7 +86,7 @@ def test_a_cut_face_is_lit_by_its_normal(name: RendererName, noise: float) -> No
 
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
-def test_a_block_that_fills_its_volume_shows_three_faces(name: RendererName) -> None:
+def test_a_block_that_fills_its_volume_shows_three_faces(name):
     view = View(azimuth=30.0, elevation=35.0)
     found = render(name, block(), view)
     seen = found[..., 3] > 0.98
@@ -99,7 +99,7 @@ def test_a_block_that_fills_its_volume_shows_three_faces(name: RendererName) -> 
         assert near.mean() > 0.1, f"no face along axis {axis}"
 
 
-def test_the_renderers_agree_on_solid_material() -> None:
+def test_the_renderers_agree_on_solid_material():
     for volume in (block(4.0), ball(3.0)):
         for crop in (None, CropBox((0.2, 0.3, 0.1), (0.8, 0.9, 0.5))):
             view = View(azimuth=-40.0, elevation=50.0)
@@ -110,7 +110,7 @@ def test_the_renderers_agree_on_solid_material() -> None:
 
 @pytest.mark.parametrize("dtype", ["float32", "uint8"])
 @pytest.mark.parametrize("sigma", [0.0, 2.0, 7.0])
-def test_noise_is_that_of_the_material_not_of_the_air(dtype: str, sigma: float) -> None:
+def test_noise_is_that_of_the_material_not_of_the_air(dtype, sigma):
     z, y, x = np.mgrid[:60, :60, :60] - 29.5
     material = x * x + 2 * y * y + z * z < 22**2
     random = np.random.default_rng(9).normal(0, sigma, material.shape)
@@ -121,7 +121,7 @@ def test_noise_is_that_of_the_material_not_of_the_air(dtype: str, sigma: float) 
     assert noise_of(rounded.astype(dtype)) == pytest.approx(expected, rel=0.12, abs=0.35)
 
 
-def test_noise_of_smooth_and_of_small_volumes_is_none() -> None:
+def test_noise_of_smooth_and_of_small_volumes_is_none():
     z, y, x = np.meshgrid(*[np.linspace(-1, 1, 40)] * 3, indexing="ij")
     smooth = np.exp(-3 * (x * x + y * y + z * z)).astype(np.float32)
     assert noise_of(smooth) < 1e-4
@@ -130,9 +130,7 @@ def test_noise_of_smooth_and_of_small_volumes_is_none() -> None:
 
 @pytest.mark.parametrize("flat", [1, 1000])
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
-def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(
-    name: RendererName, flat: float
-) -> None:
+def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(name, flat):
     voxels = np.full((5, 40, 40), 128, np.uint8)
     voxels[0, 0, :2] = 0, 200
     volume = Volume(voxels, (flat, flat, 1.0))
@@ -144,7 +142,7 @@ def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(
     assert found == pytest.approx(1 - 0.4 ** (4 / volume.voxel_size), abs=0.003)
 
 
-def test_vtks_picture_does_not_depend_on_the_unit_of_length() -> None:
+def test_vtks_picture_does_not_depend_on_the_unit_of_length():
     voxels = ball().voxels
     images = []
     for unit in (1.0, 1e-9, 1e6):

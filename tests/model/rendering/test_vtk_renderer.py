@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
@@ -28,7 +27,7 @@ VIEW = View(35.0, 25.0, 7.0, 0.9)
 
 
 @pytest.fixture(scope="module")
-def renderer(volume: Volume) -> Iterator[VtkRenderer]:
+def renderer(volume):
     renderer = VtkRenderer(volume)
     yield renderer
     renderer.close()
@@ -57,7 +56,7 @@ def slab(nx: int = 33, ny: int = 9, nz: int = 33, spacing=(1.0, 1.0, 1.0)) -> Vo
 
 @pytest.mark.parametrize("opacity", [2e-5, 9e-5, 1.1e-4])
 @pytest.mark.parametrize("sample_distance", [0.25, 1.0])
-def test_thin_haze_adds_up(opacity: float, sample_distance: float) -> None:
+def test_thin_haze_adds_up(opacity, sample_distance):
     volume = slab(9, 1201, 9)
     view = View(distance=0.27)
     image = render(volume, view, constant(opacity), WHITE, 33, sample_distance=sample_distance)
@@ -67,7 +66,7 @@ def test_thin_haze_adds_up(opacity: float, sample_distance: float) -> None:
 
 @pytest.mark.parametrize("opacity", [0.02, 0.2, 0.6])
 @pytest.mark.parametrize("sample_distance", [0.25, 0.5, 1.0])
-def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, sample_distance: float) -> None:
+def test_a_homogeneous_slab_absorbs_exponentially(opacity, sample_distance):
     volume = slab()
     image = render(volume, View(), constant(opacity), WHITE, 65, sample_distance=sample_distance)
     # 1 - exp(-k l), where opacity a per voxel length means k = -log(1 - a); l is 8 voxels.
@@ -77,7 +76,7 @@ def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, sample_distanc
     assert image[32, 32, 3] == pytest.approx(expected, abs=1.5 * STEP + one_sample)
 
 
-def test_looking_from_above_shows_the_top(volume: Volume) -> None:
+def test_looking_from_above_shows_the_top(volume):
     scalars = np.zeros((17, 17, 17), np.uint8)
     scalars[12:16, 7:10, 7:10] = 255
     volume = Volume(scalars)
@@ -91,20 +90,20 @@ def test_looking_from_above_shows_the_top(volume: Volume) -> None:
     assert right[:, SIZE // 2 :].sum() > 10 * right[:, : SIZE // 2].sum()
 
 
-def test_roll_turns_the_picture_clockwise(volume: Volume) -> None:
+def test_roll_turns_the_picture_clockwise(volume):
     straight = render(volume, View(20.0, 10.0, 0.0), MODES, RAINBOW, SIZE)
     rolled = render(volume, View(20.0, 10.0, 90.0), MODES, RAINBOW, SIZE)
     assert np.abs(np.rot90(straight, -1) - rolled).mean() < 0.5 * STEP
 
 
-def test_images_do_not_depend_on_what_was_rendered_before(renderer: VtkRenderer) -> None:
+def test_images_do_not_depend_on_what_was_rendered_before(renderer):
     first = renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE)
     renderer.render(SceneInputs(View(200.0, -60.0), constant(0.4), WHITE), 32)
     assert np.array_equal(first, renderer.render(SceneInputs(VIEW, MODES, RAINBOW), SIZE))
 
 
 @pytest.mark.parametrize("dtype", ["int8", "uint16", "float32", "float64"])
-def test_every_scalar_type_gives_the_same_image(volume: Volume, dtype: str) -> None:
+def test_every_scalar_type_gives_the_same_image(volume, dtype):
     # Half of 255 fits int8.
     scalars = volume.scalars // 2
     as_bytes = Volume(scalars, volume.spacing)
@@ -117,7 +116,7 @@ def test_every_scalar_type_gives_the_same_image(volume: Volume, dtype: str) -> N
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-30, 0.0), (1e300, 0.0), (1.0, 1e9)])
-def test_extreme_ranges_give_the_same_image(volume: Volume, scale: float, offset: float) -> None:
+def test_extreme_ranges_give_the_same_image(volume, scale, offset):
     scaled = Volume(volume.scalars.astype(np.float64) * scale + offset, volume.spacing)
     lo, hi = scaled.scalar_range
     tf = OpacityTF((lo, hi), points=((lo, 0.0), (hi, 0.6)))
@@ -129,7 +128,7 @@ def test_extreme_ranges_give_the_same_image(volume: Volume, scale: float, offset
     )
 
 
-def test_every_elevation_with_roll_gives_a_continuous_image(renderer: VtkRenderer) -> None:
+def test_every_elevation_with_roll_gives_a_continuous_image(renderer):
     images = [
         renderer.render(SceneInputs(View(10.0, float(e), 5.0), MODES, RAINBOW), 32)
         for e in range(-90, 91, 3)
@@ -138,7 +137,7 @@ def test_every_elevation_with_roll_gives_a_continuous_image(renderer: VtkRendere
     assert max(changes) < 5 * np.median(changes)
 
 
-def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> None:
+def test_the_whole_volume_is_in_view_at_distance_1(renderer):
     for azimuth in range(0, 360, 30):
         alpha = renderer.render(
             SceneInputs(View(azimuth, 35.0, 0.0, 1.0), constant(1.0), WHITE), SIZE
@@ -147,7 +146,7 @@ def test_the_whole_volume_is_in_view_at_distance_1(renderer: VtkRenderer) -> Non
         assert not edge.any()
 
 
-def test_a_renderer_works_in_a_thread_of_its_own(volume: Volume) -> None:
+def test_a_renderer_works_in_a_thread_of_its_own(volume):
     images: list[NDArray[np.float32]] = []
     thread = threading.Thread(
         target=lambda: images.append(render(volume, VIEW, MODES, RAINBOW, SIZE))
@@ -157,7 +156,7 @@ def test_a_renderer_works_in_a_thread_of_its_own(volume: Volume) -> None:
     assert np.array_equal(images[0], render(volume, VIEW, MODES, RAINBOW, SIZE))
 
 
-def test_volumes_far_from_the_origin_look_as_near_it(volume: Volume) -> None:
+def test_volumes_far_from_the_origin_look_as_near_it(volume):
     far = 1e12
     moved = replace(volume, origin=(far, -far, 3 * far))
     near, there = (
@@ -168,9 +167,7 @@ def test_volumes_far_from_the_origin_look_as_near_it(volume: Volume) -> None:
 
 
 @pytest.mark.parametrize("raster", [Raster(1, 16383), Raster(2, 3000), Raster(3000, 2)])
-def test_a_long_picture_shows_in_its_middle_what_a_square_one_does(
-    renderer: VtkRenderer, raster: Raster
-) -> None:
+def test_a_long_picture_shows_in_its_middle_what_a_square_one_does(renderer, raster):
     inputs = SceneInputs(VIEW, constant(0.3), RAINBOW)
     middle = middle_square(renderer.render(inputs, raster))
     square = renderer.render(inputs, raster.shorter)

@@ -10,7 +10,6 @@ from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import smooth_distance
 from model.scene.inputs import SceneInputs
-from model.scene.scene import Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -35,9 +34,7 @@ def rmse(a: NDArray[np.floating], b: NDArray[np.floating]) -> float:
 
 @pytest.mark.parametrize("distance", [CLOSE, 0.1, 0.05])
 @pytest.mark.parametrize("shape", [(21, 26, 18), (2, 26, 18)])
-def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_sample(
-    distance: float, shape: tuple[int, int, int]
-) -> None:
+def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_sample(distance, shape):
     volume = Volume(waves(shape), (1.2, 0.8, 1.0))
     opacity, color = SHEETS.sample(RANGE), RAINBOW.sample(RANGE)
     for view in VIEWS:
@@ -50,7 +47,7 @@ def test_images_are_nearly_those_of_a_float64_ray_caster_that_reads_at_each_samp
         assert abs(found - truth).mean() < 0.008
 
 
-def test_depth_and_skipping_agree_with_the_image() -> None:
+def test_depth_and_skipping_agree_with_the_image():
     volume = Volume(waves())
     renderer = RaycastRenderer(volume, threads=1, sample_distance=0.1)
     inputs = SceneInputs(VIEWS[0], SHEETS, RAINBOW)
@@ -64,7 +61,7 @@ def test_depth_and_skipping_agree_with_the_image() -> None:
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
-def test_rings_go_under_all_lights(lighting: Lighting) -> None:
+def test_rings_go_under_all_lights(lighting):
     volume = Volume(waves((42, 52, 36)))
     renderer = RaycastRenderer(volume, lighting, threads=1)
     inputs = SceneInputs(VIEWS[0], SHEETS, RAINBOW)
@@ -73,7 +70,7 @@ def test_rings_go_under_all_lights(lighting: Lighting) -> None:
     assert rmse(renderer.render(inputs, 48, smooth_distance(0.5, lighting)), truth) < 0.3 * usual
 
 
-def test_images_of_close_samples_do_not_jump() -> None:
+def test_images_of_close_samples_do_not_jump():
     renderer = RaycastRenderer(Volume(waves()), threads=1)
     width = 1 / (TF_SAMPLES - 1)
     images = []

@@ -26,13 +26,13 @@ RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 
 
 
 @pytest.fixture(scope="module", params=shipped_volumes(), ids=lambda path: path.name[:12])
-def shipped(request: pytest.FixtureRequest) -> Volume:
+def shipped(request):
     path: Path = request.param
     return read_volume(path)
 
 
 @pytest.fixture(scope="module")
-def samples(shipped: Volume) -> list[SceneInputs]:
+def samples(shipped):
     scene = Scene.of(shipped, SIZE)
     return [draw_sample(scene, 11, "train", index) for index in range(3)]
 
@@ -50,20 +50,18 @@ def errors(volume: Volume, samples: list[SceneInputs], **options) -> NDArray[np.
     return np.array(found)
 
 
-def test_unlit_images_agree(shipped: Volume, samples: list[SceneInputs]) -> None:
+def test_unlit_images_agree(shipped, samples):
     assert errors(shipped, samples).max() <= 0.005
 
 
 @pytest.mark.parametrize(("azimuth", "elevation"), [(-45, 45), (150, 30)])
-def test_gradient_shading_agrees(
-    shipped: Volume, samples: list[SceneInputs], azimuth: float, elevation: float
-) -> None:
+def test_gradient_shading_agrees(shipped, samples, azimuth, elevation):
     light = LightDirection(azimuth, elevation)
     assert errors(shipped, samples[:1], lighting="direct", light=light).max() <= 0.01
 
 
 @pytest.mark.parametrize("shape", [(2, 2, 2), (2, 5, 3), (40, 30, 2), (30, 30, 30)])
-def test_an_opaque_volume_covers_what_vtk_covers(shape: tuple[int, int, int]) -> None:
+def test_an_opaque_volume_covers_what_vtk_covers(shape):
     scalars = np.full(shape, 200, np.uint8)
     scalars[0, 0, 0] = 0
     volume = Volume(scalars)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
@@ -20,7 +19,7 @@ SHAPES = [(2, 2, 2), (9, 9, 9), (10, 9, 8), (17, 25, 33), (40, 2, 19)]
 
 
 @pytest.fixture(scope="module")
-def executor() -> Iterator[ThreadPoolExecutor]:
+def executor():
     with ThreadPoolExecutor(2) as executor:
         yield executor
 
@@ -50,9 +49,7 @@ def only(value: int) -> NDArray[np.bool_]:
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_a_cell_is_occupied_where_a_bin_in_its_range_shows(
-    shape: tuple[int, int, int], executor: ThreadPoolExecutor
-) -> None:
+def test_a_cell_is_occupied_where_a_bin_in_its_range_shows(shape, executor):
     scalars = random_bytes(shape)
     cells = MinMaxCells(scalars, BYTES, executor)
     low, high = extremes(scalars)
@@ -63,7 +60,7 @@ def test_a_cell_is_occupied_where_a_bin_in_its_range_shows(
         np.testing.assert_array_equal(occupied, (low - 1 <= value) & (value <= high + 1))
 
 
-def test_values_beyond_the_range_count_for_its_ends(executor: ThreadPoolExecutor) -> None:
+def test_values_beyond_the_range_count_for_its_ends(executor):
     scalars = (1000.0 * random_bytes((25, 12, 9)).astype(float) / 255 - 400).astype(np.float32)
     scalars[:9] = scalars[:9].clip(-400, -150)
     scalars[16:] = scalars[16:].clip(300, 600)
@@ -79,9 +76,7 @@ def test_values_beyond_the_range_count_for_its_ends(executor: ThreadPoolExecutor
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_distances_count_cells_diagonals_too(
-    shape: tuple[int, int, int], executor: ThreadPoolExecutor
-) -> None:
+def test_distances_count_cells_diagonals_too(shape, executor):
     scalars = random_bytes(shape, 1)
     cells = MinMaxCells(scalars, BYTES, executor)
     low, high = extremes(scalars)
@@ -98,7 +93,7 @@ def test_distances_count_cells_diagonals_too(
         np.testing.assert_array_equal(found, between)
 
 
-def test_far_distances_stay_in_a_byte(executor: ThreadPoolExecutor) -> None:
+def test_far_distances_stay_in_a_byte(executor):
     scalars = np.zeros((2, 2, 8 * 200), np.uint8)
     scalars[0, 0, 0] = 255
     distances = MinMaxCells(scalars, BYTES, executor).distances(only(255))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from typing import Any
@@ -21,7 +21,6 @@ from model.rendering.raycast.shading import gradient
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import Lighting
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -80,7 +79,7 @@ def ramp_and_normal() -> tuple[Volume, NDArray[np.float64]]:
 
 # VTK shows 8 bits, and Mesa interpolates with weights of 8 bits, which tilts the normals a little.
 @pytest.mark.parametrize(("kind", "error"), [(RaycastRenderer, 1e-3), (VtkRenderer, 5 / 255)])
-def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind: Any, error: float) -> None:
+def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind, error):
     volume, normal = ramp_and_normal()
     # The plane through the volume's middle is the first that is seen, and opaque.
     opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
@@ -102,7 +101,7 @@ def gradient_at(scalars: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
     return gradient(scalars, shape, x, y, z)
 
 
-def test_gradients_are_differences_of_the_interpolated_field() -> None:
+def test_gradients_are_differences_of_the_interpolated_field():
     """Also at the faces, where positions outside count as on the face."""
     numbers = np.random.default_rng(5)
     scalars = (100 * numbers.random((6, 4, 7))).astype(np.float32)
@@ -117,7 +116,7 @@ def test_gradients_are_differences_of_the_interpolated_field() -> None:
         np.testing.assert_allclose(found, values[1::2] - values[::2], atol=1e-3)
 
 
-def test_gloss_is_that_of_vtk_whichever_side_is_lit() -> None:
+def test_gloss_is_that_of_vtk_whichever_side_is_lit():
     volume, _ = ramp_and_normal()
     opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
     # The last ones stand behind the volume.
@@ -136,7 +135,7 @@ def test_gloss_is_that_of_vtk_whichever_side_is_lit() -> None:
 
 
 @pytest.mark.parametrize("lighting", ["direct", "soft"])
-def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -> None:
+def test_light_leaves_the_opacity_as_it_is(volume, lighting):
     unlit = RaycastRenderer(volume).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
     lit = RaycastRenderer(volume, lighting).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
     np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1e-5)
@@ -145,7 +144,7 @@ def test_light_leaves_the_opacity_as_it_is(volume: Volume, lighting: Lighting) -
 
 
 @pytest.mark.parametrize("lighting", ["direct", "soft"])
-def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> None:
+def test_the_light_turns_with_the_view(volume, lighting):
     one = RaycastRenderer(volume, lighting).render(
         SceneInputs(View(20.0, 15.0, 5.0), SOLID, RAINBOW), 32
     )
@@ -164,13 +163,13 @@ def test_the_light_turns_with_the_view(volume: Volume, lighting: Lighting) -> No
 
 
 @pytest.fixture(scope="module")
-def executor() -> Iterator[ThreadPoolExecutor]:
+def executor():
     with ThreadPoolExecutor(1) as executor:
         yield executor
 
 
 @pytest.fixture
-def cast(executor: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch) -> Cast:
+def cast(executor, monkeypatch):
     """Light on the voxels of a small volume of bytes, of given parts, in [z, y, x]."""
 
     def light(
@@ -197,9 +196,7 @@ def cast(executor: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch) -> Cast:
     [(45, 0, 1e-4), (-45, 35, 2e-3), (30, 0, 0.08), (75, 35, 0.15)],
 )
 @pytest.mark.parametrize("opacity", [0.03, 0.2])
-def test_light_fades_by_its_way_through_the_volume(
-    azimuth: float, elevation: float, blur: float, opacity: float, cast: Cast
-) -> None:
+def test_light_fades_by_its_way_through_the_volume(azimuth, elevation, blur, opacity, cast):
     light = LightDirection(azimuth, elevation)
     received = cast(homogeneous(), constant(opacity), View(), light)
     z, y, x = np.mgrid[0:33, 0:33, 0:33].astype(np.float64)
@@ -216,7 +213,7 @@ def test_light_fades_by_its_way_through_the_volume(
     assert error.mean() < 0.01
 
 
-def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast: Cast) -> None:
+def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast):
     opacity = 0.03
     received = cast(homogeneous(), constant(opacity), ambient=1.0, distant=0.0)
     # Along six axes it is 16 voxels to the face, along eight diagonals the root of three as far.
@@ -228,9 +225,7 @@ def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast: Cast) -> None:
         np.testing.assert_allclose(np.flip(received, axis), received, atol=0.01)
 
 
-def test_ambient_light_is_kept_while_the_view_changes(
-    volume: Volume, executor: ThreadPoolExecutor, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_ambient_light_is_kept_while_the_view_changes(volume, executor, monkeypatch):
     sweeps: list[NDArray[np.float64]] = []
     plain = Illumination._sweep
 
@@ -263,7 +258,7 @@ def test_ambient_light_is_kept_while_the_view_changes(
         np.testing.assert_array_equal(fresh.grid(view, HEADLIGHT, opacities).grid, grid)
 
 
-def test_light_on_a_coarser_grid_is_about_the_same(executor: ThreadPoolExecutor) -> None:
+def test_light_on_a_coarser_grid_is_about_the_same(executor):
     # 160 voxels along y are more than the light's grid has.
     scalars = np.zeros((40, 160, 30), np.uint8)
     scalars[10:30, 40:80, 5:25] = 255

@@ -67,7 +67,7 @@ def random_tf(
 
 
 @pytest.fixture(scope="module")
-def renderer(volume: Volume) -> RaycastRenderer:
+def renderer(volume):
     return RaycastRenderer(volume, threads=1)
 
 
@@ -82,7 +82,7 @@ def renderer(volume: Volume) -> RaycastRenderer:
         ("float32", 0.0, 1e-37),
     ],
 )
-def test_images_agree_with_a_ray_caster_in_float64(dtype: str, low: float, high: float) -> None:
+def test_images_agree_with_a_ray_caster_in_float64(dtype, low, high):
     values = field() * high + (1 - field()) * low
     scalars = (np.rint(values) if dtype[0] in "iu" else values).astype(dtype)
     volume = Volume(scalars, (1.5, 0.7, 1.1), (10.0, -3.0, 5.0))
@@ -102,7 +102,7 @@ def test_images_agree_with_a_ray_caster_in_float64(dtype: str, low: float, high:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_any_shape_spacing_step_and_view(seed: int) -> None:
+def test_any_shape_spacing_step_and_view(seed):
     rng = np.random.default_rng(seed)
     # Two voxels, whole cells of eight, and one voxel more or less.
     shape = (2, 2, 2) if seed == 0 else tuple(rng.choice([2, 3, 8, 9, 10, 16, 17, 18, 25], 3))
@@ -125,7 +125,7 @@ def test_any_shape_spacing_step_and_view(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed: int) -> None:
+def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed):
     rng = np.random.default_rng(seed)
     scalars = np.zeros((42, 35, 50), np.uint8)
     # Grains of all sizes, most cells empty.
@@ -152,7 +152,7 @@ def test_skipping_and_termination_change_less_than_half_a_step_of_8_bits(seed: i
 
 @pytest.mark.parametrize("opacity", [1e-6, 0.02, 0.2, 0.6])
 @pytest.mark.parametrize("step", [0.25, 0.5, 1.0, 2.0])
-def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, step: float) -> None:
+def test_a_homogeneous_slab_absorbs_exponentially(opacity, step):
     renderer = RaycastRenderer(slab(), sample_distance=step)
     renderer.skip_empty = renderer.terminate_early = False
     # The central ray of an image of odd size goes straight through 8 voxels.
@@ -161,14 +161,14 @@ def test_a_homogeneous_slab_absorbs_exponentially(opacity: float, step: float) -
     assert alpha == pytest.approx(exact, rel=1e-5, abs=1e-9)
 
 
-def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume: Volume) -> None:
+def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume):
     one, three = RaycastRenderer(volume, threads=1), RaycastRenderer(volume, threads=3)
     image = one.render(SceneInputs(VIEW, MODES, RAINBOW), 40)
     three.render(SceneInputs(View(200.0, -60.0), constant(0.4), WHITE), 32)
     np.testing.assert_array_equal(three.render(SceneInputs(VIEW, MODES, RAINBOW), 40), image)
 
 
-def test_the_step_may_be_changed_between_images(volume: Volume) -> None:
+def test_the_step_may_be_changed_between_images(volume):
     changed, fresh = RaycastRenderer(volume), RaycastRenderer(volume, sample_distance=2.0)
     changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32)
     changed.sample_distance = 2.0
@@ -176,7 +176,7 @@ def test_the_step_may_be_changed_between_images(volume: Volume) -> None:
     np.testing.assert_array_equal(changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32), expected)
 
 
-def test_where_a_value_is_visible_adds_up_to_the_opacity() -> None:
+def test_where_a_value_is_visible_adds_up_to_the_opacity():
     renderer = RaycastRenderer(Volume(np.rint(255 * field()).astype(np.uint8)))
     inputs = SceneInputs.of(VIEW, TransferFunction(MODES, RAINBOW))
     opacity = renderer.render(inputs, 24)[..., 3]
