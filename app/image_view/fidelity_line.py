@@ -96,6 +96,9 @@ class FidelityLine(QLabel):
             state = self._state
             self._fidelity = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
         text = self._fidelity.text
+        if text == self.text() and self._state.live:
+            # The rest follows once nothing moves.
+            return
         if text != self.text():
             self.setText(text)
             self.setAccessibleName(text)

@@ -148,7 +148,7 @@ class LatentBrowser(QWidget):
         pictures.hoverDrawn.connect(self.preview.show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
         pictures.problem.connect(self.problem)
-        self._state.inputsChanged.connect(self._grids.mark_stale)
+        self._state.inputsChanged.connect(self._state.calm.soon(self._grids.mark_stale))
         self.map.chosen.connect(self._choose_place)
         bar.resetRequested.connect(self.map.reset)
         bar.problem.connect(self.problem)
