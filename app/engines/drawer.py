@@ -121,7 +121,12 @@ class Drawer:
         coming = self.sizes.at_rest(
             self.distance, whole, width, limits, must_end=not stand_in_limits
         )
+        image, before = None, None
         for raster, is_last in coming:
+            if image is not None and raster == before:
+                yield replace(image, is_last=is_last)
+                return
+            before = raster
             expected = self.sizes.expected(self.distance, raster.side)
             seconds = expected or FIRST_GUESS_S * raster.columns * raster.rows
             bands = min(math.ceil(seconds / BAND_S), MOST_BANDS)

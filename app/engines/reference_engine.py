@@ -35,11 +35,6 @@ class ReferenceEngine(RendererEngine):
         self._open_final = open_final
         self._final: Drawer | None = None
 
-    @property
-    def remark(self) -> str:
-        """One sentence on why this renderer draws at rest; empty as long as none does."""
-        return "" if self._final is None else self._final.remark
-
     def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
         image = super()._moving(request, raster, watch)
         return replace(image, stands_in=self._final is not self._drawer)

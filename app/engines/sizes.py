@@ -66,19 +66,23 @@ class Sizes(Pace):
         Parameters
         ----------
         width : int
-            That of the image which is shown; 0 if there is none. None but the last is coarser.
+            That of the image which is shown; 0 if there is none. None but the last is coarser,
+            which is as fine as those before at least.
         limits : sequence of float
             Seconds that each may take.
         must_end : bool
             Whether the last is wanted even if it is coarser.
         """
+        finest = None
         for number, seconds in enumerate(limits, 1):
             is_last = number == len(limits)
             is_known = self.expected(kind, whole.side) is not None
             raster = whole if is_last and not is_known else self.within(kind, whole, seconds)
             is_last = is_last or raster.width >= whole.width
+            if finest is not None and raster.width <= FINER * finest.width:
+                raster = finest
             if raster.width > FINER * width or (is_last and must_end):
-                width = raster.width
+                finest, width = raster, raster.width
                 yield raster, is_last
             if is_last:
                 return

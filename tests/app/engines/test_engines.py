@@ -126,9 +126,13 @@ def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock: N
     assert images[0].width < images[-1].width < PANE.width
     assert LONGEST_SECONDS / 8 < images[-1].seconds <= 1.25 * LONGEST_SECONDS
     assert rests(engine, is_fixed=True)[-1].width == PANE.width
-    # Where another renderer draws soon, nothing takes long.
-    brief = RendererEngine(Drawer(cast(Any, SlowRenderer(2e-5)), 0.5, is_brief=True))
-    assert max(image.seconds for image in rests(brief)) <= 1.5 * REST_SECONDS
+    # Where another renderer draws soon, nothing takes long, and no image becomes coarser.
+    for slow in (2e-5, 1e-4):
+        renderer = SlowRenderer(slow)
+        images = rests(RendererEngine(Drawer(cast(Any, renderer), 0.5, is_brief=True)))
+        assert images[-1].seconds <= 1.5 * REST_SECONDS or len({i.width for i in images}) == 1
+        drawn = {raster.width: raster.rows for raster, _ in renderer.calls}
+        assert len(drawn) == len({image.width for image in images})
 
 
 def test_an_image_that_moves_takes_as_long_as_is_chosen(clock: None) -> None:
