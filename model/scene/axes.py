@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,6 +37,7 @@ def axis_direction(axis: str) -> NDArray[np.float64]:
     return direction
 
 
+@cache
 def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
     """Axes in which the volume stands upright.
 
@@ -57,4 +60,7 @@ def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
         front = _USUAL_FRONTS[up]
     y = -axis_direction(front)
     # Adding 0 turns -0 to 0.
-    return np.stack([np.cross(y, z), y, z]) + 0.0
+    frame = np.stack([np.cross(y, z), y, z]) + 0.0
+    # Each move of the mouse asks for it several times.
+    frame.flags.writeable = False
+    return frame
