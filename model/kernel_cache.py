@@ -18,6 +18,8 @@ Purpose = Literal["images", "questions"]
 
 SOURCES = (
     "compilation.py",
+    "latent/tiny_pictures.py",
+    "rendering/brightness.py",
     "rendering/raycast",
     "rendering/path_tracing",
     "rendering/opacity_correction.py",
