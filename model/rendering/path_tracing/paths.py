@@ -43,6 +43,7 @@ CERTAIN = 2
 def trace_rows(
     medium: Any,
     alphas: Any,
+    solid: Any,
     surfaces: Any,
     media: Any,
     optics: Any,
@@ -63,6 +64,8 @@ def trace_rows(
     medium : Medium
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample at each level.
+    solid : ndarray of float32, shape (levels,)
+        Probability that what is steep enough is a surface, at each level.
     surfaces, media : ndarray of float32, shape (4 levels,)
         Of the light that collides at each level the share that goes on: by colour at the first
         collision, then one for all colours at any other. See
@@ -109,7 +112,7 @@ def trace_rows(
                 if hits[n] < 0:
                     continue
                 r, g, b = _radiance(
-                    medium, alphas, surfaces, media, optics,
+                    medium, solid, surfaces, media, optics,
                     _stream(seed, number, sample), sample >> 1, hits[n],
                     (ray.start[0] + t * ray.step[0]),
                     (ray.start[1] + t * ray.step[1]),
@@ -206,7 +209,7 @@ def _collide(
 @inlined
 def _radiance(
     medium: Any,
-    alphas: Any,
+    solid: Any,
     surfaces: Any,
     media: Any,
     optics: Any,
@@ -237,7 +240,7 @@ def _radiance(
             u, v = number_of(joined(stream, 2)), number_of(joined(stream, 3))
             p, q = number_of(joined(stream, 4)), number_of(joined(stream, 5))
         entry = np.uint64(np.uint32(level))
-        is_surface, normal = surface_at(medium, optics, x, y, z, direction, alphas[entry], kind)
+        is_surface, normal = surface_at(medium, optics, x, y, z, direction, solid[entry], kind)
         entry *= np.uint64(4)
         table = surfaces if is_surface else media
         light = about(optics.towards, ONE - u * (ONE - optics.cone), v)

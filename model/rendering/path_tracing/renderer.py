@@ -38,6 +38,7 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.transfer_function import TF_SAMPLES
+from model.scene.view import VIEW_ANGLE
 from model.scene.volume import Volume
 
 SAMPLES = 64
@@ -48,6 +49,10 @@ PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 
 MOST_TOGETHER = 8
 """Samples of a pixel that are traced at once, as one walk along the view ray serves all of them."""
+
+LARGE, FINER = 3.0, 4
+"""Size of a voxel in pixels from which samples along view rays are so many times as close: each
+step would be a ring on smooth surfaces."""
 
 NOISE = 3.0
 """Gradient, in standard deviations of the voxels' noise, that is a surface in half of all cases."""
@@ -186,6 +191,8 @@ class PathTracer:
             where nothing is.
         """
         raster = Raster.of(size)
+        if self._voxel_pixels(inputs, raster) > LARGE:
+            sample_distance = (sample_distance or self.sample_distance) / FINER
         seen = self._seen(inputs, raster, sample_distance)
         unlit = self._unlit(inputs, seen, raster, wanted, depth)
         if unlit is None:
@@ -199,6 +206,8 @@ class PathTracer:
         traced = (
             seen.medium,
             seen.alphas,
+            # Of samples at the usual distance: what a surface is does not depend on the picture.
+            opacity_table(inputs.opacity_tf, self._volume.scalar_range, self.sample_distance),
             surfaces,
             media,
             optics,
@@ -310,6 +319,12 @@ class PathTracer:
             tuple(map(np.float32, np.array(crop.high) * last)),
             tuple(np.float32(volume.voxel_size / s) for s in volume.spacing),
         )
+
+    def _voxel_pixels(self, inputs: SceneInputs, raster: Raster) -> float:
+        """Return the size of a voxel in the volume's middle, in pixels."""
+        away = inputs.view.camera_distance(self._volume.radius)
+        half = away * math.tan(math.radians(VIEW_ANGLE / 2))
+        return self._volume.voxel_size * raster.shorter / 2 / half
 
     def _optics(self, inputs: SceneInputs) -> Optics:
         lamp, volume = self._lamp, self._volume

@@ -197,7 +197,7 @@ def surface_at(
     direction : tuple of 3 float32
         In which the path travels.
     a : float32
-        Opacity of a sample here.
+        Probability that a steep place like this is a surface.
     number : float32
         Random, in [0, 1).
 
