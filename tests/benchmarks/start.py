@@ -1,112 +1,150 @@
-"""How long the window takes to show something, from the program's start, and its memory.
+"""Seconds from the start of the program until there is something to see, and its memory.
 
-With ``--probe`` it is the window itself, in a process of its own.
+The very first start is in an empty home, where no kernel is compiled. With ``--probe`` it is the
+program itself, in a process of its own.
 """
 
 from __future__ import annotations
 
-import gc
+import argparse
 import json
 import os
-import statistics
 import subprocess
 import sys
+import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from tests.benchmarks.rows import options, paths, print_machine, print_rows
+from tests.benchmarks.rows import print_machine, print_rows
+
+if TYPE_CHECKING:
+    from app.window.main_window import MainWindow
 
 ROOT = Path(__file__).resolve().parents[2]
 
 COLUMNS = {
-    "window": "window, s",
-    "reference": "reference, s",
-    "generator": "generator, s",
-    "settled": "both final, s",
+    "window": "window",
+    "picture": "first picture",
+    "path": "first path-traced picture",
+    "pair": "generator's picture",
+    "prepared": "all prepared",
+    "settled": "last picture",
     "memory": "most memory, MB",
 }
 
-PATIENCE_S = 120.0
+PATIENCE_S = 300
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Start the window anew for each volume, the first time to compile; print medians."""
-    parser = options(__doc__, count=3)
-    parser.add_argument("--model", type=Path, help="opened beside the volume")
+    """Start the program a few times, and print each start."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--volume", type=Path, help="opened by each start")
+    parser.add_argument("--count", type=int, default=2, help="starts")
+    parser.add_argument("--later", action="store_true", help="all starts but one are in one home")
+    parser.add_argument(
+        "--without-opengl", action="store_true", help="as where VTK finds nothing to draw with"
+    )
     parser.add_argument("--probe", type=float, metavar="TIME", help="when the process was started")
     asked = parser.parse_args(arguments)
     if asked.probe is not None:
-        print(json.dumps(probe(asked.volume[0], asked.probe, asked.model)))
+        print(json.dumps(probe(asked)))
         return
     print_machine()
     rows = []
-    for path in paths(asked):
-        runs = [_measured(path, asked.model) for _ in range(asked.count + 1)][1:]
-        medians = [
-            statistics.median(run[name] for run in runs) if name in runs[0] else None
-            for name in COLUMNS
-        ]
-        rows.append((path.name, *medians))
-    print_rows("From the start of the program", ("volume", *COLUMNS.values()), rows)
+    with tempfile.TemporaryDirectory() as one:
+        for number in range(1, asked.count + 1):
+            with tempfile.TemporaryDirectory() as own:
+                found = _measured(one if asked.later else own, asked)
+            rows.append((f"start {number}", *(found.get(name) for name in COLUMNS)))
+    print_rows("From the start of the program, s", ("", *COLUMNS.values()), rows)
 
 
-def _measured(path: Path, model: Path | None) -> dict[str, float]:
-    module = [sys.executable, "-m", "tests.benchmarks.start"]
-    asked = ["--volume", str(path.absolute()), "--probe", str(time.time())]
-    if model is not None:
-        asked += ["--model", str(model.absolute())]
-    done = subprocess.run([*module, *asked], cwd=ROOT, capture_output=True, text=True, check=True)
+def _measured(home: str, asked: argparse.Namespace) -> dict[str, float]:
+    own = {f"XDG_{kind}_HOME": f"{home}/{kind}" for kind in ("CACHE", "CONFIG", "DATA")}
+    command = [sys.executable, "-m", "tests.benchmarks.start", "--probe", str(time.time())]
+    if asked.volume is not None:
+        command += ["--volume", str(asked.volume.absolute())]
+    if asked.without_opengl:
+        command.append("--without-opengl")
+    environment = os.environ | own | {"HOME": home}
+    done = subprocess.run(
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+    )
     found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return found
 
 
-def probe(volume: Path, began: float, model: Path | None) -> dict[str, float]:
-    """Open a volume in the window, off screen, and wait for its images."""
-    if sys.platform == "linux":
-        os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    from app.quick_imports import leave_sources_unread
+def probe(asked: argparse.Namespace) -> dict[str, float]:
+    """Run the program off screen until all kernels are compiled and the last picture is there."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    import app.quick_imports
+    from app.cli import run
 
-    leave_sources_unread()
-    gc.disable()
-    from PySide6.QtWidgets import QApplication
-
-    from app.launch import garbage_collected_here
-    from app.theme import apply_theme
-    from app.window.main_window import MainWindow
-
-    application = QApplication([])
-    apply_theme(application)
-    window = MainWindow()
     found: dict[str, float] = {}
+    quicken = app.quick_imports.leave_sources_unread
 
-    def note(name: str, *_shown: object) -> None:
-        found.setdefault(name, time.time() - began)
+    def then_watch() -> None:
+        # No earlier than the program itself imports the window.
+        quicken()
+        from app import launch
 
-    window.reference.imageShown.connect(partial(note, "reference"))
-    window.generator.imageShown.connect(partial(note, "generator"))
-    window.workspace.reading.open(volume)
-    if model is not None:
-        window.workspace.open_model(model)
-    window.show()
-    note("window")
-    with garbage_collected_here():
-        _wait(lambda: "reference" in found and window.workspace.is_settled)
-        note("settled")
-        found["memory"] = _largest_memory()
-    window.close()
+        open_files = launch._open
+
+        def open_watched(window: MainWindow, start: launch.WindowStart) -> None:
+            open_files(window, start)
+            _watch(window, asked.probe, found)
+
+        launch._open = open_watched
+        if asked.without_opengl:
+            _hide_opengl()
+
+    app.quick_imports.leave_sources_unread = then_watch
+    run([] if asked.volume is None else ["--volume", str(asked.volume)])
+    found["memory"] = _largest_memory()
     return found
 
 
-def _wait(until: Callable[[], bool]) -> None:
-    from PySide6.QtCore import QCoreApplication, QEventLoop
+def _watch(window: MainWindow, began: float, found: dict[str, float]) -> None:
+    """Note when there is what the columns name, and then end the program."""
+    from PySide6.QtCore import QTimer
+    from PySide6.QtWidgets import QApplication
 
-    end = time.monotonic() + PATIENCE_S
-    while not until() and time.monotonic() < end:
-        QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 5)
-        time.sleep(0.001)
+    work = window.workspace.reference
+
+    def note(name: str) -> None:
+        found.setdefault(name, time.time() - began)
+        if "prepared" in found and "picture" in found and window.workspace.is_settled:
+            found["settled"] = time.time() - began
+            QApplication.quit()
+
+    def note_picture(*_shown: object) -> None:
+        note("picture")
+        if work.settings.lighting == "path":
+            note("path")
+
+    def note_prepared(done: int, wanted: int) -> None:
+        if done == wanted > 0:
+            note("prepared")
+
+    window.reference.imageShown.connect(note_picture)
+    window.generator.imageShown.connect(lambda *_shown: note("pair"))
+    window.workspace.settled.connect(lambda: note("window"))
+    work.preparation.progressed.connect(note_prepared)
+    QTimer.singleShot(0, partial(note, "window"))
+    QTimer.singleShot(1000 * PATIENCE_S, QApplication.quit)
+
+
+def _hide_opengl() -> None:
+    from model.errors import CannotDrawError
+    from model.rendering import vtk_renderer
+
+    def found_nowhere() -> None:
+        raise CannotDrawError("VTK finds no OpenGL to draw with.")
+
+    vtk_renderer.offscreen_window = found_nowhere  # type: ignore[assignment]
 
 
 def _largest_memory() -> float:
