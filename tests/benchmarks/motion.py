@@ -112,9 +112,8 @@ def recorded(drawn: list[tuple[int, Callable[[], Any]]]) -> Iterator[None]:
 
 def run(seconds: float, step: Callable[[], object] = lambda: None) -> None:
     """Let the window work for some seconds, or until a step returns True."""
-    loop, timer = QEventLoop(), QTimer(interval=STEP_MS)
-    timer.timeout.connect(lambda: step() is True and loop.quit())
-    QTimer.singleShot(round(1000 * seconds), loop, loop.quit)
+    loop, timer, ends = QEventLoop(), QTimer(interval=STEP_MS), time.monotonic() + seconds
+    timer.timeout.connect(lambda: (step() is True or time.monotonic() > ends) and loop.quit())
     timer.start()
     loop.exec()
     timer.stop()
@@ -168,6 +167,9 @@ def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple
     again = [draw for width, draw in drawn if width in widths]
     _, took = timed(lambda: [draw() for draw in again])
     window.close()
+    # Its timers would go on.
+    window.deleteLater()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     shown, alone = len(painted) / (ended - begun), len(again) / took
     times = [begun, *(at for at, _ in painted), ended]
     gaps = [later - earlier for earlier, later in itertools.pairwise(times)]
