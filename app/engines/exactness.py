@@ -54,8 +54,9 @@ class Exactness:
 
 
 STOPS: dict[Stop, Exactness] = {
-    "fast": Exactness(1 / 30, 0.012, 64),
-    "balanced": Exactness(USUAL_SECONDS, GOOD_ENOUGH, 64),
+    # From 32 to 64 samples, a denoised image takes twice the time and loses a tenth of its error.
+    "fast": Exactness(1 / 30, 0.012, 32),
+    "balanced": Exactness(USUAL_SECONDS, GOOD_ENOUGH, 32),
     "exact": Exactness(math.inf, 0.001, 1024, 0.25),
 }
 """The fastest first."""

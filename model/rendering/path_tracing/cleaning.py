@@ -102,7 +102,7 @@ def error_of(clean: NDArray[np.float32], before: Estimate, estimate: Estimate) -
         return math.inf
     sums = estimate.halves * estimate.counts[:, None, None, None]
     first, second = (sums - before.halves * before.counts[:, None, None, None]) / more
-    # Chance may make the mean too small, even negative: no picture must end too soon by it.
+    # Of each pixel, which are independent: chance may make their mean too small, even negative.
     pixels = ((clean - first) * (clean - second)).mean(axis=2, dtype=np.float64)
     chance = float(pixels.std()) / math.sqrt(pixels.size)
-    return math.sqrt(max(float(pixels.mean()), 0.0) + chance)
+    return math.sqrt(max(float(pixels.mean()), chance))
