@@ -147,10 +147,9 @@ class Preferences(QObject):
 
     def finish(self) -> None:
         """Write what is not written yet, and wait for it."""
-        is_pending = self._pause.isActive()
         self._pause.stop()
         self._writing.join()
-        if is_pending:
+        if not self._has_failed:
             try:
                 self._unwritten()()
             except Exception as error:
