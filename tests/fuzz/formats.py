@@ -234,8 +234,10 @@ def _read_preferences(path: Path) -> str:
     from app.state.settings import Settings
     from app.state.volume_memory import VolumeMemory
 
-    for kind in (Settings, VolumeMemory):
-        KeptFile(path, kind)
+    if path.name == "settings.json":
+        KeptFile(path, Settings)
+    else:
+        KeptFile(path, VolumeMemory)
     return ""
 
 
