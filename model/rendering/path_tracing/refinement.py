@@ -281,18 +281,10 @@ class RefiningRenderer:
         samples: int,
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
-        error: float = 0.0,
     ) -> Iterator[Refined]:
         """Draw a picture with ever more samples; see :func:`refined`."""
         return refined(
-            self._tracer,
-            inputs,
-            size,
-            samples,
-            wanted,
-            sample_distance,
-            cleaning=self._cleaning,
-            error=error,
+            self._tracer, inputs, size, samples, wanted, sample_distance, cleaning=self._cleaning
         )
 
     def close(self) -> None:
