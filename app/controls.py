@@ -155,7 +155,7 @@ def add_title(menu: QMenu, text: str) -> None:
 
 @dataclass(frozen=True)
 class Action:
-    """What a button next to a notice does.
+    """Action of a button next to a notice.
 
     Attributes
     ----------

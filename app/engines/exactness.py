@@ -13,7 +13,7 @@ USUAL_SECONDS = 1 / 12
 """Time that an image may take while something moves, without a choice."""
 
 MOST_PATIENCE = 2.0
-"""However long images may take, the mouse waits no longer for other answers."""
+"""Longest time of answers other than images, as a multiple of the usual one."""
 
 Stop = Literal["fast", "balanced", "exact"]
 """Name of a stop."""

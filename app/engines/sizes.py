@@ -19,7 +19,7 @@ LONGEST_SECONDS = 120.0
 there are as many as that allows."""
 
 FINER = 1.2
-"""Factor of an image's width from which a finer one is worth drawing."""
+"""Smallest factor by which the next image is wider."""
 
 FIRST_SIZE = 384
 """Largest side of the first image, before it is known how long its pixels take."""

@@ -1,4 +1,4 @@
-"""What images while something moves cost at each number of pixels, and how wrong they are."""
+"""Times and errors of images while something moves, at each number of pixels."""
 
 from __future__ import annotations
 

@@ -277,7 +277,7 @@ class EnginePane(QWidget):
         return ", ".join(fact for fact in facts if fact), tone
 
     def _drawn_text(self) -> str:
-        """How the image was drawn, and how far it is: "path traced, 8 of 32 samples"."""
+        """Light and progress of the image: "path traced, 8 of 32 samples"."""
         count, most = self._samples, self._most_samples
         if not (count and most):
             return self._who

@@ -94,7 +94,7 @@ class ImageCanvas(KeyedWidget):
 
     @property
     def background(self) -> Background:
-        """What lies behind the image, where it is transparent."""
+        """Background of the image, where it is transparent."""
         return self._background
 
     def set_background(self, background: Background) -> None:

@@ -33,7 +33,7 @@ HINTS: dict[Tool, str] = {
 """Instructions while a region is to be drawn."""
 
 HINT_PLACE = QPointF(60, 60)
-"""Where they stand on the canvas: below its caption, next to the tools."""
+"""Their place on the canvas: below its caption, next to the tools."""
 
 
 class RegionLayer(QObject):

@@ -1,4 +1,4 @@
-"""How often answers are asked for while something moves, and of how many pixels.
+"""Rhythm and sizes of answers while something moves.
 
 The pictures have the time: all answers together take a fifth of it. Yet none that is shown is of
 what was there more than half a second ago. So answers become smaller rather than rarer.
@@ -22,7 +22,7 @@ MOST_DEBT_S = 0.5
 """Time for which answers go on that have taken more than their share, to give it back later."""
 
 TOO_OLD_S = 1.0
-"""Age from which on an answer is worth more than the share: on a machine too slow for both."""
+"""Age from which an answer comes before the share, on a machine that is too slow for both."""
 
 FADING = 0.9
 """Factor by which the longest wait so far counts less with each that follows."""

@@ -1,4 +1,4 @@
-"""What is shown around the images: at once at rest, a few times a second while something moves."""
+"""Refreshes of plots and labels: at once at rest, a few times a second while something moves."""
 
 from __future__ import annotations
 

@@ -94,7 +94,7 @@ class GeneratorWork(QObject):
 
     @property
     def who(self) -> str:
-        """What draws in few words; empty for a model of this volume."""
+        """Name of the model that draws; empty for a model of this volume."""
         if self.draws_path:
             return PATH_WHO
         return "networks of the paper" if self.draws_codes else ""

@@ -17,7 +17,7 @@ ThemeChoice = Literal["system", "dark", "light"]
 """The window's colours: the system's, or others."""
 
 BackgroundChoice = Literal["black", "gradient", "white"]
-"""What lies behind the images."""
+"""Background of the images."""
 
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 

@@ -1,4 +1,4 @@
-"""What images while something moves cost in the present scene, and how wrong they are."""
+"""Measurement of images while something moves, in the present scene: their times and errors."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class Overlays(QObject):
 
     @property
     def background(self) -> Background:
-        """What lies behind the images."""
+        """Background of the images."""
         return BACKGROUNDS[self._preferences.settings.background]
 
     def choose_background(self, choice: BackgroundChoice) -> None:

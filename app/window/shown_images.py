@@ -44,7 +44,7 @@ class ShownImages:
 
     @property
     def background(self) -> Background:
-        """What lies behind them."""
+        """Background of the images."""
         return self._overlays.background
 
     @property
