@@ -41,6 +41,7 @@ from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.scene.volume import Volume
+from model.volume_files.progress import counted
 
 PATIENCE_S = 20
 
@@ -237,6 +238,10 @@ class FakeBuilders:
     spaces: list[Path | None] = field(default_factory=list)
     space_error: Exception | None = None
     failing: str = ""
+    held: dict[str, threading.Event] = field(default_factory=dict)
+    """Volumes whose reading waits for an event, and tells its progress before and after."""
+    ended: list[str] = field(default_factory=list)
+    """Names of the held volumes whose reading has ended."""
 
     def __post_init__(self) -> None:
         _levels.clear()
@@ -261,6 +266,12 @@ class FakeBuilders:
     def read_volume(self, path: Path) -> Volume:
         if path.stem not in self.volumes:
             raise VolumeError(f"{path}: the file is missing; choose another.")
+        if path.stem in self.held:
+            try:
+                for done in counted("slices read", range(2)):
+                    assert done or self.held[path.stem].wait(PATIENCE_S)
+            finally:
+                self.ended.append(path.stem)
         return self.volumes[path.stem]
 
     def reference(self, volume: Volume, settings: ReferenceSettings) -> Engine:

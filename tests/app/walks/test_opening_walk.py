@@ -1,0 +1,156 @@
+"""From the drop of a file to the pixels."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QPushButton
+from pytestqt.qtbot import QtBot
+from ramp import make_tf, make_volume
+from rested_window import rested
+from window_fakes import FakeBuilders
+
+from app.engines.messages import Result
+from app.window.main_window import MainWindow
+from model.scene.crop import CropBox
+from model.scene.range_fitting import fit_to_range
+from model.scene.region import Outline
+from model.scene.transfer_function import Range
+from model.scene.view import View
+
+
+def drop(window: MainWindow, name: str) -> None:
+    """Drop a file on the window."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(f"/somewhere/{name}.nrrd")])
+    none, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
+    copy = Qt.DropAction.CopyAction
+    QApplication.sendEvent(window, QDragEnterEvent(QPoint(9, 9), copy, data, left, none))
+    QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
+
+
+def seen_over(window: MainWindow) -> list[tuple[str, Range]]:
+    """The volume's name and the TF's range of each picture that the pane shows from now on."""
+    seen: list[tuple[str, Range]] = []
+
+    def note(result: Result) -> None:
+        name = window.windowTitle().partition(" ")[0]
+        seen.append((name, result.request.inputs.opacity_tf.scalar_range))
+
+    window.reference.resultShown.connect(note)
+    return seen
+
+
+@pytest.fixture
+def window(
+    qtbot: QtBot, builders: FakeBuilders, make_window: Callable[..., MainWindow]
+) -> MainWindow:
+    """A window with a volume; two others can be dropped on it."""
+    for name, top in (("tall", 300.0), ("flat", 150.0)):
+        builders.volumes[name] = make_volume(name, top)
+    return rested(qtbot, make_window)
+
+
+def opened(qtbot: QtBot, window: MainWindow, name: str) -> None:
+    """Wait until a volume's pictures are there."""
+    work = window.workspace
+    qtbot.waitUntil(lambda: work.opened is not None and work.opened.volume.name == name)
+    qtbot.waitUntil(lambda: work.is_settled and window.reference.canvas.image is not None)
+
+
+def test_a_dropped_volume_is_drawn_once_and_as_its_own(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    seen, engines = seen_over(window), len(builders.references)
+    drop(window, "tall")
+    assert "Reading tall.nrrd" in window.status.news
+    opened(qtbot, window, "tall")
+    # No picture mixes two volumes, and one engine draws them all.
+    assert seen and set(seen) == {("tall", (100.0, 300.0))}
+    assert len(builders.references) == engines + 1
+    assert window.state.transfer_function == window.workspace.opened.default
+    assert window.editor.area.histogram.counts.sum() == builders.volumes["tall"].voxels.size
+    assert not window.state.edits.stack.canUndo()
+    assert window.preferences.recent("volumes")[0].name == "tall.nrrd"
+
+
+def test_what_is_remembered_is_there_with_the_first_picture(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    drop(window, "tall")
+    opened(qtbot, window, "tall")
+    view, crop = View(azimuth=77.0), CropBox((0.1, 0.0, 0.0), (0.9, 1.0, 1.0))
+    region = Outline.rectangle(0.2, 0.2, 0.7, 0.7)
+    window.state.set_view(view)
+    window.state.crop_input.set(crop)
+    window.sensitivity_state.add_region(region)
+    narrow = fit_to_range(make_tf(150.0), (120.0, 180.0))
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        window.state.tf_input.set(narrow, "edit")
+    drop(window, "flat")
+    opened(qtbot, window, "flat")
+    assert window.state.crop is None and window.sensitivity_state.regions == ()
+    seen, drawn = seen_over(window), len(builders.drawn)
+    drop(window, "tall")
+    opened(qtbot, window, "tall")
+    # At once: no engine was built for the range of a new volume.
+    assert [volume.scalar_range for volume in builders.drawn[drawn:]] == [(120.0, 180.0)]
+    assert set(seen) == {("tall", (120.0, 180.0))}
+    assert window.state.transfer_function == narrow
+    assert (window.state.view, window.state.crop) == (view, crop)
+    assert [each.outline for each in window.sensitivity_state.regions] == [region]
+    assert "restored" in window.status.news
+
+
+def test_a_file_that_cannot_be_read_leaves_all_as_it_was(qtbot: QtBot, window: MainWindow) -> None:
+    before, title = window.state.inputs, window.windowTitle()
+    drop(window, "gone")
+    qtbot.waitUntil(lambda: "the file is missing" in window.notice.text)
+    assert window.workspace.is_settled
+    assert (window.state.inputs, window.windowTitle()) == (before, title)
+    # The next one takes the error away.
+    drop(window, "tall")
+    opened(qtbot, window, "tall")
+    assert window.notice.text == ""
+
+
+def test_a_file_that_is_dropped_while_another_is_read_replaces_it(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    builders.held["tall"] = threading.Event()
+    seen = seen_over(window)
+    drop(window, "tall")
+    qtbot.waitUntil(lambda: "0 of 2 slices read" in window.status.news)
+    drop(window, "flat")
+    opened(qtbot, window, "flat")
+    builders.held["tall"].set()
+    qtbot.waitUntil(lambda: builders.ended == ["tall"])
+    # Its thread's last message is delivered before this one's.
+    QTest.qWait(0)
+    assert set(seen) == {("flat", (100.0, 150.0))}
+    assert window.workspace.is_settled and window.windowTitle().startswith("flat")
+
+
+def test_a_reading_that_is_cancelled_leaves_all_as_it_was(
+    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
+) -> None:
+    builders.held["tall"] = threading.Event()
+    before, title = window.state.inputs, window.windowTitle()
+    window.opening._slow.setInterval(1)
+    drop(window, "tall")
+    qtbot.waitUntil(lambda: "tall.nrrd is being read" in window.notice.text)
+    buttons = window.notice.findChildren(QPushButton)
+    (cancel,) = (each for each in buttons if each.text() == "Cancel" and not each.isHidden())
+    cancel.click()
+    assert "the reading was cancelled" in window.notice.text and window.workspace.is_settled
+    builders.held["tall"].set()
+    qtbot.waitUntil(lambda: builders.ended == ["tall"])
+    QTest.qWait(0)
+    assert (window.state.inputs, window.windowTitle()) == (before, title)
+    drop(window, "flat")
+    opened(qtbot, window, "flat")
