@@ -10,10 +10,7 @@ from model.errors import DeviceError
 def choose_device(name: str) -> torch.device:
     """Return the available device for "auto", "cpu" or "cuda".
 
-    Raises
-    ------
-    DeviceError
-        When the name is unknown or the machine has no such device.
+    Raises :class:`DeviceError` when the name is unknown or the machine has no such device.
     """
     if name == "auto":
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")

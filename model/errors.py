@@ -13,14 +13,9 @@ from importlib.util import find_spec
 
 
 class TfscopeError(Exception):
-    """Base of every error whose message is meant for the user.
+    """Base of every error whose message is meant for the user, in the command line and the window.
 
-    Parameters
-    ----------
-    message : str
-        Worded for both the command line and the window.
-    **suggested : str
-        Values of settings that would help, by name; an empty string stands for a switch.
+    Keyword arguments are values of settings that would help, by name; an empty string is a switch.
     """
 
     def __init__(self, message: str = "", **suggested: str) -> None:

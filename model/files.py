@@ -16,12 +16,7 @@ def writing(path: Path) -> Iterator[BinaryIO]:
     """Open a file for writing that takes a path's place once it is complete and on the disk.
 
     If anything goes wrong before that, what was there stays, and nothing else is left. A link is
-    followed; a device or a pipe is written to directly.
-
-    Raises
-    ------
-    OSError
-        When the file cannot be written.
+    followed; a device or a pipe is written to directly. Raises :class:`OSError` if it cannot be.
     """
     place = Path(os.path.realpath(path))
     if place.exists() and not place.is_file():

@@ -25,12 +25,8 @@ class MalformedError(ValueError):
 def read_json(path: Path) -> Any:
     """Read a JSON file as plain data.
 
-    Raises
-    ------
-    OSError
-        When it cannot be read.
-    MalformedError
-        When it is not JSON, or longer than :data:`MOST_BYTES`.
+    Raises :class:`OSError` when it cannot be read, and :class:`MalformedError` when it is not JSON
+    or longer than :data:`MOST_BYTES`.
     """
     # Not by its size on disk: a pipe or a device has none.
     with path.open("rb") as file:
@@ -56,20 +52,9 @@ def parse_json(content: bytes) -> Any:
 def build(kind: type[T], data: Any, exact: bool = False) -> T:
     """Build a dataclass from plain data, checking the names and types of its fields.
 
-    Parameters
-    ----------
-    kind : type
-        A dataclass; its fields may be numbers, texts, paths, literals, tuples, lists, dicts
-        and dataclasses. What its own checks raise passes through.
-    data
-        As :func:`read_json` returns it.
-    exact : bool
-        Whether to refuse names that are no fields; otherwise they are left out.
-
-    Raises
-    ------
-    MalformedError
-        For a field that is missing, unknown or of another type.
+    Fields may be numbers, texts, paths, literals, tuples, lists, dicts and dataclasses. What a
+    dataclass's own checks raise passes through. Raises :class:`MalformedError` for a field that is
+    missing or of another type, and if `exact` for a name that is no field.
     """
     if exact and isinstance(data, dict):
         unknown = data.keys() - {field.name for field in fields(kind)}  # type: ignore[arg-type]
@@ -86,17 +71,10 @@ def build(kind: type[T], data: Any, exact: bool = False) -> T:
 
 
 def build_valid(kind: type[T], data: dict[str, Any]) -> tuple[T, list[str]]:
-    """Build a dataclass whose fields have defaults, each of which stands for a wrong value.
+    """Build a dataclass whose fields have defaults, and list the fields with wrong values.
 
-    Of a tuple of any length, only wrong elements are left out; a field that is a dataclass is
-    built alike.
-
-    Returns
-    -------
-    object
-        The dataclass.
-    list of str
-        Names of the fields with wrong values.
+    Those have their defaults. Of a tuple of any length, only wrong elements are left out; a field
+    that is a dataclass is built alike.
     """
     found: dict[str, Any] = {}
     wrong: list[str] = []

@@ -75,13 +75,8 @@ def _is_writable(folder: Path) -> bool:
 class KernelGroup:
     """The kernels that the ray caster or path tracer of one light needs for one purpose.
 
-    Attributes
-    ----------
-    voxels : str
-        Type of the voxels as the kernels take them.
-    lighting : {"none", "direct", "soft", "path"}
-    purpose : {"images", "questions"}
-        What is drawn, or sensitivities and what is visible; the path tracer answers none.
+    Voxels are of the type that the kernels take. The purpose is "images", or "questions" about
+    sensitivities and what is visible, of which the path tracer answers none.
     """
 
     voxels: str

@@ -21,12 +21,7 @@ FILE = "measurements.json"
 def kept(name: str, about: Mapping[str, Any]) -> Any:
     """Return the cached result of a measurement on this machine, or None if there is none.
 
-    Parameters
-    ----------
-    name : str
-        Name of the measurement.
-    about : mapping
-        Everything that the result depends on besides the machine, as plain data.
+    `about` is everything that the result depends on besides the machine, as plain data.
     """
     return _read().get(_key(name, about))
 

@@ -38,13 +38,9 @@ def rmse(image: Image, truth: Image) -> float:
 
 
 def clearly_seen(rgba: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return which of some images are not nearly black.
+    """Return which of some RGBA images (n, H, W, 4) of uint8 are not nearly black.
 
     A pixel is as bright as its brightest channel, an image as its pixels in the mean.
-
-    Parameters
-    ----------
-    rgba : ndarray of uint8, shape (n, H, W, 4)
     """
     brightness = rgba[..., :3].max(axis=-1).mean(axis=(1, 2), dtype=np.float64) / 255
     return np.asarray(brightness >= LEAST_BRIGHTNESS)

@@ -3,8 +3,7 @@
 import numpy as np
 
 from model.latent.codes import TFCodec
-from model.latent.latent_space import UNIT_SCENE, LatentSpace
-from model.latent.tf_frame import TFFrame
+from model.latent.latent_space import UNIT_SCENE, LatentSpace, TFFrame
 
 BINS = np.arange(256)
 WIDTH = 20.0

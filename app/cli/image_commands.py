@@ -11,7 +11,7 @@ from app.cli import choices, options, values
 from app.cli.volume_options import takes_volume
 from model.scene.scene import Lighting
 from model.scene.view import View
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure
 from model.volume_files.source import VolumeSource
 
 FILE_OR_MODEL = Annotated[

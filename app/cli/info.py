@@ -7,8 +7,7 @@ from typing import Any
 
 from app.cli.captions import range_text
 from app.cli.console import print_facts
-from model.networks.card import MODEL_FILE, ModelCard
-from model.networks.recorded_errors import errors_by_kind
+from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
 from model.scene.robust_range import robust_range
 from model.scene.scene import RENDERER_NAMES
 from model.scene.value_scale import LOGARITHM_OFFER, SCALE_NAMES, suits_logarithm, values_at

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from app.cli.console import console, counting, print_table
 from model.devices import choose_device
-from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
+from model.networks.path_light_network import PathLightCard, load_path_light, save_path_light
 from model.samples.path_light_pairs import read_pairs, write_pairs
 from model.training.path_light_training import (
     PathLightErrors,

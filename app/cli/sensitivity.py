@@ -31,8 +31,7 @@ from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.value_scale import place_of, values_at
 from model.scene.volume import Volume
-from model.sensitivity.global_scale import global_scale
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure, global_scale
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 
 PAPER_BLOCKS = 16
@@ -164,7 +163,7 @@ def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> 
 
 def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
     from model.rendering.raycast.renderer import RaycastRenderer
-    from model.sensitivity.rendered import block_fields, region_responses
+    from model.sensitivity.exact import block_fields, region_responses
 
     scene = load_card(order.model).scene if order.model else None
     lighting: Lighting = scene.lighting if scene else "none"

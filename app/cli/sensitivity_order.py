@@ -9,7 +9,7 @@ from app.cli.choices import SensitivityEngine
 from app.cli.look import Look
 from model.scene.region import Region
 from model.scene.scene import Lighting
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure
 from model.volume_files.source import VolumeSource
 
 

@@ -18,7 +18,7 @@ from rich.progress import (
 from rich.text import Text
 
 from app.cli.console import console
-from model.networks.recorded_errors import worth_of
+from model.networks.card import recorded_errors
 from model.training import parallel
 from model.training.job import TrainingJob
 from model.training.plan import TrainingReport
@@ -37,7 +37,7 @@ def train_model(job: TrainingJob) -> None:
     except KeyboardInterrupt:
         _say_how_to_go_on(job)
         raise
-    console.print(worth_of(job.out))
+    console.print(recorded_errors(job.out))
     volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
     window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
     console.print(f"The model is in {job.out}; open it with: {window}")

@@ -141,7 +141,7 @@ class RendererEngine:
         self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the image exactly; not offered by VTK."""
-        from model.sensitivity.rendered import region_responses
+        from model.sensitivity.exact import region_responses
 
         go_on_if(watch)
         renderer, size = self._of_curves(), request.quality.pixels

@@ -16,7 +16,7 @@ from app.engines.quality import Quality
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
 from model.scene.scene import Scene
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure
 
 IMAGES = "images"
 """Name of the channel whose images an engine's pane shows."""

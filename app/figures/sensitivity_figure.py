@@ -22,16 +22,16 @@ from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import (
     UNIT,
+    Measure,
     color_bar,
     field_of_value,
     overlay,
+    overlay_globally,
     scale_of,
     shown_field,
     shown_responses,
     spread_blocks,
 )
-from model.sensitivity.global_scale import global_color_bar, overlay_globally
-from model.sensitivity.measure import Measure
 from model.sensitivity.result import SensitivityResult
 
 MEASURE_NAMES: dict[Measure, str] = {
@@ -124,7 +124,7 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
     if result.whole_scale is not None:
         shown = overlay_globally(image, field, scale, result.whole_scale)
         add_image(layout, 1, 1, MEASURE_NAMES["change"], shown)
-        add_bar(layout, 1, 2, global_color_bar(256), (0.0, result.whole_scale), label)
+        add_bar(layout, 1, 2, color_bar("all values", 256), (0.0, result.whole_scale), label)
         caption = f"{caption}, colours by the fields of all values, opaque from {scale:.2g}"
     else:
         add_image(layout, 1, 1, MEASURE_NAMES[measure], overlay(image, field, scale, measure))

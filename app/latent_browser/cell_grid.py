@@ -24,7 +24,7 @@ from app.image_view.image_canvas import LEAST_PROGRESS, paint_progress, to_qimag
 from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
-from model.latent.interpolation import CELLS
+from model.latent.latent_map import CELLS
 
 GAP = 3
 STALE_OPACITY = 0.45

@@ -11,7 +11,7 @@ from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
 from app.state.latent_pictures import GridPicture, LatentPictures
 from app.state.latent_state import LatentState, Place
-from model.latent.interpolation import CELLS, Brush
+from model.latent.latent_map import CELLS, Brush
 from model.scene.transfer_function import OpacityTF
 
 LEAST_SIDE = 0.01

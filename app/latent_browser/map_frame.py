@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 
-from model.latent.interpolation import Brush
+from model.latent.latent_map import Brush
 
 CLOSEST, FARTHEST = 40.0, 0.8
 """Limits of the zoom; at 1 the whole map is in sight."""

@@ -11,7 +11,7 @@ from app import theme
 from app.latent_browser.map_colors import Shades, lookup_table
 from app.latent_browser.map_frame import MapFrame
 from app.state.latent_state import Place
-from model.latent.interpolation import CELLS, Brush
+from model.latent.latent_map import CELLS, Brush
 
 BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention

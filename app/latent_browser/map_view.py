@@ -26,7 +26,7 @@ from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
-from model.latent.interpolation import Brush
+from model.latent.latent_map import Brush
 
 CLICK_REACH = 4
 """A press that moves less is a click."""

@@ -60,13 +60,7 @@ class BandTag(QFrame):
 
 
 class BandLayer(QObject):
-    """Draws the band: green where it is visible, blue what an edit of it would change.
-
-    Parameters
-    ----------
-    visible : VisibleLayer
-        Knows how much of the image the band makes up.
-    """
+    """Draws the band: green where it is visible, blue what an edit of it would change."""
 
     def __init__(
         self,

@@ -16,7 +16,7 @@ from app.icons import IconButton
 from app.menu_tips import show_tips
 from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
 from app.tf_editor.histogram import HistogramLayer
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure
 
 _ICON = QSize(14, 12)
 AROUND = 18
@@ -26,12 +26,7 @@ _Form = Literal["line", "area", "region"]
 
 
 class Chip(QToolButton):
-    """A layer's name and its colour, as line or area; off it is dim.
-
-    Parameters
-    ----------
-    form : {"line", "area", "region"}
-    """
+    """A layer's name and its colour, as line or area; off it is dim."""
 
     def __init__(self, name: str, form: _Form, tip: str) -> None:
         super().__init__()
@@ -168,13 +163,7 @@ VOXELS_TIP = "How many voxels have each value, on a logarithmic scale"
 
 
 class ChipBar(QWidget):
-    """Chips for the region, and for the layers of the plot, next to the panel's button.
-
-    Parameters
-    ----------
-    histogram : HistogramLayer
-        The voxels, which can be hidden.
-    """
+    """Chips for the region, and for the layers of the plot, next to the panel's button."""
 
     regionChosen = Signal()
     """Emitted when a region is chosen from the list."""

@@ -57,17 +57,7 @@ class ColorBar(QToolButton):
         return "" if self.isHidden() else f"{low} to {high} {meaning}"
 
     def show_scale(self, measure: Shown, texts: tuple[str, str, str], tip: str) -> None:
-        """Show a scale.
-
-        Parameters
-        ----------
-        measure : {"change", "signed", "visible"}
-            Whose colours it has.
-        texts : tuple of str
-            Its lower end, its upper end, and what they are.
-        tip : str
-            All that is to be said about it.
-        """
+        """Show a scale."""
         self._bar = _shades(measure)
         self._texts = texts
         self.setToolTip(f"{tip}\n{TIP}")

@@ -27,17 +27,7 @@ Emphasis = Literal["raise", "lower", "isolate"]
 
 
 class EditActions:
-    """Makes edits, each as one undo step.
-
-    Parameters
-    ----------
-    layer : ResponseLayer
-        Has the intervals.
-    shown_colors : callable
-        Returns the colours (n, 3) that the active region shows now.
-    made_visible : callable
-        Returns an opacity TF with opacities that show in the volume.
-    """
+    """Makes edits, each as one undo step."""
 
     def __init__(
         self,

@@ -46,11 +46,6 @@ class FieldCover(QObject):
     Fields and images arrive at different times. A field covers the pane only together with
     the image of the same inputs; while newer images arrive faster than fields, the last pair
     stays, and is never mixed.
-
-    Parameters
-    ----------
-    choose : callable
-        Returns the answer to show in this pane, or None.
     """
 
     changed = Signal()

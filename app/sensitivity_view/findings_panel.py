@@ -35,13 +35,7 @@ from model.sensitivity.contributions import Contribution, contributions, follow,
 
 
 class ListedValues(QObject):
-    """Finds the values, and keeps their order as long as they are listed.
-
-    Parameters
-    ----------
-    count : int
-        Largest number of values.
-    """
+    """Finds the values, and keeps their order as long as they are listed."""
 
     changed = Signal()
 
@@ -119,15 +113,7 @@ OPEN_FROM = 1600
 
 
 class FindingsPanel(QFrame):
-    """Lists what is visible in the active region or at the clicked place, and edits that show most.
-
-    Parameters
-    ----------
-    layer : ResponseLayer
-        Finds the intervals, and has flags for them.
-    source : QWidget
-        Names the source of the answers.
-    """
+    """Lists what is visible in the region or at the clicked place, and edits that show most."""
 
     renameRequested = Signal()
     openChanged = Signal(bool)

@@ -14,13 +14,7 @@ from app.controls import ElidedLabel, add_action
 
 
 class AddButton(QToolButton):
-    """Adds a mode when clicked; the menu next to it has the same in another colour.
-
-    Parameters
-    ----------
-    place : str
-        Where it adds one, for the tooltip.
-    """
+    """Adds a mode when clicked; the menu next to it has the same in another colour."""
 
     addRequested = Signal(bool)
     """Emitted with whether the mode shall have a colour that stands out."""
@@ -51,11 +45,6 @@ class PanelRow(QWidget):
 
     The first row of a list has its buttons while no other one is pointed at. By Tab all are
     reached, drawn or not.
-
-    Parameters
-    ----------
-    widths : sequence of int
-        Of the texts, in pixels; 0 for one that takes the room that is left.
     """
 
     def __init__(self, widths: Sequence[int], buttons: Sequence[QAbstractButton]) -> None:

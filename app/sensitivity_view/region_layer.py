@@ -283,15 +283,6 @@ def name_corners(
 
     A name stands above its region, where there is room, else below; at its left, else at its
     right, else further down.
-
-    Parameters
-    ----------
-    regions : sequence of QRectF
-        Rectangles around the regions.
-    plates : sequence of QRectF
-        What lies behind each name, if the name begins at the origin.
-    covered : sequence of QRectF
-        What hides a part of the image, such as its caption.
     """
     taken = list(covered)
     corners = []

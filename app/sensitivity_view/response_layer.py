@@ -24,7 +24,7 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_text import value_text
 from model.sensitivity.display import FLOOR, SMALL_EDIT
-from model.sensitivity.intervals import Interval, strongest_intervals
+from model.sensitivity.peaks import Interval, strongest_intervals
 
 FLAG_HEIGHT = 19
 FLAG_GAP = 3
@@ -66,13 +66,7 @@ class PeakFlag(QToolButton):
 
 
 def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -> None:
-    """Put flags at the upper edge of a plot, over their places, side by side.
-
-    Parameters
-    ----------
-    centers : sequence of int
-        Where each would stand in the middle, in pixels.
-    """
+    """Put flags at the upper edge of a plot, over their places, side by side."""
     order = sorted(range(len(flags)), key=lambda index: centers[index])
     lefts = [0] * len(flags)
     free = plot.left()

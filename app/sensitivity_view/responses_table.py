@@ -19,15 +19,7 @@ SIZE = 520, 480
 
 
 class ResponsesTable(QDialog):
-    """Lists numbers of each scalar value.
-
-    Parameters
-    ----------
-    columns : sequence of str
-        Headings.
-    rows : sequence of sequence of str
-        Numbers, one sequence for each row.
-    """
+    """Lists numbers of each scalar value."""
 
     def __init__(
         self,

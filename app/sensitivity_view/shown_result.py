@@ -24,20 +24,7 @@ def shown_result(
     image: NDArray[np.float32] | None,
     units: str,
 ) -> SensitivityResult | None:
-    """Return what is shown: the field of the band if there is one, else the region's responses.
-
-    Parameters
-    ----------
-    image : ndarray of float32, shape (H, W, 3), or None
-        The image that is differentiated.
-    units : str
-        Unit of the scalars.
-
-    Returns
-    -------
-    SensitivityResult or None
-        None as long as there is no answer about the present image.
-    """
+    """Return what is shown: the field of the band if there is one, else the region's responses."""
     band = sensitivity.band
     if band is not None and not band.effect:
         # Where values are visible is no sensitivity.

@@ -28,13 +28,7 @@ NOTABLE = 2.0
 
 
 class SourceLabel(QLabel):
-    """Names the engines behind what is shown, with the colours of their curves.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        Knows the model and what it was trained on.
-    """
+    """Names the engines behind what is shown, with the colours of their curves."""
 
     saidChanged = Signal(str)
 

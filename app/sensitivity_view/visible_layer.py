@@ -69,15 +69,7 @@ class VisibleLayer(QObject):
         return [label.toPlainText() for label in self._labels if label.isVisible()]
 
     def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:
-        """Return the part of all that is visible which a band of values makes up, if it is known.
-
-        Parameters
-        ----------
-        values : tuple of float
-            Lowest and highest value of the band.
-        width : float
-            Standard deviation of its ends, in bins.
-        """
+        """Return the part of all that is visible that a band of values makes up, if known."""
         answer = self._asker.visibility
         if answer is None:
             return None

@@ -65,11 +65,6 @@ TIP = (
 class WhatIfQuestion(QObject):
     """Has an edit rendered while its button is on, and follows the band of values with it.
 
-    Parameters
-    ----------
-    layer : ResponseLayer
-        Knows where an edit shows most.
-
     Attributes
     ----------
     edit_text : str

@@ -32,13 +32,7 @@ LIVE_SIZES = (256, 192, 128, 96, 64, 48)
 
 
 class AnswerPace(Pace):
-    """Remembers how long answers took, and says when the next are due, and how large.
-
-    Parameters
-    ----------
-    clock : callable
-        Returns the time in seconds.
-    """
+    """Remembers how long answers took, and says when the next are due, and how large."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         super().__init__(TIME_GROWTH)

@@ -14,8 +14,7 @@ from app.engines.messages import EngineReady
 from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
 from model.generator.catalog import PATH_LIGHT
-from model.networks.card import recorded_agreement
-from model.networks.recorded_errors import worth_of
+from model.networks.card import recorded_agreement, recorded_errors
 from model.rendering.path_tracing import denoising
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
@@ -104,7 +103,7 @@ class GeneratorWork(QObject):
         """Errors of the model, as its card has them; empty where they are not known."""
         if self.draws_path:
             return PATH_WORTH
-        return "" if self.folder is None or self.awaits_path else worth_of(self.folder)
+        return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
 
     @property
     def recorded_agreement(self) -> float | None:

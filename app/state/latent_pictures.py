@@ -24,12 +24,12 @@ from app.state.brightness import Brightness
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState, Place
 from app.state.viewer_state import ViewerState
-from model.latent.interpolation import CELLS
+from model.latent.latent_map import CELLS
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
 
 if TYPE_CHECKING:
-    from model.latent.interpolation import Cells
+    from model.latent.latent_map import Cells
 
 CELL_SIZE, HOVER_SIZE = 128, 256
 """Width and height of pictures at rest, in pixels."""

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Signal
 
-from model.latent.interpolation import Brush
+from model.latent.latent_map import Brush
 from model.scene.transfer_function import Range
 
 CodecChoice = Literal["shipped", "model"]

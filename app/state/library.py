@@ -11,9 +11,14 @@ from app.state.generator_work import LIGHTS
 from app.state.preferences import Preferences
 from model.errors import CheckpointError, TfscopeError
 from model.generator.catalog import shipped_models
-from model.networks.card import MODEL_FILE, ModelCard, card_of, read_header
-from model.networks.recorded_errors import error_text
-from model.networks.weights_file import read_weights
+from model.networks.card import (
+    MODEL_FILE,
+    ModelCard,
+    card_of,
+    error_text,
+    read_header,
+    read_weights,
+)
 from model.scene.scene import Scene
 from model.volume_files import SUFFIXES
 from model.volume_files.finish import readable_name

@@ -378,13 +378,7 @@ class SensitivityAsker(QObject):
         return expected is not None and expected > seconds
 
     def _ask(self, *questions: Question, seconds: float | None = None) -> None:
-        """Ask some questions, or call off what is not to be asked any more.
-
-        Parameters
-        ----------
-        seconds : float, optional
-            Time that the answers may take together; by default as long as they do at rest.
-        """
+        """Ask some questions, or call off what is not to be asked any more."""
         live = seconds is not None
         if self._is_starting() or (self._state.live and not live):
             return

@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from model.scene.region import SQUARE, Outline, Reach
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure
 
 EngineChoice = Literal["automatic", "exact", "learned"]
 Tool = Literal["rectangle", "lasso"]
@@ -28,13 +28,7 @@ WIDTH_PER_NOTCH = 1.15
 
 @dataclass(frozen=True)
 class NamedRegion:
-    """A region that the user has drawn.
-
-    Raises
-    ------
-    ValueError
-        For an outline without three corners, or far outside of any image.
-    """
+    """A region that the user has drawn."""
 
     name: str
     outline: Outline

@@ -35,13 +35,7 @@ to build.
 
 
 class Backend(NamedTuple):
-    """Library that decodes images, and its precision.
-
-    Attributes
-    ----------
-    name : {"eager", "openvino"}
-    precision : {"float32", "bfloat16"}
-    """
+    """Library that decodes images, and its precision."""
 
     name: BackendName
     precision: Precision = "float32"
@@ -102,18 +96,7 @@ def candidates(device: torch.device) -> list[Backend]:
 
 
 def make_decode(network: GeneratorNetwork, backend: Backend, device: torch.device) -> Decode:
-    """Return a function equivalent to the network's `decode` that uses a backend.
-
-    Parameters
-    ----------
-    network : GeneratorNetwork
-        In evaluation mode, on the device.
-
-    Raises
-    ------
-    DeviceError
-        When the backend cannot be used here.
-    """
+    """Return a function equivalent to the network's `decode` that uses a backend."""
     trouble = obstacle(backend, device)
     if trouble is not None:
         raise DeviceError(f"The backend '{backend.name}' is not there: {trouble}.")

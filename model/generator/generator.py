@@ -5,19 +5,19 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.ndimage import shift
 from torch import Tensor
 from torch.nn.functional import interpolate
 
 from model.devices import choose_device
 from model.errors import LatentError
 from model.generator.backends import EAGER, Backend, candidates, library_version, make_decode
-from model.generator.panning import panned
 from model.measurements import keep, kept
 from model.networks.blocks import place
 from model.networks.card import ModelCard
@@ -25,8 +25,10 @@ from model.networks.checkpoint import load_model
 from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.networks.generator_network import GeneratorNetwork
 from model.scene.inputs import SceneInputs, condition_numbers
+from model.scene.region import Mask
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
+from model.scene.view import View
 
 logger = logging.getLogger(__name__)
 
@@ -35,22 +37,11 @@ TIMED_IMAGES = 4
 
 
 class Generator:
-    """Generates images of the scene that its model was trained on.
+    """Generates images of the scene that its model was trained on; not thread-safe.
 
-    Images are float32 RGBA like the reference renderer's: colour premultiplied
-    on black, row 0 at the top, values in [0, 1]. The opacity channel is the
-    opacity image, enlarged to the size of the colour image.
-
-    Attributes
-    ----------
-    network : GeneratorNetwork
-        The differentiable network, a function of encoded inputs.
-    backend : Backend
-        Backend that decodes images.
-
-    Notes
-    -----
-    Not thread-safe.
+    Images are float32 RGBA like the reference renderer's: colour premultiplied on black, row 0 at
+    the top, values in [0, 1]. The opacity channel is the opacity image, enlarged to the size of the
+    colour image.
     """
 
     def __init__(
@@ -68,22 +59,12 @@ class Generator:
 
     @classmethod
     def load(cls, folder: Path, device: str = "auto", fastest: bool = False) -> Generator:
-        """Load a model folder.
+        """Load a model folder on "auto", "cpu" or "cuda".
 
-        Parameters
-        ----------
-        device : {"auto", "cpu", "cuda"}
-            "auto" uses the GPU if there is one.
-        fastest : bool
-            Whether the fastest backend on this machine draws, which is measured when a
-            network of this size is first loaded, and then cached; else torch does.
-
-        Raises
-        ------
-        CheckpointError
-            When the folder holds no valid model.
-        DeviceError
-            When the device is unavailable.
+        With `fastest`, the fastest backend on this machine draws, which is measured when a network
+        of this size is first loaded, and then cached; else torch does. Raises
+        :class:`CheckpointError` for a folder without a valid model, :class:`DeviceError` for an
+        unavailable device.
         """
         chosen = choose_device(device)
         card, network = load_model(folder)
@@ -143,12 +124,7 @@ class Generator:
 
     @torch.inference_mode()
     def render_batch(self, inputs: Sequence[SceneInputs]) -> NDArray[np.float32]:
-        """Generate N images in one pass.
-
-        Returns
-        -------
-        ndarray of float32, shape (N, S, S, 4)
-        """
+        """Generate N images (N, S, S, 4) in one pass."""
         images = self._render(self.network.features(self.encoded(inputs)))
         for image, shown in zip(images, inputs, strict=True):
             image[...] = panned(image, shown.view)
@@ -156,18 +132,9 @@ class Generator:
 
     @torch.inference_mode()
     def image_pairs(self, inputs: EncodedInputs) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Render colour and opacity images apart, as the backend draws them.
+        """Render colour images (N, S, S, 3) and opacity images (N, So, So) apart, in [0, 1].
 
-        Parameters
-        ----------
-        inputs : EncodedInputs
-            Of N images, on the generator's device.
-
-        Returns
-        -------
-        colors : ndarray of float32, shape (N, S, S, 3)
-        opacities : ndarray of float32, shape (N, So, So)
-            Both in [0, 1].
+        The inputs are on the generator's device.
         """
         image, opacity = self._decode(*self.network.features(inputs))
         colors = decode_unit(image).permute(0, 2, 3, 1).cpu().numpy()
@@ -177,22 +144,10 @@ class Generator:
     def render_latent(
         self, latent: NDArray[np.float32], inputs: SceneInputs
     ) -> NDArray[np.float32]:
-        """Generate images from latent codes instead of an opacity TF.
+        """Generate an image from a latent code (latent_dim,), or N from (N, latent_dim).
 
-        Parameters
-        ----------
-        latent : ndarray of float32, shape (latent_dim,) or (N, latent_dim)
-        inputs : SceneInputs
-            Used for all codes, except for its opacity TF.
-
-        Returns
-        -------
-        ndarray of float32, shape (S, S, 4) or (N, S, S, 4)
-
-        Raises
-        ------
-        LatentError
-            For codes that are not finite, or of another length than the generator's.
+        All else is taken from the inputs, whose opacity TF is not used. Raises :class:`LatentError`
+        for codes that are not finite, or of another length than the generator's.
         """
         codes = self._codes(latent)
         conditions, _, color_tf = self.encoded([inputs])
@@ -213,16 +168,9 @@ class Generator:
 
     @torch.inference_mode()
     def encode(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Encode opacity TFs as latent codes.
+        """Encode an opacity TF (256,) or (N, 256), in [0, 1], as latent codes.
 
-        Parameters
-        ----------
-        opacities : ndarray of float32, shape (256,) or (N, 256)
-            In [0, 1], sampled over the scene's scalar range.
-
-        Returns
-        -------
-        ndarray of float32, shape (latent_dim,) or (N, latent_dim)
+        TFs are sampled over the scene's scalar range.
         """
         tfs = encode_unit(np.atleast_2d(opacities).astype(np.float32)).to(self.device)
         codes: NDArray[np.float32] = self.network.codec.encode(tfs).cpu().numpy()
@@ -243,17 +191,7 @@ class Generator:
 
     @torch.inference_mode()
     def decode(self, latent: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Decode latent codes into opacity TFs.
-
-        Parameters
-        ----------
-        latent : ndarray of float32, shape (latent_dim,) or (N, latent_dim)
-
-        Returns
-        -------
-        ndarray of float32, shape (256,) or (N, 256)
-            Opacities in [0, 1] over the scene's scalar range.
-        """
+        """Decode a latent code, or N of them, into opacity TFs (256,) or (N, 256) in [0, 1]."""
         codes = self._codes(latent)
         tfs = decode_unit(self.network.codec.decode(codes)).cpu().numpy()
         return tfs if np.ndim(latent) == 2 else tfs[0]
@@ -273,3 +211,22 @@ class Generator:
         rgba[..., 3] = opacity[:, 0]
         rgba.mul_(0.5).add_(0.5)
         return np.asarray(rgba.cpu().numpy())
+
+
+def panned(pictures: NDArray[np.float32], view: View) -> NDArray[np.float32]:
+    """Move pictures (..., S, S, C) as a view is panned.
+
+    What comes in from outside is transparent.
+    """
+    if view.pan_x == view.pan_y == 0.0:
+        return pictures
+    size = pictures.shape[-2]
+    down, right = -view.pan_y * size / 2, view.pan_x * size / 2
+    still = (0.0,) * (pictures.ndim - 3)
+    return shift(pictures, (*still, down, right, 0.0), order=1, mode="constant")
+
+
+def unpanned(mask: Mask, view: View) -> Mask:
+    """Return the pixels of a picture before panning that a mask (S, S) of the panned one shows."""
+    back = replace(view, pan_x=-view.pan_x, pan_y=-view.pan_y)
+    return panned(mask[..., None].astype(np.float32), back)[..., 0] > 0.5

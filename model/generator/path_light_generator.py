@@ -17,11 +17,11 @@ from torch import Tensor
 from model.devices import choose_device
 from model.errors import CheckpointError
 from model.generator.catalog import PATH_LIGHT
-from model.networks.path_light_file import load_path_light
 from model.networks.path_light_network import (
     MULTIPLE,
     PathLightNetwork,
     in_fast_layout,
+    load_path_light,
     network_inputs,
 )
 from model.rendering.path_tracing import denoising
@@ -47,20 +47,9 @@ def cleaning_of(
 ) -> tuple[Cleaning | None, Callable[[], None]]:
     """Return what cleans path-traced pictures of a volume best here, and what releases it.
 
-    Parameters
-    ----------
-    light : LightDirection, optional
-        Default direction of the light, for inputs without one.
-    cleans : bool
-        Whether anything is to clean.
-    network : Path
-        File of the network; where there is none, or a damaged one, the denoiser cleans alone.
-
-    Returns
-    -------
-    cleaning : callable, or None
-        None where nothing is to clean, and where there is no denoiser.
-    close : callable
+    The first is None where nothing is to clean, and where there is no denoiser. Without the
+    network's file, or with a damaged one, the denoiser cleans alone. The light is that of inputs
+    without one.
     """
     if not (cleans and denoising.available()):
         return None, lambda: None
@@ -73,19 +62,7 @@ def cleaning_of(
 
 
 class PathLightGenerator:
-    """Finishes path-traced pictures of one volume.
-
-    Parameters
-    ----------
-    network : PathLightNetwork
-    volume : Volume
-    light : LightDirection, optional
-        Default direction of the light, for inputs without one.
-    device : str
-        "auto", "cpu" or "cuda".
-    threads : int, optional
-        Of the ray caster, one per processor by default.
-    """
+    """Finishes path-traced pictures of one volume."""
 
     def __init__(
         self,
@@ -113,7 +90,7 @@ class PathLightGenerator:
         unlit: NDArray[np.float32],
         samples: int,
     ) -> NDArray[np.float32]:
-        """Finish a picture.
+        """Return what many samples would show, radiance times opacity (rows, columns, 3).
 
         Parameters
         ----------
@@ -123,10 +100,6 @@ class PathLightGenerator:
             The ray caster's unlit picture.
         samples : int
             Of each pixel of what was traced.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns, 3)
         """
         colors = {"unlit": unlit[..., :3], "soft": soft, "denoised": denoised, "traced": traced}
         tensors = {name: self._tensor(image) for name, image in colors.items()}
@@ -151,14 +124,6 @@ class FinishedPicture(Denoiser):
 
     See :class:`model.rendering.path_tracing.cleaning.Cleaner`. The picture in soft light is drawn
     once, when it is first needed.
-
-    Parameters
-    ----------
-    generator : PathLightGenerator
-    draw_soft : callable
-        Draws the scene in soft light.
-    most : int
-        Samples of a pixel up to which pictures are finished.
     """
 
     def __init__(

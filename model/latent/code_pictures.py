@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from model.generator.generator import Generator
 from model.latent.codes import Codes, PictureOf, checked_codes
-from model.latent.interpolation import Cells
+from model.latent.latent_map import Cells
 from model.latent.latent_space import LatentSpace
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import OpacityTF
@@ -30,26 +30,11 @@ def draw_codes(
     inputs: SceneInputs,
     of: PictureOf = "code",
 ) -> Images:
-    """Draw pictures of latent codes, in one pass.
+    """Draw pictures (n, S, S, 4) of latent codes (n, d), in one pass.
 
-    Parameters
-    ----------
-    space : LatentSpace
-        The space that the codes are of; for pictures of codes, the generator's own.
-    codes : ndarray of float32, shape (n, d)
-    inputs : SceneInputs
-        View, light and colours of all pictures; its opacity TF is not used.
-    of : {"code", "tf"}
-
-    Returns
-    -------
-    ndarray of float32, shape (n, S, S, 4)
-        RGBA in [0, 1], premultiplied, row 0 at the top.
-
-    Raises
-    ------
-    LatentError
-        For codes that are not finite or not of the generator.
+    View, light and colours are those of the inputs, whose opacity TF is not used. For pictures of
+    codes the space is the generator's own. Raises :class:`LatentError` for codes that are not
+    finite or not of the generator.
     """
     codes = checked_codes(codes)
     if of == "tf":
@@ -63,17 +48,10 @@ def draw_cells(
     cells: Cells,
     inputs: SceneInputs,
 ) -> Images:
-    """Draw the pictures of a brushed rectangle's 4 x 4 cells, in one pass.
+    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells.
 
-    Returns
-    -------
-    ndarray of float32, shape (4, 4, S, S, 4)
-        NaN in cells without samples.
-
-    Raises
-    ------
-    LatentError
-        As :func:`draw_codes` does, and when no cell has samples.
+    They are NaN in cells without samples. Raises :class:`LatentError` as :func:`draw_codes` does,
+    and when no cell has samples.
     """
     filled = cells.count > 0
     drawn = draw_codes(generator, space, cells.codes[filled], inputs)

@@ -86,19 +86,7 @@ class BrowserCodec(TFCodec):
 
 
 def load_codec(folder: Path = SHIPPED_CODEC) -> tuple[str, BrowserCodec]:
-    """Read a codec folder.
-
-    Returns
-    -------
-    digest : str
-        SHA-256 of the weights' file.
-    codec : BrowserCodec
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no codec, or one that is damaged or of another version.
-    """
+    """Read a codec folder."""
     from safetensors.numpy import load
 
     try:

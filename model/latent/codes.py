@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from model.errors import LatentError
 
 if TYPE_CHECKING:
-    from model.networks.codec import LatentCodec
+    from model.networks.generator_network import LatentCodec
 
 SAMPLES = 10_000
 """Number of codes on a map, as in the paper (section 5.2)."""
@@ -40,13 +40,7 @@ class TFCodec(Protocol):
 
 
 class NetworkCodec(TFCodec):
-    """The codec of the paper's networks, on the CPU.
-
-    Parameters
-    ----------
-    network : LatentCodec
-        In evaluation mode.
-    """
+    """The codec of the paper's networks, on the CPU."""
 
     def __init__(self, network: LatentCodec) -> None:
         self.network = network
@@ -74,16 +68,10 @@ class NetworkCodec(TFCodec):
 
 @dataclass(frozen=True, eq=False)
 class CodeSamples:
-    """Codes that stand for TFs, spread over all that the decoder can make.
+    """Codes (n, d) spread over all that the decoder can make, and the TFs (n, 256) of them.
 
-    Attributes
-    ----------
-    codes : ndarray of float32, shape (n, d)
-    tfs : ndarray of float32, shape (n, 256)
-        Decoded, in [0, 1].
-    singular_values : ndarray of float32, shape (d,)
-        Of the centred codes, divided by the square root of n: standard deviations along the
-        codes' principal axes.
+    The singular values (d,) of the centred codes, divided by the square root of n, are the standard
+    deviations along their principal axes.
     """
 
     codes: Codes
@@ -103,18 +91,7 @@ class CodeSamples:
 def sample_codes(
     codec: TFCodec, tfs: NDArray[np.floating], count: int = SAMPLES, seed: int = 0
 ) -> CodeSamples:
-    """Draw codes uniformly, decode them, and encode them again (paper, section 5.2).
-
-    Parameters
-    ----------
-    tfs : ndarray, shape (m, 256)
-        Opacity TFs, the codes of which but for outliers span the box that is drawn from.
-
-    Raises
-    ------
-    LatentError
-        When the codec gives codes that are not finite, or the same code for all TFs.
-    """
+    """Draw codes uniformly, decode them, and encode them again (paper, section 5.2)."""
     known = checked_codes(codec.encode(tfs))
     if (known.std(axis=0) < COLLAPSED_DEVIATION).all():
         raise LatentError(
@@ -128,13 +105,7 @@ def sample_codes(
 
 
 def samples_of(codec: TFCodec, codes: Codes) -> CodeSamples:
-    """Return codes with what follows from them.
-
-    Raises
-    ------
-    LatentError
-        When there is no code, or codes are not finite.
-    """
+    """Return codes with what follows from them."""
     checked_codes(codes)
     centred = codes.astype(np.float64) - codes.mean(axis=0, dtype=np.float64)
     variances = np.linalg.eigvalsh(centred.T @ centred / len(codes))[::-1]
@@ -143,13 +114,7 @@ def samples_of(codec: TFCodec, codes: Codes) -> CodeSamples:
 
 
 def checked_codes(codes: NDArray[np.floating]) -> Codes:
-    """Return codes (n, d) as float32.
-
-    Raises
-    ------
-    LatentError
-        When there is none, or a number is not finite.
-    """
+    """Return codes (n, d) as float32."""
     codes = np.asarray(codes, dtype=np.float32)
     if codes.ndim != 2 or not codes.size:
         raise LatentError(f"Codes of shape {codes.shape} are not a list of codes.")

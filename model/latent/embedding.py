@@ -33,16 +33,9 @@ Progress = Callable[[float], None]
 
 
 class EmbeddingProcess:
-    """t-SNE of codes in a process of its own, so that it can be cancelled, or crash.
+    """t-SNE of codes (n, d) in a process of its own, so that it can be cancelled, or crash.
 
-    Parameters
-    ----------
-    codes : ndarray of float32, shape (n, d)
-
-    Raises
-    ------
-    LatentError
-        For codes that have no map, see :func:`standardized`.
+    Raises :class:`LatentError` for codes that have no map, see :func:`standardized`.
     """
 
     def __init__(self, codes: Codes, seed: int = 0) -> None:
@@ -52,17 +45,9 @@ class EmbeddingProcess:
         self._cancelled = False
 
     def run(self, progress: Progress = lambda done: None) -> Places | None:
-        """Compute the map; waits, and may be cancelled from another thread.
+        """Compute the map (n, 2) and wait for it; return None if another thread cancels it.
 
-        Returns
-        -------
-        ndarray of float32, shape (n, 2), or None
-            None if it was cancelled.
-
-        Raises
-        ------
-        LatentError
-            When the process ends without a map.
+        Raises :class:`LatentError` when the process ends without a map.
         """
         if (clause := missing("maps")) is not None:
             raise LatentError(f"The principal components are shown, as for a map {clause}")
@@ -105,13 +90,7 @@ class EmbeddingProcess:
 
 
 def principal_places(codes: Codes) -> Places:
-    """Places of codes (n, d) along their two principal axes.
-
-    Raises
-    ------
-    LatentError
-        For codes that have no map, see :func:`standardized`.
-    """
+    """Places of codes (n, d) along their two principal axes."""
     scaled = standardized(codes)
     _, _, axes = np.linalg.svd(scaled, full_matrices=False)
     two = np.zeros((2, scaled.shape[1]))
@@ -123,14 +102,7 @@ def principal_places(codes: Codes) -> Places:
 
 
 def standardized(codes: Codes) -> NDArray[np.float64]:
-    """Codes (n, d) with mean 0 and variance 1; numbers that hardly vary are left out.
-
-    Raises
-    ------
-    LatentError
-        When codes are not finite, or too few of them differ: scikit-learn's t-SNE ends the
-        whole process at points that are all equal.
-    """
+    """Codes (n, d) with mean 0 and variance 1; numbers that hardly vary are left out."""
     values = checked_codes(codes).astype(np.float64)
     deviations = values.std(axis=0)
     scale = np.abs(values).max()

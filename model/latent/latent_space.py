@@ -2,23 +2,65 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
+import json
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from model.errors import LatentError
-from model.files import cache_folder
+from model.errors import LatentError, reason
+from model.files import cache_folder, write_atomically
 from model.latent.codec_folder import SHIPPED_CODEC, load_codec
 from model.latent.codes import SAMPLES, Codes, NetworkCodec, TFCodec, sample_codes, samples_of
-from model.latent.embedding import Places, principal_places
+from model.latent.embedding import ITERATIONS, PERPLEXITY, Places, principal_places
 from model.latent.latent_map import LatentMap
-from model.latent.stored_map import MAP_FILE, load_map, map_key, save_map
-from model.latent.tf_frame import TFFrame
 from model.samples.sampling import draw_opacity_tfs
 from model.scene.scene import Scene
-from model.scene.transfer_function import OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, check_range
 from model.scene.value_scale import ValueScale
+
+
+@dataclass(frozen=True)
+class TFFrame:
+    """Stretches a codec's TFs over [0, 1] to a scalar window within the volume's range.
+
+    Below the window, where the background is, a stretched TF shows nothing; above it, the last
+    opacity holds. Raises :class:`TransferFunctionError` for a window that is not increasing.
+    """
+
+    scalar_range: Range
+    window: Range
+    scale: ValueScale = "linear"
+
+    def __post_init__(self) -> None:
+        check_range(self.window)
+
+    def opacity_tf(self, opacities: NDArray[np.floating]) -> OpacityTF:
+        """Return the TF of 256 opacities over the window, which are clipped to [0, 1]."""
+        values = np.linspace(*self.window, TF_SAMPLES)
+        points = [*zip(values.tolist(), np.clip(opacities, 0, 1).tolist(), strict=True)]
+        if self.window[0] > self.scalar_range[0]:
+            points.insert(0, (points[0][0], 0.0))
+        return OpacityTF(self.scalar_range, points=tuple(points), scale=self.scale)
+
+    def opacities(self, opacity_tf: OpacityTF) -> NDArray[np.float32]:
+        """Opacities (256,) of a TF over the window; what lies outside it is lost."""
+        return opacity_tf.sample(self.window)
+
+    def stretched(self, opacities: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Return TFs (n, 256) over the window as TFs (n, 256) over the scalar range."""
+        lo, hi = self.window
+        values = np.linspace(*self.scalar_range, TF_SAMPLES)
+        place = np.clip((values - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1)
+        below = np.minimum(place.astype(np.int64), TF_SAMPLES - 2)
+        share = (place - below).astype(np.float32)
+        between = opacities[:, below] * (1 - share) + opacities[:, below + 1] * share
+        return np.where(values >= lo, between, 0).astype(np.float32)
+
 
 KNOWN_TFS = 4000
 """Random TFs whose codes span the box that codes are sampled from."""
@@ -31,16 +73,10 @@ UNIT_SCENE = Scene("any volume", "", (0.0, 1.0), (0.0, 1.0), image_size=16)
 
 @dataclass(frozen=True, eq=False)
 class LatentSpace:
-    """A codec that stands for the opacity TFs of one volume.
+    """A codec of one volume's opacity TFs.
 
-    Attributes
-    ----------
-    scene : Scene
-        Determines the random TFs of the codec.
-    digest : str
-        SHA-256 of the codec's weights.
-    folders : tuple of Path
-        Where its map may be, the one to write to last.
+    The scene determines its random TFs, the digest is the SHA-256 of its weights, and its map may
+    be in any of the folders; the last one is written to.
     """
 
     codec: TFCodec
@@ -85,10 +121,7 @@ class LatentSpace:
     def open_map(self, count: int = SAMPLES) -> LatentMap:
         """Return the stored map; without one, new samples along their principal axes.
 
-        Raises
-        ------
-        LatentError
-            When the codec cannot be mapped, see :func:`model.latent.codes.sample_codes`.
+        Raises :class:`LatentError` when the codec cannot be mapped, see :func:`sample_codes`.
         """
         key = map_key(self.digest, count, SAMPLING_SEED)
         for folder in self.folders:
@@ -104,13 +137,7 @@ class LatentSpace:
         return LatentMap(samples, principal_places(samples.codes), is_final=False)
 
     def keep_map(self, codes: Codes, places: Places) -> None:
-        """Store a finished map for the next time.
-
-        Raises
-        ------
-        LatentError
-            When the map cannot be written.
-        """
+        """Store a finished map for the next time; raise :class:`LatentError` if it cannot be."""
         key = map_key(self.digest, len(codes), SAMPLING_SEED)
         save_map(self.folders[-1] / _file_name(len(codes), key), key, codes, places)
 
@@ -126,3 +153,59 @@ def _file_name(count: int, key: str) -> str:
 
 def _cache(digest: str) -> Path:
     return cache_folder() / "maps" / digest[:16]
+
+
+MAP_FILE = "map.npz"
+FORMAT = 1
+
+
+def map_key(codec_digest: str, count: int = SAMPLES, seed: int = 0) -> str:
+    """Key of the map of a codec, given by the SHA-256 of its weights.
+
+    Versions of libraries are stored with a map, but do not belong to its key: a map stays
+    where it is after an update.
+    """
+    facts = [FORMAT, codec_digest, count, seed, PERPLEXITY, ITERATIONS]
+    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
+
+
+def save_map(path: Path, key: str, codes: Codes, places: Places) -> None:
+    """Write the codes (n, d) and places (n, 2) of a map, in half precision."""
+    import sklearn
+
+    versions = json.dumps({"scikit-learn": sklearn.__version__, "numpy": np.__version__})
+    content = io.BytesIO()
+    np.savez_compressed(
+        content,
+        key=np.array(key),
+        versions=np.array(versions),
+        codes=codes.astype(np.float16),
+        places=places.astype(np.float16),
+    )
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, content.getvalue())
+    except OSError as error:
+        raise LatentError(
+            f"{path}: the map cannot be written ({reason(error)}); "
+            "it will be computed again next time."
+        ) from error
+
+
+def load_map(path: Path, key: str) -> tuple[Codes, Places]:
+    """Read the codes (n, d) and places (n, 2) of a map, as they were stored."""
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
+            found = str(stored["key"])
+            codes = stored["codes"].astype(np.float32)
+            places = stored["places"].astype(np.float32)
+    except OSError as error:
+        raise LatentError(f"{path}: the map cannot be read ({reason(error)}).") from error
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise LatentError(f"{path}: the file is no map, or damaged ({error}).") from error
+    if found != key:
+        raise LatentError(f"{path}: the map belongs to another codec.")
+    fits = codes.ndim == 2 and places.shape == (len(codes), 2) and len(codes) > 0
+    if not (fits and np.isfinite(codes).all() and np.isfinite(places).all()):
+        raise LatentError(f"{path}: the map is damaged: codes {codes.shape}, {places.shape}.")
+    return codes, places

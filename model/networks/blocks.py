@@ -24,11 +24,6 @@ class DoublingConv2d(nn.Conv2d):
 
     Doubling by nearest neighbour and the convolution are one transposed convolution of the
     smaller image: the same numbers from 4/9 of the multiplications, in half the time.
-
-    Parameters
-    ----------
-    bias : bool
-        Whether a bias is added.
     """
 
     def __init__(self, channels_in: int, channels_out: int, bias: bool = True) -> None:
@@ -49,16 +44,6 @@ class ResidualBlock(nn.Module):
 
     The first convolution keeps the number of channels, the second changes it.
     If the number changes, the shortcut is a convolution with kernel size 1.
-
-    Parameters
-    ----------
-    kernel : int
-        Kernel size, 1 or 3.
-    last : bool
-        Whether this is the network's last block: its output then has neither
-        batch norm nor ReLU, as a tanh follows.
-    doubles : bool
-        Whether the block is that of an image doubled along both axes.
     """
 
     def __init__(
@@ -111,16 +96,6 @@ class TFEncoder(nn.Sequential):
     """1-D convolutions that encode a TF of 256 samples as one feature vector.
 
     Maps (N, channels[0], 256) to (N, features).
-
-    Parameters
-    ----------
-    channels : list of int
-        Six channel counts: of the input and after each of five convolutions of
-        kernel size 5 and stride 2, which reduce 256 samples to 8.
-    features : int
-        Length of the output, from a last convolution over all 8 samples.
-    bias : bool
-        Whether the convolutions add a bias.
     """
 
     def __init__(self, channels: list[int], features: int, bias: bool = True) -> None:
@@ -136,16 +111,7 @@ class TFEncoder(nn.Sequential):
 
 
 class ImageDiscriminator(nn.Sequential):
-    """Strided convolutions that encode an image as one feature vector.
-
-    Parameters
-    ----------
-    channels : list of int
-        Channel counts of the input and after each convolution of kernel size 4
-        and stride 2; as many as are needed to reduce the image to 4 x 4 pixels.
-    features : int
-        Length of the output, from a last convolution over the 4 x 4 pixels.
-    """
+    """Strided convolutions that encode an image as one feature vector."""
 
     def __init__(self, channels: list[int], features: int) -> None:
         layers: list[nn.Module] = []
@@ -168,15 +134,7 @@ class ImageDiscriminator(nn.Sequential):
 
 
 class Modulation(nn.Module):
-    """Scale and shift of features by linear functions of a code; initially near the identity.
-
-    Parameters
-    ----------
-    code : int
-        Length of the code.
-    channels : int
-        Number of feature channels.
-    """
+    """Scale and shift of features by linear functions of a code; initially near the identity."""
 
     def __init__(self, code: int, channels: int) -> None:
         super().__init__()

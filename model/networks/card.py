@@ -1,8 +1,10 @@
-"""A model's card: all that is known about it besides its weights. Read without torch."""
+"""A model folder's card, and the bytes of its weights' file. Read without torch."""
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,8 +24,6 @@ class ModelCard:
 
     Attributes
     ----------
-    scene : Scene
-        What it was trained to render.
     preset : str
         Name of the preset that the size came from.
     training : dict
@@ -47,35 +47,17 @@ class ModelCard:
 
 
 def load_card(folder: Path) -> ModelCard:
-    """Read a model's card without its weights.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no model, or one that this version cannot read.
-    """
+    """Read a model's card without its weights; raise :class:`CheckpointError` if there is none."""
     return card_of(folder, read_header(folder))
 
 
 def weights_digest(folder: Path) -> str:
-    """SHA-256 of a model's weights, as its card has it.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no model.
-    """
+    """SHA-256 of a model's weights, as its card has it; raises as :func:`load_card`."""
     return str(read_header(folder).get("sha256"))
 
 
 def read_header(folder: Path) -> dict[str, Any]:
-    """Read a model folder's description as plain data.
-
-    Raises
-    ------
-    CheckpointError
-        When there is none, or it is not of the format that this version reads.
-    """
+    """Read a model folder's description as plain data; raises as :func:`load_card`."""
     path = folder / MODEL_FILE
     if not path.is_file():
         raise CheckpointError(
@@ -124,13 +106,7 @@ def recorded_agreement(folder: Path) -> float | None:
 
 
 def add_metrics(folder: Path, **metrics: Any) -> None:
-    """Write further metrics into a model's card.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no model, or cannot be written.
-    """
+    """Write further metrics into a model's card; raise :class:`CheckpointError` if it cannot be."""
     header = read_header(folder)
     header["metrics"] = {**card_of(folder, header).metrics, **metrics}
     try:
@@ -142,10 +118,7 @@ def add_metrics(folder: Path, **metrics: Any) -> None:
 def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
     """Build a card from :func:`read_header`'s data.
 
-    Raises
-    ------
-    CheckpointError
-        When the data is no card.
+    Raise :class:`CheckpointError` if it is none.
     """
     try:
         card = build(ModelCard, header)
@@ -160,3 +133,86 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
             f"but the scene has {card.scene.image_size}."
         )
     return card
+
+
+LONGEST_NAME = 100
+"""Longest name of a weights' file; that of others is cut off, so that it is not found."""
+
+
+def read_weights(folder: Path, header: dict[str, Any]) -> bytes:
+    """Read a model's weights as they are in the file that its header names.
+
+    Raises :class:`CheckpointError` if the file is missing, cannot be read, or is not the one that
+    the header was written for.
+    """
+    path = folder / str(header.get("weights", ""))[:LONGEST_NAME]
+    if path.parent != folder or not path.is_file():
+        raise CheckpointError(f"{folder}: the weights '{path.name}' are missing; copy them too.")
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise CheckpointError(f"{path}: the weights cannot be read ({reason(error)}).") from error
+    if hashlib.sha256(content).hexdigest() != header.get("sha256"):
+        raise CheckpointError(
+            f"{path}: the weights are truncated or altered (their SHA-256 differs from "
+            f"{MODEL_FILE}'s); copy the model folder again."
+        )
+    return content
+
+
+KIND_NAMES = {
+    "modes": "mixtures of modes",
+    "ramp": "ramps",
+    "plateau": "plateaus",
+    "step": "steps",
+    "band": "bands",
+    "curve": "free curves",
+    "constant": "constants",
+    "nearly empty": "nearly empty",
+    "empty": "empty",
+}
+"""Names of the kinds of opacity TFs (:data:`model.scene.random_tfs.OpacityKind`) for display."""
+
+
+def errors_by_kind(metrics: dict[str, Any]) -> dict[str, float]:
+    """Mean RMSE of a model's colour images (0..1) for each kind of opacity TF, largest first.
+
+    They are named as in :data:`KIND_NAMES`; empty where the card's metrics have none.
+    """
+    kinds = metrics.get("kinds")
+    found = {}
+    for kind, name in KIND_NAMES.items():
+        entry = kinds.get(kind) if isinstance(kinds, dict) else None
+        error: Any = entry.get("rmse") if isinstance(entry, dict) else None
+        if _is_number(error):
+            found[name] = float(error)
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def error_text(metrics: dict[str, Any]) -> str:
+    """Describe a model's recorded errors in a sentence; empty where its card has none."""
+    holdout = metrics.get("holdout")
+    count = metrics.get("holdout_count")
+    parts = []
+    if isinstance(holdout, dict) and _is_number(holdout.get("rmse")):
+        of = f" of {count:,} hold-out images" if isinstance(count, int) else ""
+        emd = f", colour EMD {holdout['emd']:.3f}" if _is_number(holdout.get("emd")) else ""
+        parts.append(f"RMSE{of} {holdout['rmse']:.3f}{emd}")
+    kinds = errors_by_kind(metrics)
+    if kinds:
+        listed = ", ".join(f"{name} {error:.3f}" for name, error in kinds.items())
+        parts.append(f"by kind of TF: {listed}" if parts else f"RMSE by kind of TF: {listed}")
+    return f"{'; '.join(parts)}." if parts else ""
+
+
+def recorded_errors(folder: Path) -> str:
+    """Describe the recorded errors of a model's folder; empty where it cannot be read."""
+    try:
+        return error_text(load_card(folder).metrics)
+    except CheckpointError:
+        return ""
+
+
+def _is_number(value: object) -> bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and math.isfinite(value)  # type: ignore[arg-type]

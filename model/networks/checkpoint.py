@@ -20,10 +20,9 @@ from torch.overrides import TorchFunctionMode
 
 from model.errors import CheckpointError, reason
 from model.files import write_atomically
-from model.networks.build import build_generator
-from model.networks.card import ModelCard, card_of, read_header, write_header
+from model.networks.card import ModelCard, card_of, read_header, read_weights, write_header
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.weights_file import read_weights
+from model.networks.paper.two_stage import build_generator
 from model.scene.scene import FORMAT_VERSION
 
 _N = TypeVar("_N", bound=nn.Module)
@@ -32,10 +31,7 @@ _N = TypeVar("_N", bound=nn.Module)
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
     """Write a model folder, replacing the model in it, with weights in half precision.
 
-    Raises
-    ------
-    CheckpointError
-        When the folder cannot be written.
+    Raises :class:`CheckpointError` if the folder cannot be written.
     """
     weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     content = safetensors.torch.save(weights)
@@ -63,19 +59,10 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
 
 
 def load_model(folder: Path) -> tuple[ModelCard, GeneratorNetwork]:
-    """Read a model folder.
+    """Read a model folder; the network is in evaluation mode, in float32, on the CPU.
 
-    Returns
-    -------
-    card : ModelCard
-    network : GeneratorNetwork
-        In evaluation mode, float32, on the CPU.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no model, or its weights are missing, truncated,
-        altered, not finite or inconsistent with its card.
+    Raises :class:`CheckpointError` if the folder holds no model, or its weights are missing,
+    truncated, altered, not finite or inconsistent with its card.
     """
     header = read_header(folder)
     card = card_of(folder, header)
@@ -103,13 +90,7 @@ class _NoNumbers(TorchFunctionMode):
 
 
 def network_with(path: Path, weights: dict[str, Tensor], build: Callable[[], _N]) -> _N:
-    """Build a network and give it the weights of a file, in float32, to draw with.
-
-    Raises
-    ------
-    CheckpointError
-        When they are not its weights.
-    """
+    """Build a network and give it the weights of a file, in float32, to draw with."""
     # Without memory: a card may claim a network of many gigabytes.
     with torch.device("meta"), _NoNumbers():
         network = build()

@@ -24,8 +24,8 @@ class EncodedInputs(NamedTuple):
     Attributes
     ----------
     conditions : Tensor, shape (N, C)
-        The five view parameters (:meth:`model.scene.view.View.vector`), then those of
-        the scene's other inputs, such as a movable light.
+        The five view parameters (:meth:`model.scene.view.View.vector`), then those of the scene's
+        other inputs, such as a movable light.
     opacity_tf : Tensor, shape (N, 256)
     color_tf : Tensor, shape (N, 3, 256)
         In scaled CIELAB.

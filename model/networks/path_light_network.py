@@ -7,11 +7,20 @@ beyond the paper, whose networks learn one volume's pictures whole.
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
 
+import safetensors
+import safetensors.torch
 import torch
 from torch import Tensor, nn
+
+from model.errors import CheckpointError, reason
+from model.files import write_atomically
+from model.networks.checkpoint import half_precision, network_with
 
 COLORS = ("unlit", "soft", "denoised", "traced")
 """Inputs with three channels each, linear RGB times opacity: without light, in soft light, and the
@@ -30,13 +39,7 @@ MULTIPLE = 16
 
 @dataclass(frozen=True)
 class PathLightSize:
-    """Size of the network.
-
-    Attributes
-    ----------
-    width : int
-        Channels at half of the picture's resolution; coarser levels have up to twice as many.
-    """
+    """Channels at half of the picture's resolution; coarser levels have up to twice as many."""
 
     width: int = 40
 
@@ -72,19 +75,7 @@ class PathLightNetwork(nn.Module):
             nn.init.zeros_(parameter)
 
     def forward(self, inputs: Tensor) -> Tensor:
-        """Finish pictures.
-
-        Parameters
-        ----------
-        inputs : Tensor, shape (N, CHANNELS, h, w)
-            See :func:`network_inputs`; h and w are multiples of :data:`MULTIPLE`.
-
-        Returns
-        -------
-        Tensor, shape (N, 3, h, w)
-            Radiance times opacity, 0 or more; 0 where the opacity is, unless the denoised
-            picture has something there.
-        """
+        """Finish pictures."""
         hidden, skips = nn.functional.pixel_unshuffle(inputs, 2), []
         for number, block in enumerate(self.down):
             hidden = block(hidden if number == 0 else nn.functional.avg_pool2d(hidden, 2))
@@ -101,7 +92,7 @@ class PathLightNetwork(nn.Module):
 
 
 def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> Tensor:
-    """Return the network's input.
+    """Return the network's input (N, CHANNELS, h, w).
 
     Parameters
     ----------
@@ -110,10 +101,6 @@ def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> 
     opacity : Tensor, shape (N, 1, h, w)
     samples : int
         Of each pixel of the path-traced picture.
-
-    Returns
-    -------
-    Tensor, shape (N, CHANNELS, h, w)
     """
     found = [colors[name] for name in COLORS]
     found[-1] = found[-1].clamp(max=BRIGHTEST)
@@ -142,3 +129,75 @@ def _block(channels: int, width: int) -> nn.Sequential:
         nn.Conv2d(width, width, 3, padding=1),
         nn.ReLU(inplace=True),
     )
+
+
+FORMAT = "tfscope_path_light"
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class PathLightCard:
+    """All that is known about a path-light network besides its weights.
+
+    Attributes
+    ----------
+    training : dict
+        Volumes, pairs, steps and time of the training.
+    errors : dict
+        RMSE on held-out pairs by the number of samples: denoised alone, and by the network.
+    """
+
+    size: PathLightSize
+    training: dict[str, Any] = field(default_factory=dict)
+    errors: dict[str, Any] = field(default_factory=dict)
+
+
+def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) -> None:
+    """Write a network, replacing the file whole or not at all, with weights in half precision.
+
+    Raises :class:`CheckpointError` if the file cannot be written.
+    """
+    weights = {name: half_precision(value) for name, value in network.state_dict().items()}
+    about = {FORMAT: VERSION, **asdict(card)}
+    content = safetensors.torch.save(weights, {FORMAT: json.dumps(about, allow_nan=False)})
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(path, content)
+    except OSError as error:
+        raise CheckpointError(
+            f"{path}: the network cannot be written ({reason(error)}); choose another file."
+        ) from error
+
+
+def load_path_light(path: Path) -> tuple[PathLightCard, PathLightNetwork]:
+    """Read a network; it is in evaluation mode, in float32, on the CPU.
+
+    Raises :class:`CheckpointError` if the file is missing, damaged, or of another network.
+    """
+    try:
+        with safetensors.safe_open(path, "pt") as file:
+            about = json.loads((file.metadata() or {}).get(FORMAT, "null"))
+            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    except OSError as error:
+        raise CheckpointError(f"{path}: the network cannot be read ({reason(error)}).") from error
+    except (safetensors.SafetensorError, ValueError) as error:
+        raise CheckpointError(
+            f"{path}: the file is damaged ({error}); copy or install it again."
+        ) from error
+    card = _card(path, about)
+    return card, network_with(path, weights, lambda: PathLightNetwork(card.size))
+
+
+def _card(path: Path, about: Any) -> PathLightCard:
+    if not isinstance(about, dict) or about.get(FORMAT) != VERSION:
+        raise CheckpointError(
+            f"{path}: the file holds no network behind the denoiser that this version reads; "
+            "choose another file, or train one with 'light train'."
+        )
+    try:
+        size = PathLightSize(int(about["size"]["width"]))
+        return PathLightCard(size, dict(about["training"]), dict(about["errors"]))
+    except (KeyError, TypeError, ValueError) as error:
+        raise CheckpointError(
+            f"{path}: the description of the network is damaged ({error}); install it again."
+        ) from error

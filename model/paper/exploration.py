@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from model.latent.code_pictures import draw_cells, draw_codes
 from model.latent.codes import Codes, Opacities
 from model.latent.embedding import EmbeddingProcess
-from model.latent.interpolation import Brush
-from model.latent.latent_map import LatentMap
+from model.latent.latent_map import Brush, LatentMap
 from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
 

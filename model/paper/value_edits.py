@@ -15,12 +15,13 @@ from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.transfer_function import GaussianMode
 from model.sensitivity.display import (
     field_of_value,
+    global_scale,
+    overlay_globally,
     scale_of,
     shown_field,
     shown_responses,
     spread_blocks,
 )
-from model.sensitivity.global_scale import global_scale, overlay_globally
 from model.sensitivity.learned import Sensitivity
 
 PAPER_R = 16

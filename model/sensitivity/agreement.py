@@ -34,16 +34,9 @@ BLOCKS = 8
 class Agreement:
     """Similarity of learned and exact sensitivities per sample, arrays of shape (N,).
 
-    Attributes
-    ----------
-    image_cosine, image_rank : ndarray
-        Cosine similarity and Spearman's rank correlation, -1 to 1, of the whole
-        image's sensitivities, over scalar values.
-    block_cosine, block_rank : ndarray
-        The same for the sensitivities of all blocks, over blocks and scalar values.
-    single_cosine : ndarray
-        The whole image's for edits of single bins, which nobody makes, but which smooth edits
-        are made of.
+    Cosines and Spearman's rank correlations, -1 to 1, of the whole image's sensitivities over
+    scalar values, and of those of all blocks over blocks and values. `single_cosine` is the whole
+    image's for edits of single bins, which nobody makes, but which smooth edits are made of.
     """
 
     image_cosine: NDArray[np.float64]
@@ -75,18 +68,11 @@ def sensitivity_agreement(
     Parameters
     ----------
     generator : Generator
-        Generator of a scene whose images have an exact derivative.
-    volume : Volume
-        The scene's volume.
+        Of a scene whose images have an exact derivative; others raise :class:`RenderError`.
     samples : sequence of SceneInputs
         Views and TFs that were not used for training.
     on_progress : callable
         Called with the number of samples compared so far.
-
-    Raises
-    ------
-    RenderError
-        For another light.
     """
     scene = generator.scene
     size = scene.image_size

@@ -54,19 +54,11 @@ class Contribution:
 def contributions(
     visibility: NDArray[np.floating], scalar_range: Range
 ) -> tuple[Contribution, ...]:
-    """Find the values that contribute most to a place, three at most.
+    """Find the values that contribute most to a place: three at most, the largest share first.
 
-    Parameters
-    ----------
-    visibility : ndarray, shape (256,)
-        Of each scalar value at the place; see :func:`model.sensitivity.exact.visibility`.
-
-    Returns
-    -------
-    tuple of Contribution
-        Each peak with the values around it, the largest share first; none for a black place. A
-        long flank, such as a haze of many values before a surface of one, is named by the value in
-        its middle.
+    The visibility (256,) is that of :func:`model.sensitivity.exact.visibility`. Each peak counts
+    with the values around it. A long flank, such as a haze of many values before a surface of one,
+    is named by the value in its middle. A black place has no values.
     """
     total = float(visibility.sum())
     if not total > 1e-6:
@@ -113,17 +105,10 @@ def percentages(found: Sequence[Contribution]) -> tuple[int, ...]:
 def follow(
     before: tuple[Contribution, ...], found: tuple[Contribution, ...], scalar_range: Range
 ) -> tuple[Contribution, ...]:
-    """List values in the order in which they were listed before an edit.
+    """List the values found now in the order in which they were listed before an edit.
 
-    Parameters
-    ----------
-    before, found : tuple of Contribution
-        Values that were listed, and those that show now.
-
-    Returns
-    -------
-    tuple of Contribution
-        Each value of before with its present share, 0 where it no longer shows; then the others.
+    Each value of before keeps its place with its present share, 0 where it no longer shows; the
+    others follow.
     """
     left, listed = list(found), []
     for old in before:

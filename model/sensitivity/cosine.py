@@ -13,14 +13,8 @@ NEGLIGIBLE = 1e-10
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of responses: 1 and 1 where they are the same.
-
-    Attributes
-    ----------
-    cosine : float
-        1 where they have one shape.
-    strength : float
-        The learned ones' norm, in units of the exact ones'.
+    """Cosine of two responses, 1 for one shape, and the learned one's norm in units of the exact
+    one's.
     """
 
     cosine: float

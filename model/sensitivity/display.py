@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from model.scene.region import block_edges
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.measure import Measure
+
+Measure = Literal["change", "signed"]
+"""Measure of a region's reaction to an edit of the opacity TF.
+
+"signed" is the paper's (Eq. 11): the change of the l2 norm of the region's colours, above 0 where
+they become brighter. It is 0 for a black region, and where some pixels become brighter as
+much as others become darker. "change" is the l2 norm of the colours' change.
+"""
 
 SMALL_EDIT = 0.01
 """Opacity that the edits of the displayed unit add where they are highest."""
@@ -32,12 +39,15 @@ LEAST_DIFFERENCE = 1 / 255
 Shown = Measure | Literal["visible"]
 """Fields that are shown: by a measure, or how much of a pixel shows some values."""
 
-COLOR_MAPS: dict[Shown, str] = {
+COLOR_MAPS = {
     "change": "matplotlib:inferno",
     "signed": "crameri:berlin",
     # Green, as visibility is in the plot of the TF.
     "visible": "cmocean:algae_r",
+    # Its lowest colour is no black: most fields are weak beside the strongest.
+    "all values": "matplotlib:plasma",
 }
+"""By the fields that are shown; the last for one whose colours compare with all values' fields."""
 
 BACKDROP = 0.45
 """Brightness of the grey image behind a field."""
@@ -50,12 +60,7 @@ _CLIP_QUANTILE = 0.998
 
 
 def per_small_edit(edit: NDArray[np.floating]) -> float:
-    """Factor from derivatives per unit of an edit to changes per :data:`SMALL_EDIT`.
-
-    Parameters
-    ----------
-    edit : ndarray, shape (256,)
-    """
+    """Factor from derivatives per unit of an edit to changes per :data:`SMALL_EDIT`."""
     return SMALL_EDIT / float(np.abs(edit).max())
 
 
@@ -80,19 +85,9 @@ def shown_responses(
 def shown_field(
     changes: NDArray[np.floating], edit: NDArray[np.floating], measure: Measure
 ) -> NDArray[np.float64]:
-    """Convert changes of an image's colours to one number per pixel, in the displayed unit.
+    """Convert changes (S, S, 3) of an image per unit of an edit (256,) to a displayed field (S, S).
 
-    Parameters
-    ----------
-    changes : ndarray, shape (S, S, 3)
-        Per unit of the edit.
-    edit : ndarray, shape (256,)
-    measure : {"change", "signed"}
-        Root mean square over the colours, or their mean.
-
-    Returns
-    -------
-    ndarray of float64, shape (S, S)
+    It is the root mean square over the colours for "change", or their mean for "signed".
     """
     scaled = changes.astype(np.float64) * per_small_edit(edit)
     if measure == "signed":
@@ -105,7 +100,7 @@ def scale_of(field: NDArray[np.floating], least: float = FLOOR) -> float:
     return max(float(np.quantile(np.abs(field), _CLIP_QUANTILE)), least)
 
 
-def color_bar(measure: Shown, count: int = 64) -> NDArray[np.float64]:
+def color_bar(measure: Shown | Literal["all values"], count: int = 64) -> NDArray[np.float64]:
     """Return the colours of a scale from its lowest to its highest value, shape (count, 3)."""
     return _table(measure)[np.linspace(0, len(_table(measure)) - 1, count).round().astype(int)]
 
@@ -116,47 +111,26 @@ def overlay(
     scale: float,
     measure: Shown,
 ) -> NDArray[np.float64]:
-    """Colour a field over its image, which is shown in dim grey.
+    """Colour a field (S, S) over its image (S, S, 3), which is shown in dim grey; values in [0, 1].
 
-    Parameters
-    ----------
-    image : ndarray, shape (S, S, 3)
-        In [0, 1].
-    field : ndarray, shape (S, S)
-        In the displayed unit.
-    scale : float
-        Value of the full colour; see :func:`scale_of`.
-    measure : {"change", "signed", "visible"}
-
-    Returns
-    -------
-    ndarray of float64, shape (S, S, 3), in [0, 1]
+    The field is in the displayed unit, the scale its value of the full colour; see
+    :func:`scale_of`.
     """
     table = _table(measure)
     share = np.clip(np.nan_to_num(field) / scale, -1, 1)
     place = (share + 1) / 2 if measure == "signed" else np.abs(share)
     colors = table[np.rint(place * (len(table) - 1)).astype(int)]
     alpha = np.clip(np.abs(share) / _OPAQUE_FROM, 0, 1)[..., None]
-    gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
-    return np.asarray(gray * (1 - alpha) + colors * alpha)
+    return _over_gray(image, colors, alpha)
 
 
 def field_of_value(
     field: NDArray[np.float32], value: float | None, scalar_range: Range
 ) -> NDArray[np.float32]:
-    """Select the field of one scalar value from those of all.
+    """Select the field (rows, columns) of one scalar value from those of all (rows, columns, 256).
 
-    Parameters
-    ----------
-    field : ndarray of float32, shape (rows, columns, 256)
-        Over scalar values from one end of the range to the other.
-    value : float or None
-        In the data's units, inside the range; None takes the mean strength over all
-        values, each relative to its own maximum.
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns)
+    The value lies inside the range, in the data's units. None takes the mean strength over all
+    values, each relative to its own maximum.
     """
     if value is None:
         strength = np.abs(field)
@@ -174,10 +148,56 @@ def spread_blocks(field: NDArray[np.float32], size: int, block: int) -> NDArray[
     return field.repeat(edges, axis=0).repeat(edges, axis=1)
 
 
-@lru_cache(maxsize=3)
-def _table(measure: Shown) -> NDArray[np.float64]:
+@lru_cache(maxsize=4)
+def _table(measure: str) -> NDArray[np.float64]:
     """Colours of a map, shape (256, 3)."""
     # Imported here: the window starts without it.
     from cmap import Colormap
 
     return np.asarray(Colormap(COLOR_MAPS[measure]).lut(256)[:, :3], dtype=np.float64)
+
+
+def global_scale(fields: NDArray[np.floating], pixels: int, width: float) -> float:
+    """Return the largest end of all values' own scales, in the displayed unit.
+
+    The fields (rows, columns, 256) are the sensitivity of each block, of so many pixels, to edits
+    of a width at each scalar value; see :func:`shown_responses`.
+    """
+    shown = shown_responses(fields, pixels, width)
+    return max(scale_of(shown[..., index]) for index in range(shown.shape[-1]))
+
+
+def overlay_globally(
+    image: NDArray[np.floating],
+    field: NDArray[np.floating],
+    scale: float,
+    whole: float,
+) -> NDArray[np.float64]:
+    """Colour a field (S, S) by the scale of all values and make it opaque by its own.
+
+    Section 5.1.2 of the paper colours the field of a selected value by the range over the fields of
+    all values, so that colours compare between selections, and maps the field's own range to
+    opacity, so that where a weak field is strongest can be seen.
+
+    Parameters
+    ----------
+    field : ndarray, shape (S, S)
+        Of changes or signed ones, whose size is shown; in the displayed unit.
+    scale : float
+        Value of full opacity: the end of the selected field's scale.
+    whole : float
+        Value of the last colour; see :func:`global_scale`.
+    """
+    strength = np.abs(np.nan_to_num(field))
+    table = _table("all values")
+    place = np.clip(strength / whole, 0, 1)
+    colors = table[np.rint(place * (len(table) - 1)).astype(int)]
+    alpha = np.clip(strength / scale, 0, 1)[..., None]
+    return _over_gray(image, colors, alpha)
+
+
+def _over_gray(
+    image: NDArray[np.floating], colors: NDArray[np.float64], alpha: NDArray[np.floating]
+) -> NDArray[np.float64]:
+    gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
+    return np.asarray(gray * (1 - alpha) + colors * alpha)

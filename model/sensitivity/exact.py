@@ -17,8 +17,14 @@ from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion, block_edges, windows_of
-from model.scene.tf_perturbation import norms_at_all_bins, spaced_edits
+from model.scene.tf_perturbation import (
+    at_all_bins,
+    norms_at_all_bins,
+    response_to_edits,
+    spaced_edits,
+)
 from model.scene.transfer_function import TF_SAMPLES
+from model.sensitivity.display import Measure
 
 MAX_NUMBERS = 1 << 28
 """Largest sensitivity field: 1024 x 1024 blocks, which need 2 GiB during summation."""
@@ -27,26 +33,16 @@ MAX_NUMBERS = 1 << 28
 def region_sensitivity(
     renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, region: ImageRegion
 ) -> NDArray[np.float32]:
-    """Sensitivity of one region to edits at each scalar value of the TF.
+    """Sensitivity (256,) of one region to edits at each scalar value of the TF.
+
+    It is per unit of opacity; 0 for a black region, whose norm has no derivative. With sample
+    distances below one voxel, opacities are clamped to 1 - 1/510, as the derivative diverges at 1.
+    Raises :class:`RenderError` for a region outside the image, or a light without exact derivative.
 
     Parameters
     ----------
-    renderer : RaycastRenderer
-        Under a light that it differentiates.
     size : int or Raster
         Width and height of the image in pixels, or the pixels of a wider one.
-
-    Returns
-    -------
-    ndarray of float32, shape (256,)
-        Per unit of opacity, at scalar values evenly spaced over the range; 0 for a
-        black region, whose norm has no derivative. With sample distances below one
-        voxel, opacities are clamped to 1 - 1/510, as the derivative diverges at 1.
-
-    Raises
-    ------
-    RenderError
-        For a region outside the image, or a light without exact derivative.
     """
     windows = windows_of(region.mask(Raster.of(size).shape))
     gradient, energy = renderer.differentiate_together(inputs, size, windows)
@@ -60,28 +56,12 @@ def change_norms(
     region: ImageRegion,
     width: float,
 ) -> NDArray[np.float32]:
-    """Norm of a region's change by smooth edits around each scalar value.
+    """l2 norm (256,) of a region's change by smooth edits around each value, per unit of opacity.
 
-    Unlike the change of the region's norm, it is above 0 where an edit shows on a black
-    region, and where it brightens some pixels and darkens others.
-
-    Parameters
-    ----------
-    renderer, inputs, size, region
-        See :func:`region_sensitivity`.
-    width : float
-        Standard deviation of the edits in bins; 0 for single bins. Norms between edits 2/3
-        of it apart are interpolated.
-
-    Returns
-    -------
-    ndarray of float32, shape (256,)
-        l2 norm of dI over the region's pixels and colours, per unit of opacity.
-
-    Raises
-    ------
-    RenderError
-        For a region outside the image, or a light without exact derivative.
+    Unlike the change of the region's norm, it is above 0 where an edit shows on a black region, and
+    where it brightens some pixels and darkens others. The width is the standard deviation of the
+    edits in bins, 0 for single ones; norms between edits 2/3 of it apart are interpolated. See
+    :func:`region_sensitivity`.
     """
     bins, edits = spaced_edits(width)
     windows = windows_of(region.mask(Raster.of(size).shape))
@@ -91,18 +71,10 @@ def change_norms(
 def visibility(
     renderer: RaycastRenderer, inputs: SceneInputs, size: int | Raster, region: ImageRegion
 ) -> NDArray[np.float32]:
-    """Share of each scalar value in a region's opacity (Correa and Ma 2011).
+    """Share (256,) of each scalar value in a region's opacity (Correa and Ma 2011).
 
-    Returns
-    -------
-    ndarray of float32, shape (256,)
-        Mean over the region's pixels of the sum of T alpha, at scalar values evenly spaced
-        over the range; they add up to the region's mean opacity.
-
-    Raises
-    ------
-    RenderError
-        For a region outside the image.
+    It is the mean over the region's pixels of the sum of T alpha; all add up to the region's mean
+    opacity. Raises :class:`RenderError` for a region outside the image.
     """
     mask = region.mask(Raster.of(size).shape)
     visible = renderer.visibility(inputs, size, windows_of(mask))
@@ -112,30 +84,7 @@ def visibility(
 def sensitivity_field(
     renderer: RaycastRenderer, inputs: SceneInputs, size: int, block: int
 ) -> NDArray[np.float32]:
-    """Sensitivity of each block of the image to edits at each scalar value of the TF.
-
-    Parameters
-    ----------
-    renderer : RaycastRenderer
-        Under a light that it differentiates.
-    size : int
-        Width and height of the image in pixels.
-    block : int
-        Width and height of a block in pixels, from 1 to `size`; blocks at the
-        right and lower edge may be smaller.
-
-    Returns
-    -------
-    ndarray of float32, shape (n, n, 256)
-        Rows and columns of blocks from the upper left corner; see
-        :func:`region_sensitivity`.
-
-    Raises
-    ------
-    RenderError
-        For a block size outside 1 to `size`, a field that is too large for
-        memory, or a light without exact derivative.
-    """
+    """Sensitivity of each block of the image to edits at each scalar value of the TF."""
     edges = block_edges(size, block)
     numbers = TF_SAMPLES * (len(edges) - 1) ** 2
     if numbers > MAX_NUMBERS:
@@ -156,3 +105,57 @@ def _sensitivity(
     return np.divide(gradients, norms, out=np.zeros_like(gradients), where=norms > 0).astype(
         np.float32
     )
+
+
+def region_responses(
+    renderer: RaycastRenderer,
+    inputs: SceneInputs,
+    size: int | Raster,
+    region: ImageRegion,
+    width: float,
+    measure: Measure = "signed",
+) -> NDArray[np.float32]:
+    """Response (256,) of a region to smooth edits around each scalar value, per unit of opacity.
+
+    It is the change of the l2 norm of the region's colours (paper, Eq. 11), which is 0 for a black
+    region, or the l2 norm of their change. The width is the edits' standard deviation in bins.
+    """
+    if measure == "change":
+        return change_norms(renderer, inputs, size, region, width)
+    slopes = region_sensitivity(renderer, inputs, size, region)
+    return response_to_edits(slopes, width)
+
+
+def block_fields(
+    renderer: RaycastRenderer,
+    inputs: SceneInputs,
+    size: int,
+    block: int,
+    width: float,
+) -> NDArray[np.float32]:
+    """Fields (n, n, 256) of blocks for edits of a width around all scalar values."""
+    if renderer.differentiates_windows:
+        slopes = sensitivity_field(renderer, inputs, size, block)
+        return response_to_edits(slopes, width)
+    # One image for each edit, instead of light taken back for each block.
+    image = renderer.render(inputs, size)[..., :3].astype(np.float64)
+    edges = block_edges(size, block)
+    norms = np.sqrt(_block_sums((image**2).sum(axis=-1), edges))
+    bins, edits = spaced_edits(width)
+    found = np.empty((*norms.shape, len(bins)))
+    for number, edit in enumerate(edits):
+        gain = (image * renderer.change(inputs, size, edit)).sum(axis=-1)
+        np.divide(
+            _block_sums(gain, edges),
+            norms,
+            out=found[..., number],
+            where=norms > 0,
+        )
+    found[norms == 0] = 0
+    return at_all_bins(bins, found).astype(np.float32)
+
+
+def _block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:
+    """Sums (n, n) of an image's values over blocks that begin at these pixels."""
+    parts = [slice(*ends) for ends in pairwise(edges)]
+    return np.array([[values[rows, columns].sum() for columns in parts] for rows in parts])

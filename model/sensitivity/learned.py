@@ -21,8 +21,7 @@ from torch import Tensor
 from torch.autograd import forward_ad
 from torch.autograd.functional import jacobian
 
-from model.generator.generator import Generator
-from model.generator.panning import panned, unpanned
+from model.generator.generator import Generator, panned, unpanned
 from model.networks.encoding import EncodedInputs, decode_unit
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion, Mask, Region, block_edges
@@ -41,11 +40,8 @@ TOGETHER = 8
 class Sensitivity:
     """Derivatives of one generated image by the opacity TF.
 
-    Parameters
-    ----------
-    edit_width : float
-        Standard deviation of the edits in bins; 0 for single bins. Derivatives are per unit
-        of opacity: an edit's opacities add up to 1.
+    They are per unit of opacity: an edit's opacities add up to 1. Edits have a standard deviation
+    of so many bins; 0 for single bins. Regions outside the image raise :class:`RenderError`.
     """
 
     def __init__(
@@ -71,36 +67,18 @@ class Sensitivity:
         return self._images(self._inputs._replace(opacity_tf=self._opacity))[0]
 
     def region(self, region: ImageRegion) -> NDArray[np.float32]:
-        """Sensitivity of one region to edits at each scalar value of the TF.
+        """Derivative (256,) of the l2 norm of a region's colours by edits at each value (Eq. 11).
 
-        Returns
-        -------
-        ndarray of float32, shape (256,)
-            Derivative of the l2 norm of the region's colours (paper, Eq. 11), by one reverse
-            pass; 0 for a black region, whose norm has no derivative.
-
-        Raises
-        ------
-        RenderError
-            For a region outside the image.
+        It takes one reverse pass; 0 for a black region, whose norm has no derivative.
         """
         slopes = self._reverse(unpanned(region.mask(self._size), self._view))
         return response_to_edits(slopes, self._width)
 
     def change_norms(self, region: ImageRegion) -> NDArray[np.float32]:
-        """Norm of a region's change by smooth edits around each scalar value.
+        """Norm (256,) of a region's change by smooth edits around each scalar value.
 
-        It takes a forward pass for each of the code's numbers.
-
-        Returns
-        -------
-        ndarray of float32, shape (256,)
-            See :func:`model.sensitivity.exact.change_norms`.
-
-        Raises
-        ------
-        RenderError
-            For a region outside the image.
+        It takes a forward pass for each of the code's numbers. See
+        :func:`model.sensitivity.exact.change_norms`.
         """
         mask = unpanned(region.mask(self._size), self._view)
         bins, edits = spaced_edits(self._width)
@@ -110,21 +88,10 @@ class Sensitivity:
         return norms_at_all_bins(bins, np.array(squares))
 
     def field(self, block: int) -> NDArray[np.float32]:
-        """Sensitivity of each block of the image to edits at each scalar value of the TF.
+        """Sensitivity (n, n, 256) of each block of the image to edits at each scalar value.
 
-        Parameters
-        ----------
-        block : int
-            Width and height of a block in pixels, from 1 to the image's size.
-
-        Returns
-        -------
-        ndarray of float32, shape (n, n, 256)
-
-        Raises
-        ------
-        RenderError
-            For a block size outside 1 to the image's size.
+        Blocks have a width and height in pixels, from 1 to the image's size; others raise
+        :class:`RenderError`.
         """
         edges = block_edges(self._size, block)
         if (len(edges) - 1) ** 2 <= len(self._directions):
@@ -148,10 +115,7 @@ class Sensitivity:
     def blockwise_change(self, block: int, edit: NDArray[np.float32]) -> NDArray[np.float32]:
         """Estimate :meth:`change` as the paper does: one number for each block of pixels.
 
-        Returns
-        -------
-        ndarray of float32, shape (S, S, 3)
-            The change of each block's norm, spread evenly over its pixels and colours.
+        It is the change of each block's norm, spread evenly over its pixels and colours.
         """
         edges = block_edges(self._size, block)
         per_block = self._blockwise_slopes(block) @ edit
@@ -161,19 +125,10 @@ class Sensitivity:
         return np.repeat(spread[..., None], 3, axis=2).astype(np.float32)
 
     def change(self, edit: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Change of the image per unit of an edit of the opacity TF, by one forward pass.
+        """Change (S, S, 3) of the image per unit of an edit (256,) of the opacity TF.
 
-        The second edit has all directions differentiated that the code can change in; further
-        edits then take no pass.
-
-        Parameters
-        ----------
-        edit : ndarray of float32, shape (256,)
-            Differences of opacity over the scene's scalar range.
-
-        Returns
-        -------
-        ndarray of float32, shape (S, S, 3)
+        The first takes a forward pass. The second has all directions differentiated that the code
+        can change in; further edits then take no pass.
         """
         again, self._is_asked_again = self._is_asked_again, True
         ways = self._changes_of if again else self._changes

@@ -16,7 +16,7 @@ from model.errors import RenderError, reason
 from model.files import write_atomically
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_scale import ValueScale, values_at
-from model.sensitivity.measure import Measure
+from model.sensitivity.display import Measure
 
 Kind = Literal["region", "value", "blocks"]
 
@@ -29,7 +29,6 @@ class SensitivityResult:
 
     Attributes
     ----------
-    kind : {"region", "value", "blocks"}
     scalar_window : tuple of float
         Values of interest; those of the background may be 100 times as sensitive.
     units : str
@@ -41,7 +40,6 @@ class SensitivityResult:
         Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI.
     width : float
         Standard deviation of the edits in bins.
-    measure : {"change", "signed"}
     source : str
         Who computed it, for titles, such as "exact, by the ray caster".
     place : str
@@ -54,9 +52,7 @@ class SensitivityResult:
         The colour TF, for figures.
     whole_scale : float, optional
         End of the scale of all values' fields, where a value's field is to be coloured by it;
-        see :func:`model.sensitivity.global_scale.global_scale`.
-    scale : {"linear", "log"}
-        Scale of range and window.
+        see :func:`model.sensitivity.display.global_scale`.
     """
 
     kind: Kind
@@ -97,13 +93,9 @@ class SensitivityResult:
 def save_numbers(path: Path, result: SensitivityResult) -> None:
     """Write a result as ``.npz`` or ``.csv``, whole or not at all.
 
-    The arrays of an ``.npz`` are `scalar_values`, `opacity`, `image` and `sensitivity`; a
-    ``.csv`` has a line per number of `sensitivity`.
-
-    Raises
-    ------
-    RenderError
-        When the file cannot be written, or has another suffix.
+    The arrays of an ``.npz`` are `scalar_values`, `opacity`, `image` and `sensitivity`; a ``.csv``
+    has a line per number of `sensitivity`. Raises :class:`RenderError` if the file cannot be
+    written, or has another suffix.
     """
     suffix = path.suffix.lower()
     if suffix not in NUMBER_SUFFIXES:

@@ -19,10 +19,8 @@ class WhatIf:
 
     Attributes
     ----------
-    image : ndarray of float32, shape (S, S, 3)
-        With the edit.
-    difference : ndarray of float32, shape (S, S, 3)
-        From the image without it.
+    image, difference : ndarray of float32, shape (S, S, 3)
+        With the edit, and its difference from the image without it.
     rmse : float
         Of the difference, over the region that was asked for.
     predicted : float or None
@@ -38,12 +36,7 @@ class WhatIf:
 def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:
     """Return inputs whose opacity TF is edited.
 
-    Parameters
-    ----------
-    edit : ndarray, shape (256,)
-        Shape of the edit.
-    height : float
-        Opacity that is added where the edit is highest; the sum is clipped at 1.
+    The edit (256,) is added with so much opacity where it is highest; the sum is clipped at 1.
     """
     opacity = inputs.opacity_tf.sample().astype(np.float64)
     shape = edit.astype(np.float64) / np.abs(edit).max()
@@ -68,10 +61,7 @@ def predicted_rmse(
 ) -> float:
     """Root mean square of a region's changes by an edit of a height, to first order.
 
-    Parameters
-    ----------
-    field : ndarray of float32, shape (H, W, 3)
-        Change of each pixel per unit of the edit.
+    The field (H, W, 3) is the change of each pixel per unit of the edit.
     """
     shown = shown_field(field, edit, "change")
     inside = shown[region.mask(shown.shape)]

@@ -75,7 +75,7 @@ def _vtk(volume: Any, inputs: Any, _renderer: Any, size: int) -> Draw:
 
 def _region(_volume: Any, inputs: Any, renderer: Any, size: int) -> Draw:
     from model.scene.region import Region
-    from model.sensitivity.rendered import region_responses
+    from model.sensitivity.exact import region_responses
 
     part = Region(size // 4, size // 4, 3 * size // 4, 3 * size // 4)
     return partial(region_responses, renderer, inputs, size, part, 6.0)

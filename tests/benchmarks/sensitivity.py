@@ -14,9 +14,8 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.volume import Volume
-from model.sensitivity.exact import visibility
+from model.sensitivity.exact import region_responses, visibility
 from model.sensitivity.learned import Sensitivity
-from model.sensitivity.rendered import region_responses
 from tests.benchmarks.rows import options, print_machine, print_rows, scenes, timed, volumes
 
 Ways = dict[str, Callable[[SceneInputs], object]]

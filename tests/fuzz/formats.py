@@ -165,9 +165,9 @@ def _scene():
 
 
 def _make_model(folder: Path) -> list[Path]:
-    from model.networks.build import build_generator
     from model.networks.card import ModelCard
     from model.networks.checkpoint import save_model
+    from model.networks.paper.two_stage import build_generator
     from model.networks.size import NetworkSize
 
     size, scene = NetworkSize(0.05, 16, 16), _scene()
@@ -178,12 +178,11 @@ def _make_model(folder: Path) -> list[Path]:
 
 
 def _read_model(path: Path) -> str:
-    from model.networks.card import recorded_agreement
+    from model.networks.card import recorded_agreement, recorded_errors
     from model.networks.checkpoint import load_model
-    from model.networks.recorded_errors import worth_of
 
     recorded_agreement(path)
-    worth_of(path)
+    recorded_errors(path)
     _, network = load_model(path)
     digest = hashlib.sha256()
     for value in network.state_dict().values():

@@ -26,11 +26,6 @@ class ColorAttention(nn.Module):
     translation has to draw those colours from a code of 32 numbers; with this variant its
     decoder says how much of each scalar value a pixel shows, and gets the colours themselves.
     How much of a value there is also depends on the opacity TF, which is known by its code.
-
-    Parameters
-    ----------
-    channels : int
-        Number of feature channels of a pixel.
     """
 
     def __init__(self, size: NetworkSize, channels: int) -> None:
@@ -41,21 +36,7 @@ class ColorAttention(nn.Module):
         self.opaque = nn.Sequential(mlp(size.latent_dim, BINS), nn.Linear(BINS, BINS))
 
     def forward(self, x: Tensor, latent: Tensor, table: Tensor) -> Tensor:
-        """Give pixels' features the colours that they look up.
-
-        Parameters
-        ----------
-        x : Tensor, shape (N, channels, H, W)
-            Features of the pixels.
-        latent : Tensor, shape (N, latent_dim)
-            Codes of the opacity TFs.
-        table : Tensor, shape (N, 3 * BINS)
-            From :func:`color_table`.
-
-        Returns
-        -------
-        Tensor, shape (N, channels, H, W)
-        """
+        """Give pixels' features the colours that they look up."""
         joined: Tensor = self.join(concatenate(x, self.colors(x, latent, table)))
         return joined
 

@@ -18,22 +18,16 @@ from model.networks.blocks import (
     mlp,
     score_head,
 )
-from model.networks.codec import LatentCodec
 from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import LatentCodec
 from model.networks.size import NetworkSize
 from model.scene.view import VIEW_PARAMETERS
 
 
 class OpacityOutput(NamedTuple):
-    """Output of the opacity generator for N views and opacity TFs.
+    """Output of the opacity generator for N views and opacity TFs; see the fields for shapes.
 
-    Attributes
-    ----------
-    image : Tensor, shape (N, 1, S, S)
-        Opacity image, in [-1, 1].
-    decoded_tf : Tensor, shape (N, 256)
-        The opacity TF decoded from the latent code, in [-1, 1].
-    latent : Tensor, shape (N, latent_dim)
+    Image and decoded TF lie in [-1, 1].
     """
 
     image: Tensor

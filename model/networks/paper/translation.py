@@ -71,13 +71,7 @@ class BottleneckBlock(nn.Module):
 
 
 class TranslationGenerator(nn.Module):
-    """Generator of colour images: encoder of the opacity image, fusion, decoder with skips.
-
-    Parameters
-    ----------
-    conditions : int
-        Number of condition values; the paper's are the view parameters.
-    """
+    """Generator of colour images: encoder of the opacity image, fusion, decoder with skips."""
 
     def __init__(self, size: NetworkSize, conditions: int = VIEW_PARAMETERS) -> None:
         super().__init__()
@@ -121,22 +115,7 @@ class TranslationGenerator(nn.Module):
     def forward(
         self, conditions: Tensor, latent: Tensor, color_tf: Tensor, opacity: Tensor
     ) -> Tensor:
-        """Generate colour images.
-
-        Parameters
-        ----------
-        conditions : Tensor, shape (N, C)
-        latent : Tensor, shape (N, latent_dim)
-            Code of the opacity TF from the opacity generator's encoder.
-        color_tf : Tensor, shape (N, 3, 256)
-            In CIELAB, scaled to [-1, 1].
-        opacity : Tensor, shape (N, 1, So, So)
-            Opacity image in [-1, 1].
-
-        Returns
-        -------
-        Tensor, shape (N, 3, S, S), in [-1, 1]
-        """
+        """Generate colour images."""
         return self.decode(self.view(conditions), latent, self.encode_color(color_tf), opacity)
 
     def encode_color(self, color_tf: Tensor) -> Tensor:
@@ -168,13 +147,7 @@ class TranslationGenerator(nn.Module):
 
 
 class TranslationDiscriminator(nn.Module):
-    """Discriminator of rendered and generated colour images, given conditions and both TFs.
-
-    Parameters
-    ----------
-    conditions : int
-        Number of condition values.
-    """
+    """Discriminator of rendered and generated colour images, given conditions and both TFs."""
 
     def __init__(self, size: NetworkSize, conditions: int = VIEW_PARAMETERS) -> None:
         super().__init__()

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 from torch import Tensor
 
-from model.networks.codec import LatentCodec
 from model.networks.encoding import EncodedInputs
-from model.networks.generator_network import GeneratorNetwork
+from model.networks.generator_network import GeneratorNetwork, LatentCodec
 from model.networks.paper.opacity import OpacityGenerator
 from model.networks.paper.translation import TranslationGenerator
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
+from model.scene.scene import Scene
 
 
 class TwoStageGenerator(GeneratorNetwork):
     """Opacity generator followed by the translation generator.
 
-    No tensor is detached: gradients by the opacity TF flow through both the
-    opacity image and the latent code that enters the translation.
-
-    Parameters
-    ----------
-    translation : TranslationGenerator, optional
-        Networks to combine; by default with initial weights.
+    No tensor is detached: gradients by the opacity TF flow through both the opacity image and the
+    latent code that enters the translation.
     """
 
     def __init__(
@@ -61,3 +57,9 @@ class TwoStageGenerator(GeneratorNetwork):
         opacity_view, view, latent, color = features
         opacity_image = self.opacity.decode_image(opacity_view, latent)
         return self.translation.decode(view, latent, color, opacity_image), opacity_image
+
+
+def build_generator(size: NetworkSize, scene: Scene) -> TwoStageGenerator:
+    """Build the networks of a size for a scene's inputs, with initial weights."""
+    translation = TranslationGenerator(size, condition_numbers(scene))
+    return TwoStageGenerator(size, OpacityGenerator(size), translation)

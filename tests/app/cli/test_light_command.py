@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.cli import run
-from model.networks.path_light_file import load_path_light
+from model.networks.path_light_network import load_path_light
 from model.samples.path_light_pairs import FEW, Pairs, write_block
 
 

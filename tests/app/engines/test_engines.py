@@ -42,7 +42,7 @@ from model.scene.light import LightDirection
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
-from model.sensitivity.rendered import region_responses
+from model.sensitivity.exact import region_responses
 
 
 class RecordingRenderer:

@@ -9,7 +9,7 @@ import pytest
 from app.figures.map_plot import add_map
 from app.figures.plots import new_layout
 from app.figures.tf_plot import RESPONSES_PER_AXIS, TFPlot, add_tf_plot
-from model.latent.interpolation import blended_code
+from model.latent.latent_map import blended_code
 from model.scene.transfer_function import GaussianMode
 
 COLORS = np.zeros((256, 3))

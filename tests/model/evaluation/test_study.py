@@ -14,7 +14,7 @@ from model.evaluation.study_pictures import study_pictures
 from model.evaluation.study_table import markdown
 from model.generator.generator import Generator
 from model.metrics import clearly_seen
-from model.networks.codec import LatentCodec
+from model.networks.generator_network import LatentCodec
 from model.networks.size import NetworkSize
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore

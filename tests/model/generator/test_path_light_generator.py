@@ -7,8 +7,12 @@ from ramp import make_tf, make_volume
 
 from model.generator.catalog import PATH_LIGHT
 from model.generator.path_light_generator import MOST_SAMPLES, cleaning_of
-from model.networks.path_light_file import PathLightCard, save_path_light
-from model.networks.path_light_network import PathLightNetwork, PathLightSize
+from model.networks.path_light_network import (
+    PathLightCard,
+    PathLightNetwork,
+    PathLightSize,
+    save_path_light,
+)
 from model.rendering.path_tracing import denoising
 from model.rendering.path_tracing.cleaning import denoiser
 from model.rendering.path_tracing.refinement import refined

@@ -1,9 +1,14 @@
+from __future__ import annotations
+
+import math
+
 import numpy as np
 import pytest
 from toy_codec import ToyCodec
 
+from model.errors import LatentError
 from model.latent.codes import samples_of
-from model.latent.latent_map import LatentMap
+from model.latent.latent_map import LatentMap, blended_code, cell_means, disc_radius
 
 
 @pytest.fixture
@@ -35,3 +40,77 @@ def test_some_of_the_samples_keep_places_and_disc(latent_map):
     assert (some.samples.tfs == latent_map.samples.tfs[wanted]).all()
     assert some.radius == latent_map.radius
     assert latent_map.only(np.ones(500, dtype=bool)) is latent_map
+
+
+@pytest.fixture
+def codes():
+    return np.random.default_rng(1).normal(size=(400, 3)).astype(np.float32)
+
+
+@pytest.fixture
+def places():
+    return np.random.default_rng(2).uniform(-1, 1, (400, 2)).astype(np.float32)
+
+
+def test_shepard_weights(codes, places):
+    radius = disc_radius(places)
+    assert radius == pytest.approx(0.05 * math.dist(places.min(axis=0), places.max(axis=0)))
+    for x, y in ((0.1, 0.2), (-0.4, 0.9), (0.99, -0.99)):
+        weights = []
+        for px, py in places.astype(np.float64).tolist():
+            d = math.hypot(px - x, py - y)
+            weights.append(math.exp(-(d**2) / (radius / 3) ** 2) if d <= radius else 0.0)
+        expected = np.array(weights) @ codes.astype(np.float64) / sum(weights)
+        blend = blended_code(codes, places, (x, y), radius)
+        assert blend.code == pytest.approx(expected, rel=1e-5)
+        assert blend.samples == sum(weight > 0 for weight in weights)
+
+
+def test_weights_do_not_underflow_near_the_rim(codes):
+    """All samples a thousand bandwidths away: the plain formula is 0 / 0."""
+    places = np.array([[1.0, 0.0], [1.001, 0.0]], dtype=np.float32)
+    blend = blended_code(codes[:2], places, (0.0, 0.0), 3e-3 * 1000)
+    assert np.isfinite(blend.code).all()
+
+
+def test_an_empty_disc_takes_the_nearest_sample(codes, places):
+    blend = blended_code(codes, places, (7.0, 7.0), 0.1)
+    nearest = np.square(places.astype(np.float64) - 7.0).sum(axis=1).argmin()
+    assert blend.samples == 0
+    assert blend.code == pytest.approx(codes[nearest])
+
+
+def test_samples_at_one_place_are_averaged(codes):
+    places = np.full((400, 2), 0.3, dtype=np.float32)
+    assert disc_radius(places) == 0
+    blend = blended_code(codes, places, (0.3, np.float32(0.3)), 1e-6)
+    assert blend.code == pytest.approx(codes.mean(axis=0, dtype=np.float64), abs=1e-6)
+
+
+def test_cell_means(codes, places):
+    left, lower, right, upper = brush = (-0.5, -0.2, 0.7, 0.6)
+    cells = cell_means(codes, places, brush)
+    for row in range(4):
+        for column in range(4):
+            x0, x1 = (left + (right - left) * (column + i) / 4 for i in (0, 1))
+            y0, y1 = (upper - (upper - lower) * (row + i) / 4 for i in (1, 0))
+            x, y = places.astype(np.float64).T
+            inside = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
+            assert cells.count[row, column] == inside.sum() > 0
+            mean = codes[inside].mean(axis=0, dtype=np.float64)
+            assert cells.codes[row, column] == pytest.approx(mean, rel=1e-5, abs=1e-6)
+            assert cells.places[row, column] == pytest.approx(
+                places[inside].mean(axis=0, dtype=np.float64), abs=1e-6
+            )
+
+
+def test_empty_cells_have_no_code(codes):
+    places = np.array([[0.9, 0.9]], dtype=np.float32)
+    cells = cell_means(codes[:1], places, (0, 0, 1, 1))
+    assert cells.count.sum() == cells.count[0, 3] == 1
+    assert np.isnan(cells.codes[3, 0]).all()
+
+
+def test_a_rectangle_that_is_not_finite_is_refused(codes, places):
+    with pytest.raises(LatentError, match="not finite"):
+        cell_means(codes, places, (0, 0, float("nan"), 1))

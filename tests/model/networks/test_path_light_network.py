@@ -7,13 +7,15 @@ import safetensors.torch
 import torch
 
 from model.errors import CheckpointError
-from model.networks.path_light_file import PathLightCard, load_path_light, save_path_light
 from model.networks.path_light_network import (
     COLORS,
+    PathLightCard,
     PathLightNetwork,
     PathLightSize,
+    load_path_light,
     network_inputs,
     permuted,
+    save_path_light,
 )
 
 SMALL = PathLightSize(8)

@@ -11,8 +11,7 @@ from model.scene.region import Outline, Region, windows_of
 from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.exact import change_norms, region_sensitivity
-from model.sensitivity.rendered import block_fields
+from model.sensitivity.exact import block_fields, change_norms, region_sensitivity
 
 SIZE = 16
 REGION = Region(4, 3, 13, 12)

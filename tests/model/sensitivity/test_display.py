@@ -7,14 +7,15 @@ from model.sensitivity.display import (
     FLOOR,
     color_bar,
     field_of_value,
+    global_scale,
     overlay,
+    overlay_globally,
     per_small_edit,
     scale_of,
     shown_field,
     shown_responses,
     spread_blocks,
 )
-from model.sensitivity.global_scale import global_color_bar, global_scale, overlay_globally
 
 
 def test_a_value_between_two_samples_is_interpolated():
@@ -95,14 +96,14 @@ def test_the_scale_of_all_values_is_in_the_unit_of_one():
 
 def test_colours_compare_between_selections_and_opacity_does_not():
     whole = 1.0
-    last = global_color_bar(256)[-1]
+    last = color_bar("all values", 256)[-1]
     weak, strong = np.array([[0.1, 0.0], [0.05, -0.1]]), np.array([[1.0, 0.0], [0.5, -1.0]])
     shown = [overlay_globally(IMAGE, f, scale_of(f), whole) for f in (weak, strong)]
     # Where a field is strongest, it is opaque, however weak it is beside the others.
-    np.testing.assert_allclose(shown[0][0, 0], global_color_bar(256)[26], atol=0.02)
+    np.testing.assert_allclose(shown[0][0, 0], color_bar("all values", 256)[26], atol=0.02)
     np.testing.assert_allclose(shown[1][0, 0], last)
     np.testing.assert_allclose(shown[1][1, 1], last)
     for image in shown:
         np.testing.assert_allclose(image[0, 1], BACKDROP * 0.5)
-    half = 0.5 * global_color_bar(256)[128] + 0.5 * BACKDROP * 0.5
+    half = 0.5 * color_bar("all values", 256)[128] + 0.5 * BACKDROP * 0.5
     np.testing.assert_allclose(shown[1][1, 0], half, atol=0.01)

@@ -20,7 +20,7 @@ from training_runs import RECIPE, SIZE, Stop, plan
 from model.errors import DatasetError, TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.networks.codec import LatentCodec
+from model.networks.generator_network import LatentCodec
 from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import Split
 from model.scene.light import LightDirection, LightRange

@@ -15,8 +15,7 @@ from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.sensitivity.contributions import Contribution, contributions, follow, percentages
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
-from model.sensitivity.intervals import strongest_intervals
-from model.sensitivity.peaks import find_peaks
+from model.sensitivity.peaks import find_peaks, strongest_intervals
 from model.sensitivity.what_if import compare
 
 BINS = np.arange(256)

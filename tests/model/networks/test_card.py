@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from model.networks.recorded_errors import (
+from model.networks.card import (
     KIND_NAMES,
     error_text,
     errors_by_kind,
