@@ -40,28 +40,21 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
 
 
 def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
-    """Convert a rendering to an opaque image on black.
+    """Convert premultiplied colours (H, W, 4), or opaque ones (H, W, 3), to an image on black.
 
-    Parameters
-    ----------
-    rgba : ndarray of float32, shape (H, W, 4)
-        Colour premultiplied on black; values outside [0, 1] are clipped.
-    brightness : float
-        See :func:`model.rendering.brightness.brighten`.
+    Values outside [0, 1] are clipped, and what is no number becomes 0. The brightness is that of
+    :func:`model.rendering.brightness.brighten`.
     """
-    # In place: it is done for every image of a drag. What is no number becomes 0.
-    rgb = np.fmax(rgba[..., :3], np.float32(0))
-    np.fmin(rgb, np.float32(1), out=rgb)
-    brighten(rgb, brightness)
-    rgb *= np.float32(255)
-    np.rint(rgb, out=rgb)
-    height, width = rgb.shape[:2]
+    levels = np.ascontiguousarray(rgba, np.float32)
+    if levels.shape[2] == 3:
+        levels = np.pad(levels, ((0, 0), (0, 0), (0, 1)))
+    if brightness != 1:
+        levels = np.fmin(np.fmax(levels, np.float32(0)), np.float32(1))
+        brighten(levels[..., :3], brightness)
+    height, width = levels.shape[:2]
+    floats = QImage(levels.data, width, height, QImage.Format.Format_RGBX32FPx4)
     # Of this format, Qt enlarges images fastest.
-    image = QImage(width, height, QImage.Format.Format_RGB32)
-    image.fill(0xFF000000)
-    levels = np.frombuffer(image.bits(), np.uint8).reshape(height, width, 4)
-    levels[..., 2::-1] = rgb
-    return image
+    return floats.convertToFormat(QImage.Format.Format_RGB32)
 
 
 class ImageCanvas(KeyedWidget):
@@ -83,6 +76,8 @@ class ImageCanvas(KeyedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setContextMenuPolicy(Qt.ContextMenuPolicy.PreventContextMenu)
         self.setCursor(Qt.CursorShape.OpenHandCursor)
+        # Else Qt would paint what is below it first.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self._image: QImage | None = None
         self._message = ""
         self._message_color = theme.ON_IMAGE.dim

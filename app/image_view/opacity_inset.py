@@ -68,7 +68,7 @@ class OpacityInset(QObject):
         before = self._picture
         self._picture = None
         if self._shown and self._opacity is not None:
-            self._picture = to_qimage(np.repeat(self._opacity[..., None], 3, axis=2))
+            self._picture = to_qimage(np.repeat(self._opacity[..., None], 4, axis=2))
         if self._picture is not before:
             self._pane.canvas.update()
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,6 +61,11 @@ CLOSEST = 0.1
 
 def faces(up: str, front: str = "") -> dict[str, str]:
     """Return the axis that faces the camera in each of :data:`STANDARD_VIEWS`."""
+    return dict(_faces(up, front))
+
+
+@cache
+def _faces(up: str, front: str) -> dict[str, str]:
     frame = upright_frame(up, front)
     backs = {name: View(*angles).basis()[2] @ frame for name, angles in STANDARD_VIEWS.items()}
     return {name: _nearest_axis(back) for name, back in backs.items()}

@@ -14,6 +14,7 @@ from model.scene.volume import Triple
 NEAREST_DEPTH = 0.01
 """Least distance in front of the eye at which something is seen, in bounding-sphere radii."""
 
+_TANGENT = math.tan(math.radians(VIEW_ANGLE / 2))
 _RADIUS = 0.5
 """Of the bounding sphere, where proportions are lengths relative to its diameter."""
 
@@ -49,8 +50,8 @@ class Projection:
 
         Points must lie in front of the eye, see :meth:`depths`.
         """
-        x, y, depth = self._in_camera(points).T
-        return np.stack([x / depth + self.view.pan_x, y / depth + self.view.pan_y], axis=-1)
+        camera = self._in_camera(points)
+        return camera[:, :2] / camera[:, 2:] + (self.view.pan_x, self.view.pan_y)
 
     def seen_part(
         self, start: NDArray[np.float64], end: NDArray[np.float64]
@@ -95,10 +96,10 @@ class Projection:
 
     def _in_camera(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """To the right and up, in units of which the image has one at depth 1; and the depth."""
-        offsets = (points - 0.5) * np.array(self.proportions) @ self.view.basis().T
-        tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-        depth = self.view.camera_distance(_RADIUS) - offsets[:, 2]
-        return np.stack([offsets[:, 0] / tangent, offsets[:, 1] / tangent, depth], axis=-1)
+        offsets = (points - 0.5) * self.proportions @ self.view.basis().T
+        offsets[:, :2] /= _TANGENT
+        offsets[:, 2] = self.view.camera_distance(_RADIUS) - offsets[:, 2]
+        return offsets
 
 
 def holding(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ view from every direction.
 
 _POLE = 1e-9
 _DECIMALS = 10
+_IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -154,13 +156,7 @@ class View:
             Rows right, up and back (from the centre to the camera), in volume
             coordinates, determinant 1.
         """
-        sin_a, cos_a = _sin_cos(self.azimuth)
-        sin_e, cos_e = _sin_cos(self.elevation)
-        sin_r, cos_r = _sin_cos(self.roll)
-        right = np.array([cos_a, sin_a, 0.0])
-        up = np.array([-sin_e * sin_a, sin_e * cos_a, cos_e])
-        back = np.array([cos_e * sin_a, -cos_e * cos_a, sin_e])
-        return np.stack([cos_r * right + sin_r * up, cos_r * up - sin_r * right, back])
+        return _basis(self.azimuth, self.elevation, self.roll).copy()
 
     @classmethod
     def of_basis(
@@ -209,7 +205,7 @@ class View:
             Rows are its axes, orthonormal with determinant 1. For the identity, all numbers
             are kept to the bit.
         """
-        if np.array_equal(frame, np.eye(3)):
+        if (frame == _IDENTITY).all():
             return self
         return View.of_basis(self.basis() @ frame.T, self.distance, self.pan_x, self.pan_y)
 
@@ -247,6 +243,18 @@ class View:
             ],
             dtype=np.float32,
         )
+
+
+# Each move of the mouse asks for it several times.
+@lru_cache(maxsize=64)
+def _basis(azimuth: float, elevation: float, roll: float) -> NDArray[np.float64]:
+    sin_a, cos_a = _sin_cos(azimuth)
+    sin_e, cos_e = _sin_cos(elevation)
+    sin_r, cos_r = _sin_cos(roll)
+    right = np.array([cos_a, sin_a, 0.0])
+    up = np.array([-sin_e * sin_a, sin_e * cos_a, cos_e])
+    back = np.array([cos_e * sin_a, -cos_e * cos_a, sin_e])
+    return np.stack([cos_r * right + sin_r * up, cos_r * up - sin_r * right, back])
 
 
 def _sin_cos(degrees: float) -> tuple[float, float]:
