@@ -89,6 +89,15 @@ class KeptFile(Generic[T]):
             values = change(values)
         self.values = values
 
+    def reread(self) -> KeptFile[T]:
+        """Return the file read anew, with the changes that are not written yet; from any thread."""
+        if self._path is None:
+            return self
+        file = KeptFile(self._path, self._kind, self._former)
+        for change in tuple(self._changes):
+            file.change(change)
+        return file
+
     def unwritten(self) -> Callable[[], None] | None:
         """Return a function that writes what is not written yet, from any thread; None if all is.
 

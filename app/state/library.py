@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,13 +69,18 @@ class Library:
     def __init__(self, preferences: Preferences) -> None:
         self._preferences = preferences
 
-    def models_of(self, fingerprint: str) -> list[KnownModel]:
+    def models_of(self, fingerprint: str, remembered: Sequence[str]) -> list[KnownModel]:
         """Return the models of a volume: the one opened last, the user's, then shipped ones.
 
         Of the shipped ones that of direct light comes first: it shows most. Models that are gone,
         that this version does not draw, or that are of another volume by now, are left out.
+
+        Parameters
+        ----------
+        remembered : sequence of str
+            Folders of models that were opened with it, the newest first.
         """
-        own = [Path(text) for text in self._preferences.volume(fingerprint).models]
+        own = [Path(text) for text in remembered]
         shipped = shipped_models()
         folders = [*(f for f in own if f not in shipped), *shipped]
         cards = [(folder, card) for folder in folders if (card := _card(folder)) is not None]

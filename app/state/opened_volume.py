@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,15 +85,3 @@ class OpenedVolume:
     def drawing_missing(self, drawn: bool) -> OpenedVolume:
         """Return the same volume with its missing voxels drawn, or not."""
         return OpenedVolume.of(self.path, self.volume.drawing_missing(drawn))
-
-
-def open_volume(path: Path, read_volume: Callable[[Path], Volume]) -> OpenedVolume:
-    """Read a volume and compute its derived data; may take seconds.
-
-    Raises
-    ------
-    VolumeError
-        When the file holds no usable volume.
-    """
-    volume = read_volume(path)
-    return OpenedVolume.of(path, volume.over(robust_range(volume)))

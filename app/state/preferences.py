@@ -99,6 +99,12 @@ class Preferences(QObject):
         fingerprint = self.settings.places.get(str(path.absolute()))
         return VolumeMemory() if fingerprint is None else self.volume(fingerprint)
 
+    def recall(self, fingerprint: str) -> tuple[VolumeMemory, str]:
+        """Read what is kept of a volume, and what is wrong with its file; from any thread."""
+        known = self._volumes.get(fingerprint)
+        file = volume_file(self.folder, fingerprint) if known is None else known.reread()
+        return file.values, file.problem
+
     def refresh(self, fingerprint: str) -> str:
         """Take in what other windows have written of a volume, and their settings.
 

@@ -23,8 +23,7 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import VolumeKeeper
-from app.state.volume_ranging import VolumeRanging
-from app.state.volume_reading import VolumeReading
+from app.state.volume_opening import VolumeOpening
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import EXACT_LIGHTINGS, Lighting
 from model.scene.transfer_function import TransferFunction
@@ -105,15 +104,9 @@ class Workspace(QObject):
             state, reference, analyst, builders, self._scheduler, preferences, self
         )
         self._keeper = VolumeKeeper(state, sensitivity, preferences, self)
-        self.reading = VolumeReading(
-            builders.read_volume,
-            reference,
-            self.model,
-            self.library,
-            preferences,
-            self,
+        self.opening = VolumeOpening(
+            builders.read_volume, self, self.model, self.library, preferences, self
         )
-        self.ranging = VolumeRanging(builders.read_volume, preferences, self)
         self._opened: OpenedVolume | None = None
         self._is_restored = False
         self._connect()
@@ -121,7 +114,7 @@ class Workspace(QObject):
     def _connect(self) -> None:
         state, work = self._state, self.reference
         state.inputsChangeFinished.connect(self._update_hint)
-        state.tf_input.changeFinished.connect(self.ranging.follow)
+        state.tf_input.changeFinished.connect(self.opening.follow)
         work.resized.connect(self.sensitivity.show)
         work.choicesChanged.connect(self._share_patience)
         self._share_patience(work.choices)
@@ -129,12 +122,6 @@ class Workspace(QObject):
         work.analystReplaced.connect(self._restart_questions)
         self.model.ready.connect(self._generator_ready)
         self.model.failed.connect(self._follow_scene)
-        self.reading.opened.connect(self._volume_opened)
-        self.ranging.taken.connect(self._range_taken)
-        for each in (self.reading, self.ranging):
-            each.failed.connect(self._volume_failed)
-        self.reading.problem.connect(self.problem)
-        self.reading.news.connect(self.news)
         for client in self._clients:
             client.images.answered.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
@@ -165,13 +152,12 @@ class Workspace(QObject):
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
         drawn = all(c in self._scheduler.hidden or c.is_settled for c in self._clients)
-        is_busy = self.reading.is_busy or self.ranging.is_busy or self.reference.is_preparing
-        return drawn and not is_busy
+        return drawn and not (self.opening.is_busy or self.reference.is_preparing)
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""
         # Asked for later than what was to come with the volume that is read.
-        self.reading.forget_model()
+        self.opening.forget_model()
         scene = None if folder is None else self.library.scene_of(folder)
         self.model.open(folder, scene, held=self._reference_comes_first())
         self.news.emit(self.model.worth)
@@ -192,7 +178,7 @@ class Workspace(QObject):
         if transfer_function.scale == volume.scale:
             if scene is not None:
                 return fit_to_range(transfer_function, scene.scalar_range)
-            if self.reading.wanted.scalar_range is not None:
+            if self.opening.wanted.scalar_range is not None:
                 return fit_to_range(transfer_function, volume.scalar_range)
         return fit_to_volume(transfer_function, self._opened.volume)
 
@@ -212,38 +198,32 @@ class Workspace(QObject):
         self.latent.stop()
         for client in (*self._clients, self._analyst):
             client.stop()
-        self.reading.abandon()
-        self.ranging.abandon()
+        self.opening.abandon()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        own = self.latent, self.reading, self.ranging
-        for part in (*self._clients, self._analyst, *own):
+        for part in (*self._clients, self._analyst, self.latent, self.opening):
             part.join()
 
-    def _volume_opened(self, opened: OpenedVolume, kept: TransferFunction | None) -> None:
-        self.ranging.start(opened)
-        self._is_restored = kept is not None
-        folder = self.reading.model_for(opened)
+    def show(self, opened: OpenedVolume) -> None:
+        """Show a volume that was read, with all that is remembered of it."""
+        volume, wanted = opened.volume, self.opening.wanted
+        folder = self.opening.model_for(opened.fingerprint)
+        sample = sample_of(volume)
         self._opened = opened
         memory = self._keeper.start(opened)
-        self.latent.session.start_volume(opened.volume, opened.window)
+        self._is_restored = memory.tf is not None
+        self.latent.session.start_volume(volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)
-        sample = sample_of(opened.volume)
-        if sample is not None and self.reading.wanted.model is None:
+        if sample is not None and wanted.model is None:
             self.reference.propose(sample.lighting)
-        self.reference.start(opened.volume, self.model.scene_for(opened))
+        self.reference.start(volume, self.model.scene_for(opened))
         self._follow_scene()
-        notes = [
-            *opened.volume.notes,
-            opened.volume.missing_text,
-            self.model.worth,
-            RESTORED if kept is not None and self.reading.wanted.transfer_function is None else "",
-        ]
+        restored = RESTORED if self._is_restored and wanted.memory is None else ""
+        notes = [*volume.notes, volume.missing_text, self.model.worth, restored]
         self.news.emit(" ".join(filter(None, notes)))
-        self._scheduler.scale = opened.volume.scale
-        volume = opened.volume
+        self._scheduler.scale = volume.scale
         self._state.start_view(
             volume.proportions,
             memory.up_axis or volume.up,
@@ -257,12 +237,31 @@ class Workspace(QObject):
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, kept, {"crop": memory.crop})
-        if self.reading.wanted.transfer_function is not None:
+        self._state.start_volume(opened.default, memory.tf, {"crop": memory.crop})
+        if wanted.memory is not None:
             self._keeper.keep_tf()
         self.volumeStarted.emit()
 
-    def _volume_failed(self, text: str) -> None:
+    def show_range(self, opened: OpenedVolume) -> None:
+        """Show the open volume over another range, or on another scale."""
+        volume = opened.volume
+        is_rescaled = self._opened is None or self._opened.volume.scale != volume.scale
+        self._opened = opened
+        self._scheduler.scale = volume.scale
+        self.latent.session.start_volume(volume, opened.window)
+        self.reference.start(volume, self.model.scene_for(opened))
+        if is_rescaled:
+            self._state.set_default(opened.default)
+            self.scaleChanged.emit(opened)
+            if self._state.scale != volume.scale:
+                self._state.tf_input.set(opened.default, SCALE_EDITS[volume.scale])
+            self.news.emit(_scale_news(volume))
+        self._follow_scene()
+        self.rangeChanged.emit(opened)
+        self._scheduler.send()
+
+    def refuse(self, text: str) -> None:
+        """Say why a volume cannot be shown; the open one stays."""
         if self._opened is None:
             self._clients[1].fail(text)
             self._generator.pause(NO_VOLUME)
@@ -271,21 +270,15 @@ class Workspace(QObject):
             self.problem.emit(text)
             self._report_settled()
 
-    def _range_taken(self, opened: OpenedVolume) -> None:
-        is_rescaled = self._opened is None or self._opened.volume.scale != opened.volume.scale
-        self._opened = opened
-        self._scheduler.scale = opened.volume.scale
-        self.latent.session.start_volume(opened.volume, opened.window)
-        self.reference.start(opened.volume, self.model.scene_for(self._opened))
-        if is_rescaled:
-            self._state.set_default(opened.default)
-            self.scaleChanged.emit(opened)
-            if self._state.scale != opened.volume.scale:
-                self._state.tf_input.set(opened.default, SCALE_EDITS[opened.volume.scale])
-            self.news.emit(_scale_news(opened.volume))
-        self._follow_scene()
-        self.rangeChanged.emit(opened)
-        self._scheduler.send()
+    def warn(self, text: str) -> None:
+        """Say what went wrong."""
+        self.problem.emit(text)
+
+    def say_progress(self, text: str) -> None:
+        """Say what is being read: in the status line, and where there is no image yet."""
+        if self._opened is None:
+            self._clients[1].wait(text)
+        self.news.emit(text)
 
     def _generator_ready(self) -> None:
         self._follow_scene()
@@ -299,14 +292,13 @@ class Workspace(QObject):
             self._state.tf_input.set(fit_to_range(tf, scene.scalar_range), "range of the model")
         elif scene is not None and not is_alike and self._opened is not None and self._is_untouched:
             # As if the model had been there before the volume.
-            wanted = scene.scalar_range, scene.scale
-            self.ranging.show_over(*wanted)
+            self.opening.show_over(scene.scalar_range, scene.scale)
         self._scheduler.send()
 
     @property
     def _is_untouched(self) -> bool:
         """Whether the volume's range and scale are none that anybody chose."""
-        chosen = self.reading.wanted.scalar_range, self.reading.wanted.scale
+        chosen = self.opening.wanted.scalar_range, self.opening.wanted.scale
         is_default = self._state.transfer_function == self._state.default_transfer_function
         return not self._is_restored and chosen == (None, None) and is_default
 
@@ -320,7 +312,7 @@ class Workspace(QObject):
         """Adapt the generator to the volume, and the reference and the panels to the generator."""
         self.reference.follow(self.model.scene_for(self._opened))
         self._follow_light()
-        self.model.match(self._opened, self.reading.is_busy)
+        self.model.match(self._opened, self.opening.is_reading)
         scene = self.model.fitting_scene(self._opened)
         learned_size = None if scene is None else scene.image_size
         self.sensitivity.set_learned(learned_size)
@@ -362,7 +354,7 @@ class Workspace(QObject):
         if self._clients[1] in self._scheduler.hidden:
             return False
         is_drawn = self._opened is not None and not self._clients[1].is_settled
-        return self.reading.is_busy or is_drawn
+        return self.opening.is_reading or is_drawn
 
     def _report_settled(self) -> None:
         if self.is_settled:

@@ -67,7 +67,9 @@ class EmptyCard(QFrame):
         self.hide()
         pane.canvas.installEventFilter(self)
         pane.client.stateChanged.connect(self._follow)
-        workspace.reading.started.connect(lambda _name: self._follow(EngineState.LOADING))
+        workspace.opening.reading.connect(
+            lambda name: self._follow(EngineState.LOADING) if name else None
+        )
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         """Stay in the middle of the image."""

@@ -114,7 +114,10 @@ class RecentMenus(QObject):
     def _fill_models(self, menu: QMenu) -> None:
         menu.clear()
         opened = self._workspace.opened
-        found = [] if opened is None else self._workspace.library.models_of(opened.fingerprint)
+        found = []
+        if opened is not None:
+            known = self._preferences.volume(opened.fingerprint).models
+            found = self._workspace.library.models_of(opened.fingerprint, known)
         for model in found:
             action = add_action(menu, model.name, partial(self._opening.open_model, model.folder))
             action.setToolTip(model.worth or str(model.folder))

@@ -15,7 +15,7 @@ from app.state.preferences import Preferences
 from app.state.session import SUFFIX
 from app.state.settings import RecentKind
 from app.state.viewer_state import ViewerState
-from app.state.volume_reading import Wanted
+from app.state.volume_opening import Wanted
 from app.state.workspace import Workspace
 from app.window.contents_dialog import ContentsDialog
 from app.window.notices import Notices
@@ -86,8 +86,7 @@ class FileOpening(QObject):
         self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
         self._slow.timeout.connect(self._offer_cancel)
         self._reading = ""
-        workspace.reading.started.connect(self._note_reading)
-        workspace.reading.ended.connect(self._forget_reading)
+        workspace.opening.reading.connect(self._note_reading)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -123,12 +122,8 @@ class FileOpening(QObject):
         """Open the volume that the window begins with; see :meth:`open_volume`."""
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.reading.open(
-            path,
-            choice=known,
-            is_remembered=choice is None,
-            wanted=Wanted(scalar_range, scale),
-        )
+        wanted = Wanted(None, known, choice is None, scalar_range, scale)
+        self._workspace.opening.open(path, wanted)
 
     def open_volume(
         self, path: Path, choice: Choice | None = None, model: Path | None = None
@@ -157,24 +152,19 @@ class FileOpening(QObject):
             self._raw_layout = path, layout
         known = self._known_choice(path) if choice is None else choice
         self._choice = None if known is None else (path, known)
-        self._workspace.reading.open(
-            path,
-            layout,
-            choice=known,
-            is_remembered=choice is None,
-            wanted=Wanted(model=model),
-        )
+        self._workspace.opening.open(path, Wanted(layout, known, choice is None, model=model))
 
     def _note_reading(self, name: str) -> None:
+        """Offer to cancel a reading that takes long, until it has ended."""
         self._reading = name
-        self._slow.start()
-
-    def _forget_reading(self) -> None:
-        self._slow.stop()
-        self._notice.clear(READING)
+        if name:
+            self._slow.start()
+        else:
+            self._slow.stop()
+            self._notice.clear(READING)
 
     def _offer_cancel(self) -> None:
-        cancel = Action("Cancel", self._workspace.reading.cancel)
+        cancel = Action("Cancel", self._workspace.opening.cancel)
         self._notice.tell(f"{self._reading} is being read.", cancel, key=READING)
 
     def ask_for_content(self) -> None:

@@ -266,9 +266,9 @@ class MainWindow(QMainWindow):
         # A band kept over the plot would be one of other values.
         self.workspace.scaleChanged.connect(lambda _opened: self.sensitivity_state.unpin())
         self.opening.transferFunctionOpened.connect(self.editor.show_small_range)
-        self.editor.menu.scale_wanted.connect(self.workspace.ranging.show_on_scale)
+        self.editor.menu.scale_wanted.connect(self.workspace.opening.show_on_scale)
         # Errors of an earlier file no longer apply.
-        self.workspace.reading.volumeRead.connect(lambda _opened: self.notice.clear())
+        self.workspace.opening.volumeRead.connect(lambda _opened: self.notice.clear())
         self.workspace.volumeStarted.connect(self.editor.select_strongest)
         self.workspace.volumeStarted.connect(self.plot_memory.settle)
         self.workspace.hintChanged.connect(self.generator.set_hint)

@@ -288,13 +288,16 @@ class Menus(QObject):
         missing = add_action(
             menu,
             "Draw &missing voxels",
-            lambda: workspace.ranging.draw_missing(not workspace.ranging.draws_missing),
+            lambda: workspace.opening.draw_missing(not missing_are_drawn()),
         )
         missing.setCheckable(True)
 
+        def missing_are_drawn() -> bool:
+            return workspace.opened is not None and workspace.opened.volume.draws_missing
+
         def show_missing(*_: object) -> None:
-            missing.setEnabled(workspace.ranging.has_missing)
-            missing.setChecked(workspace.ranging.draws_missing)
+            missing.setEnabled(workspace.opened is not None and workspace.opened.has_missing)
+            missing.setChecked(missing_are_drawn())
 
         for changed in (workspace.volumeStarted, workspace.rangeChanged):
             changed.connect(show_missing)

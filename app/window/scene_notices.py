@@ -167,7 +167,7 @@ class LogarithmOffer(QObject):
         if is_new and suits_logarithm(opened.volume.distribution):
             self._notice.tell(
                 f"{opened.volume.name}: {LOGARITHM_OFFER}.",
-                Action("Logarithmic scale", partial(self._workspace.ranging.show_on_scale, "log")),
+                Action("Logarithmic scale", partial(self._workspace.opening.show_on_scale, "log")),
                 key=OFFER,
             )
 

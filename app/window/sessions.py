@@ -17,7 +17,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.session import SUFFIX, Session, SessionContent, SessionError, session_settings
 from app.state.viewer_state import ViewerState
 from app.state.volume_memory import VolumeMemory
-from app.state.volume_reading import Wanted
+from app.state.volume_opening import Wanted
 from app.state.workspace import Workspace
 from app.window.file_dialogs import FileDialogs
 from app.window.file_opening import VOLUME_FILTER, FileOpening
@@ -76,7 +76,7 @@ class Sessions(QObject):
         self._awaited: tuple[Path, Session] | None = None
         self._is_before_kept = False
         opening.sessionFound.connect(self.open)
-        workspace.reading.volumeRead.connect(self._volume_read)
+        workspace.opening.volumeRead.connect(self._volume_read)
         workspace.volumeStarted.connect(self._volume_started)
 
     def ask_and_save(self) -> None:
@@ -149,16 +149,13 @@ class Sessions(QObject):
         self._awaited = path, session
         memory = session.content.memory
         wanted = Wanted(
-            model=session.model if session.model is not None and session.model.exists() else None,
-            transfer_function=memory.tf,
-        )
-        self._workspace.reading.open(
-            session.volume,
             raw=RawLayout.parse(memory.raw_layout) if memory.raw_layout else None,
             choice=Choice.parse(memory.choice) if memory.choice else None,
             is_remembered=True,
-            wanted=wanted,
+            model=session.model if session.model is not None and session.model.exists() else None,
+            memory=memory,
         )
+        self._workspace.opening.open(session.volume, wanted)
 
     def _volume_read(self, opened: OpenedVolume) -> None:
         if self._awaited is None or self._awaited[1].volume != opened.path:

@@ -103,7 +103,7 @@ def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
         # Real engines start processes, on machines that may be busy.
         with qtbot.waitSignal(window.workspace.settled, timeout=1000 * PATIENCE_S):
             window.workspace.open_model(model)
-            window.workspace.reading.open(Path(volume))
+            window.workspace.opening.open(Path(volume))
         window.show()
         qtbot.waitExposed(window)
         return window

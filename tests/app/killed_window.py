@@ -28,7 +28,7 @@ def main(folder: Path, seed: int) -> None:
     """Open a window and edit it 20 times a second."""
     application = QApplication([])
     window = MainWindow(FakeBuilders().make(), preferences=Preferences(folder))
-    window.workspace.reading.open(Path("ramp.nrrd"))
+    window.workspace.opening.open(Path("ramp.nrrd"))
     window.show()
     rng = random.Random(seed)
     state = window.state

@@ -203,7 +203,7 @@ class Monkey:
         self.window.latent_state.choose(shown=False)
         self.shown.clear()
         # Engines that could not be built are built again.
-        workspace.reading.open(Path("ramp"))
+        workspace.opening.open(Path("ramp"))
         end = time.perf_counter() + SETTLE_S
         self._process(0.3)
         while not workspace.is_settled and time.perf_counter() < end:
@@ -288,7 +288,7 @@ class Monkey:
     def _open(self) -> None:
         workspace = self.window.workspace
         if self.rng.random() < 0.6:
-            workspace.reading.open(Path(self.rng.choice(["ramp", "other", "missing"])))
+            workspace.opening.open(Path(self.rng.choice(["ramp", "other", "missing"])))
         else:
             workspace.open_model(self.rng.choice([None, Path("model"), Path("model2")]))
 
@@ -325,7 +325,7 @@ def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
     )
     try:
         UnreliableEngine.calm = True
-        window.workspace.reading.open(Path("ramp"))
+        window.workspace.opening.open(Path("ramp"))
         window.workspace.open_model(Path("model"))
         window.show()
         monkey._process(1.0)

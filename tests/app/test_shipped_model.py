@@ -19,14 +19,14 @@ def shipped(builders, monkeypatch):
     builders.volumes["hill"] = make_volume("hill", top=150.0)
     ramp = builders.volumes["ramp"].fingerprint
 
-    def models_of(_library: Library, fingerprint: str) -> list[KnownModel]:
+    def models_of(_library: Library, fingerprint: str, remembered: object) -> list[KnownModel]:
         return [KnownModel(Path("shipped"), "shipped", "")] if fingerprint == ramp else []
 
     monkeypatch.setattr(Library, "models_of", models_of)
 
 
 def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
-    window.workspace.reading.open(Path(name))
+    window.workspace.opening.open(Path(name))
     qtbot.waitUntil(
         lambda: (
             window.workspace.is_settled

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.state.latent_state import FIRST_BRUSH
-from app.state.opened_volume import open_volume
+from app.state.opened_volume import OpenedVolume
 from model.latent.latent_space import LatentSpace
 from model.latent.tiny_pictures import exposures, overview_of
 from model.metrics import flip
@@ -17,6 +17,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.axes import DEFAULT_UP, axis_labelled
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import home_view
+from model.scene.robust_range import robust_range
 from model.volume_files import read_volume
 from tests.benchmarks.rows import options, paths, print_machine, print_rows, timed
 
@@ -30,7 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print_machine()
     rows = []
     for path in paths(asked):
-        opened = open_volume(path, read_volume)
+        read = read_volume(path)
+        opened = OpenedVolume.of(path, read.over(robust_range(read)))
         volume, tf = opened.volume, opened.default
         front = axis_labelled("A", volume.axis_labels)
         view = home_view(

@@ -136,7 +136,7 @@ def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple
     window.show()
     window.sensitivity_state.choose(shown=not asked.hidden)
     watched = Watched(window)
-    window.workspace.reading.open(path)
+    window.workspace.opening.open(path)
     window.workspace.reference.choose(lighting=lighting)
     run(PATIENCE_S, lambda: bool(watched.painted) and window.workspace.is_settled)
     run(QUIET_S)

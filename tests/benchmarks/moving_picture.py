@@ -200,7 +200,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     apply_theme(application)
     window = MainWindow()
     window.resize(*SIZE)
-    window.workspace.reading.open(SCAN)
+    window.workspace.opening.open(SCAN)
     window.show()
     recording = Recording(window)
     with garbage_collected_here():

@@ -457,7 +457,7 @@ def test_another_volume_has_its_own_map(qtbot, window, builders):
     tf, _ = session.tf_at((0.3, 0.3))
     builders.volumes["other"] = make_volume("other", 300.0)
     with qtbot.waitSignal(session.mapOpened):
-        window.workspace.reading.open(Path("other"))
+        window.workspace.opening.open(Path("other"))
     assert session.space.frame.scalar_range == (100.0, 300.0)
     # A TF of the map before cannot be taken.
     before = window.state.transfer_function

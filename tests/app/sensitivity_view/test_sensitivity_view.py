@@ -455,7 +455,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
     old = builders.analysts[-1]
     builders.volumes["other"] = make_volume("other", 500.0)
     with qtbot.waitSignal(window.workspace.volumeOpened):
-        window.workspace.reading.open(Path("other"))
+        window.workspace.opening.open(Path("other"))
     assert window.sensitivity_state.band is None
     assert window.sensitivity_state.place is None
     assert window.reference.canvas.cover is None
@@ -475,7 +475,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
     builders.volumes["flat"] = Volume(make_volume("other").scalars[:, :, :3], name="flat")
     for name, outline in (("ramp 2", region), ("flat", Outline())):
         with qtbot.waitSignal(window.workspace.volumeOpened):
-            window.workspace.reading.open(Path(name))
+            window.workspace.opening.open(Path(name))
         assert state.outline == outline
     assert window.sensitivity.chips.region.caption == "Whole image ▾"
     qtbot.waitUntil(lambda: window.workspace.is_settled)

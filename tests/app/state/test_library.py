@@ -9,7 +9,7 @@ import pytest
 from fake_models import WEIGHTS, make_model
 from ramp import make_volume
 
-from app.state.library import Library
+from app.state.library import KnownModel, Library
 from app.state.preferences import Preferences
 from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, load_card
@@ -91,6 +91,10 @@ def assert_said(library: Library, folder: Path, *parts: str) -> None:
     assert check.problem.endswith(".") and ";" in check.problem and "\n" not in check.problem
 
 
+def models_of(library: Library, preferences: Preferences, fingerprint: str) -> list[KnownModel]:
+    return library.models_of(fingerprint, preferences.volume(fingerprint).models)
+
+
 def test_models_of_a_volume_are_the_newest_first(
     library: Library, preferences: Preferences, tmp_path: Path
 ) -> None:
@@ -101,10 +105,10 @@ def test_models_of_a_volume_are_the_newest_first(
     shutil.rmtree(tmp_path / "gone")
     shutil.rmtree(tmp_path / "other")
     make_model(tmp_path / "other", top=300.0)
-    models = library.models_of(ours)
+    models = models_of(library, preferences, ours)
     assert [model.folder for model in models] == [tmp_path / "new", tmp_path / "old"]
     assert (models[0].name, models[0].worth) == ("new", "RMSE 0.050.")
-    assert library.models_of(fingerprint(top=300.0)) == []
+    assert models_of(library, preferences, fingerprint(top=300.0)) == []
 
 
 def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
@@ -115,16 +119,16 @@ def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
     same = [f for f in shipped_models() if same_volume(library, f, scene)]
     cards = {folder: load_card(folder) for folder in same}
     same.sort(key=lambda folder: cards[folder].scene.lighting != "direct")
-    assert [m.folder for m in library.models_of(scene.volume_fingerprint)] == same
+    assert [m.folder for m in models_of(library, preferences, scene.volume_fingerprint)] == same
     copy = tmp_path / "copy"
     shutil.copytree(same[0], copy)
     for folder in (same[-1], copy):
         preferences.note_model(folder, scene.volume_fingerprint)
-    models = library.models_of(scene.volume_fingerprint)
+    models = models_of(library, preferences, scene.volume_fingerprint)
     assert [m.folder for m in models] == [copy, *same]
     # Who closes the window with a shipped one finds that again.
     preferences.note_model(same[-1], scene.volume_fingerprint)
-    models = library.models_of(scene.volume_fingerprint)
+    models = models_of(library, preferences, scene.volume_fingerprint)
     assert [m.folder for m in models] == [same[-1], copy, *same[:-1]]
 
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from app.state.opened_volume import open_volume
+from app.state.opened_volume import OpenedVolume
+from model.scene.robust_range import robust_range
 from model.scene.volume import Volume
 
 PLACE = Path("volume.nrrd")
@@ -13,7 +14,8 @@ PLACE = Path("volume.nrrd")
 def test_an_outlier_does_not_widen_what_is_looked_at_first() -> None:
     voxels = np.linspace(2, 7, 8000).reshape(20, 20, 20)
     voxels[3, 3, 3] = 1e9
-    opened = open_volume(PLACE, lambda path: Volume(voxels))
+    volume = Volume(voxels)
+    opened = OpenedVolume.of(PLACE, volume.over(robust_range(volume)))
     assert opened.volume.scalar_range == opened.default.scalar_range == (2.0, 7.0)
     assert 2 <= opened.window[0] < opened.window[1] <= 7
     # The outlier is counted, too, and does not make the other bins coarser.
@@ -24,7 +26,7 @@ def test_an_outlier_does_not_widen_what_is_looked_at_first() -> None:
 
 def test_another_range_changes_what_follows_from_it_alone() -> None:
     volume = Volume(np.arange(8000, dtype=np.int16).reshape(20, 20, 20))
-    opened = open_volume(PLACE, lambda path: volume)
+    opened = OpenedVolume.of(PLACE, volume)
     assert opened.volume.scalar_range == (0, 7999)
     other = opened.over((100.0, 355.0))
     assert other.volume.scalar_range == other.default.scalar_range == (100, 355)

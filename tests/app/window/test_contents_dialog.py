@@ -55,12 +55,12 @@ def several(window, monkeypatch):
         facts = FileFacts(contents=listed)
         return replace(volume, voxels=volume.voxels + number, file=facts)
 
-    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", read)
+    monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
     return asked
 
 
 def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, monkeypatch):
-    path, read = tmp_path / "cells.tif", window.workspace.reading._opening._read_volume
+    path, read = tmp_path / "cells.tif", window.workspace.opening._read_volume
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
@@ -84,12 +84,12 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
             raise VolumeError(f"{path}: there is no channel '2'; there are 0, 1.")
         return make_volume("other")
 
-    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", refuse)
+    monkeypatch.setattr(window.workspace.opening, "_read_volume", refuse)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.opening.open(path)
     assert several == [Choice(channel="2"), None]
     # What is kept is not asked for again, either.
-    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", read)
+    monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
     several.clear()
     path = tmp_path / "others.tif"
     path.write_bytes(b"?")

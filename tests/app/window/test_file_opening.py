@@ -156,7 +156,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
         used.append(raw)
         return replace(make_volume(path.stem), spacing=(1.0, 1.0, 2.5))
 
-    monkeypatch.setattr(window.workspace.reading._opening, "_read_volume", read)
+    monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
     scan = tmp_path / "scan.raw"
     scan.write_bytes(bytes(120))
     for _ in range(2):
@@ -175,7 +175,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
         finally:
             ended.set()
 
-    window.workspace.reading._opening._read_volume = read_slowly
+    window.workspace.opening._read_volume = read_slowly
     window.opening._slow.setInterval(1)
     window.opening.open_volume(Path("series"))
     qtbot.waitUntil(lambda: "of 500 slices read" in window.status.news)

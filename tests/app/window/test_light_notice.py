@@ -33,7 +33,7 @@ def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders,
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
     notice, work = window.notice, window.workspace.reference
-    window.workspace.reading.open(Path("other"))
+    window.workspace.opening.open(Path("other"))
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
     qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
     window.state.set_view(View(azimuth=50.0))

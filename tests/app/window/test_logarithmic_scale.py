@@ -83,7 +83,7 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     builders.volumes["zeros"] = Volume(values, name="zeros")
     for name, is_offered in (("ramp", False), ("zeros", True)):
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.reading.open(Path(name))
+            window.workspace.opening.open(Path(name))
         qtbot.waitUntil(lambda: window.workspace.is_settled)
         assert bool(offer(window)) == is_offered
     click(qtbot, window)
@@ -117,7 +117,7 @@ def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, hal
     kept = window.state.transfer_function
     for name in ("ramp", "halo"):
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.reading.open(Path(name))
+            window.workspace.opening.open(Path(name))
     assert shown(window).scale == "log"
     assert window.state.transfer_function == kept
     assert not offer(window)

@@ -142,17 +142,17 @@ def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_on
     assert window.errors == ["gone: the file is missing; choose another."]
     assert not window.editor.isEnabled()
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("ramp"))
+        window.workspace.opening.open(Path("ramp"))
     settle(qtbot, window)
     message = window.generator.canvas.message
     assert "'other'" in message and message.count(".") == 1
     assert builders.generators[-1].requests == []
     with qtbot.waitSignal(window.workspace.problem):
-        window.workspace.reading.open(Path("gone"))
+        window.workspace.opening.open(Path("gone"))
     assert window.notice.text == "gone: the file is missing; choose another."
     assert window.workspace.opened.volume.name == "ramp"
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("other"))
+        window.workspace.opening.open(Path("other"))
     assert window.notice.text == ""
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
@@ -177,7 +177,7 @@ def test_closing_while_everything_is_at_work_ends_cleanly(qtbot, make_window, bu
     qtbot.waitUntil(lambda: engine.requests[-1].inputs.view == View(azimuth=1.0))
     builders.loading = loading = threading.Event()
     window.workspace.open_model(Path("another"))
-    window.workspace.reading.open(Path("ramp"))
+    window.workspace.opening.open(Path("ramp"))
     # The render and the loading end only once the window waits for them.
     helper = threading.Thread(target=let_go_when_hidden, args=(window, gate, loading))
     helper.start()
@@ -215,18 +215,18 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     missing = ramp.voxels > ramp.voxels.mean()
     builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("patchy"))
+        window.workspace.opening.open(Path("patchy"))
     settle(qtbot, window)
     assert "voxels are missing, and not drawn" in window.status.news
     tf = window.state.transfer_function
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.workspace.ranging.draw_missing(True)
+        window.workspace.opening.draw_missing(True)
     settle(qtbot, window)
     assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
     # It comes back with its volume.
     for name in ("ramp", "patchy"):
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.reading.open(Path(name))
+            window.workspace.opening.open(Path(name))
         settle(qtbot, window)
         assert builders.drawn[-1].draws_missing == (name == "patchy")
     with qtbot.waitSignal(window.workspace.rangeChanged):
@@ -235,7 +235,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     assert not builders.drawn[-1].draws_missing
     opened: list[Path] = []
     monkeypatch.setattr(
-        window.workspace.reading, "open", lambda path, *_, **__: opened.append(path)
+        window.workspace.opening, "open", lambda path, *_, **__: opened.append(path)
     )
     for path in shipped_volumes():
         entry = action(window, title_of(path))
@@ -314,7 +314,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp
 
     def opened(window: MainWindow, name: str) -> tuple[str, LightDirection | None]:
         with qtbot.waitSignal(window.workspace.settled):
-            window.workspace.reading.open(Path(name))
+            window.workspace.opening.open(Path(name))
         return builders.settings[-1].lighting, window.state.light
 
     fresh, half = ("soft", LightDirection()), CropBox((0.5, 0.0, 0.0))

@@ -62,7 +62,7 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
     preparation = work.preparation
     assert isinstance(preparation, HeldPreparation)
     window.workspace.open_model(None)
-    window.workspace.reading.open(Path("ramp"))
+    window.workspace.opening.open(Path("ramp"))
     window.show()
     client = window.reference.client
     qtbot.waitUntil(lambda: client.is_settled, timeout=1000 * PATIENCE_S)
@@ -100,7 +100,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, monk
     window = opened(qtbot, builders)
     work, preparation = window.workspace.reference, window.workspace.reference.preparation
     assert isinstance(preparation, HeldPreparation)
-    window.workspace.reading.open(Path("ramp"))
+    window.workspace.opening.open(Path("ramp"))
     window.workspace.open_model(Path("model"))
     window.show()
     qtbot.waitUntil(lambda: window.reference.client.is_settled, timeout=1000 * PATIENCE_S)
@@ -132,7 +132,7 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     window = opened(qtbot, builders)
     preparation, client = window.workspace.reference.preparation, window.reference.client
     assert isinstance(preparation, HeldPreparation)
-    window.workspace.reading.open(Path("ramp"))
+    window.workspace.opening.open(Path("ramp"))
     qtbot.waitUntil(lambda: ": 1 of about" in client.text, timeout=1000 * PATIENCE_S)
     assert "no light" in client.text
     assert client.state is EngineState.WAITING

@@ -36,7 +36,7 @@ def open_window(qtbot, builders, tmp_path):
 
 def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path(name))
+        window.workspace.opening.open(Path(name))
 
 
 def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path):

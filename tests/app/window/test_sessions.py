@@ -34,7 +34,7 @@ def open_window(qtbot, builders, volume, tmp_path):
         window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.reading.open(volume)
+            window.workspace.opening.open(volume)
         return window
 
     return opened
@@ -101,7 +101,7 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     builders.volumes["other"] = make_volume("other", 300.0)
     window = open_window()
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path("other"))
+        window.workspace.opening.open(Path("other"))
     assert "a.tfscope" not in window.windowTitle()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved

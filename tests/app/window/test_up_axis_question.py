@@ -12,7 +12,7 @@ from model.scene.axes import AXES
 
 def reopen(qtbot: QtBot, window: MainWindow, name: str) -> None:
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.reading.open(Path(name))
+        window.workspace.opening.open(Path(name))
 
 
 def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
