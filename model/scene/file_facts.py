@@ -53,6 +53,8 @@ class FileFacts:
         Directions of that space's axes in the patient, such as ``"LPS"``; empty for others.
     contents : tuple of Content
         All that the file or folder holds, where that is more than one volume.
+    is_labels : bool
+        Whether the file declares its values to be labels, between which nothing lies.
     """
 
     format: str = ""
@@ -60,3 +62,4 @@ class FileFacts:
     directions: tuple[tuple[float, float, float], ...] = ()
     space: str = ""
     contents: tuple[Content, ...] = ()
+    is_labels: bool = False

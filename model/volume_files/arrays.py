@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,29 +14,41 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
+from model.scene.volume import Triple
 from model.volume_files.checks import check_grid, times, unsupported
 from model.volume_files.choice import AskedKind, Choice, choice_notes, chosen, chosen_index, content
-from model.volume_files.frame import in_one_unit, unmirrored, usable_origin, usable_spacing
+from model.volume_files.conventions import (
+    Axis,
+    Coordinates,
+    attribute_text,
+    axes_of,
+    decoded,
+    evened,
+)
+from model.volume_files.frame import (
+    frame_notes,
+    in_one_unit,
+    in_proportion,
+    unit_directions,
+    unmirrored,
+    usable_origin,
+    usable_spacing,
+)
 from model.volume_files.grid import Grid
+from model.volume_files.shear import upright
 
 Index = tuple[int | slice, ...]
 
 MOST_COMPONENTS = 4
 """Length of a last axis up to which it is taken for components."""
 
+MOST_UNEVEN = 8.0
+"""Ratio of the largest to the smallest distance along an axis from which on it is refused."""
+
 _AUXILIARY = re.compile(
     r"(^|[^a-z])(ids?|index|ghost\w*|masks?|valid\w*|labels?|process\w*|rank)([^a-z]|$)|"
     r"(Ids?|GhostType|Mask)$|^vtk|OriginalCell",
     re.IGNORECASE,
-)
-_TIME, _CHANNEL = (
-    re.compile(r"^(t|time\w*|frames?)$", re.I),
-    re.compile(r"^(c|ch\w*|bands?)$", re.I),
-)
-_X, _Y, _Z = (
-    re.compile(r"^(x\w*|lon\w*|columns?|cols?|width)$", re.IGNORECASE),
-    re.compile(r"^(y\w*|lat\w*|rows?|height)$", re.IGNORECASE),
-    re.compile(r"^(z\w*|lev\w*|depth\w*|alt\w*|plev|planes?|slices?|pressure)$", re.IGNORECASE),
 )
 
 
@@ -53,20 +65,20 @@ class StoredArray:
         Reads a part, given an index or a slice for each axis.
     axes : tuple of str
         Names of the axes; empty if they have none.
-    steps, units_of_steps : tuple
-        Distance of values along each axis with its sign, or None, and its unit; may be empty.
-    starts : tuple of float
-        Position of the first value along each axis; may be empty.
-    fills : tuple of float
-        Stored values that stand for what is missing.
-    valid : tuple of float or None
-        Least and greatest stored value that are valid.
-    slope, intercept : float
-        From stored to true values.
-    units : str
-        Of the values.
+    attributes : dict
+        What the file says of the values, by CF's names.
+    coordinates : dict
+        Positions along axes, by name; see :data:`~model.volume_files.conventions.Coordinates`.
+    spacing, origin : tuple of float
+        Along x, y and z, where the file gives them by themselves.
+    directions : ndarray, shape (3, 3), or None
+        Row k is the unit vector along the grid's axis x, y or z.
     channels : tuple of str
         Names of the channels; empty if they have none.
+    is_netcdf : bool
+        Whether values that were never written have NetCDF's default fill value.
+    is_labels : bool
+        Whether the file declares the values to be labels.
     """
 
     name: str
@@ -74,22 +86,23 @@ class StoredArray:
     dtype: np.dtype[Any]
     read: Callable[[Index], NDArray[Any]]
     axes: tuple[str, ...] = ()
-    steps: tuple[float | None, ...] = ()
-    units_of_steps: tuple[str, ...] = ()
-    starts: tuple[float, ...] = ()
-    fills: tuple[float, ...] = ()
-    valid: tuple[float, float] | None = None
-    slope: float = 1.0
-    intercept: float = 0.0
-    units: str = ""
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    coordinates: Coordinates = field(default_factory=dict)
+    spacing: tuple[float | None, float | None, float | None] | None = None
+    unit: str = ""
+    origin: Triple = (0.0, 0.0, 0.0)
+    directions: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
+    is_netcdf: bool = False
+    is_labels: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Roles:
     """Which axes of an array are x, y and z, components, and time, channel or neither."""
 
+    axes: list[Axis]
     z: int
     y: int
     x: int
@@ -99,25 +112,32 @@ class _Roles:
 
 
 def is_auxiliary(name: str) -> bool:
-    """Return True for names of ids, masks, ghost types and the like, which come last."""
-    return _AUXILIARY.search(name.rpartition("/")[2]) is not None
+    """Return True for names of ids, masks, ghost types, labels and the like, which come last."""
+    *folders, last = name.split("/")
+    return _AUXILIARY.search(last) is not None or "labels" in folders
 
 
 def grid_of_arrays(
     path: Path, arrays: Sequence[StoredArray], choice: Choice, file_format: str
 ) -> Grid:
     """Read the chosen array of a file, or the largest that is no mask or list of ids."""
-    usable = [array for array in arrays if array.dtype.kind in "biufc" and _roles(array)]
+    found = [(array, _roles(array)) for array in arrays if array.dtype.kind in "biufc"]
+    usable = [(array, roles) for array, roles in found if roles]
     if not usable:
         raise _no_volume(path, arrays)
-    usable.sort(key=lambda array: (is_auxiliary(array.name), -math.prod(_dimensions(array))))
-    names = [array.name for array in usable]
+    usable.sort(
+        key=lambda each: (
+            each[0].is_labels or is_auxiliary(each[0].name),
+            -math.prod(_dimensions(*each)),
+        )
+    )
+    names = [array.name for array, _ in usable]
     number = chosen_index(path, "array", names, choice.array)
     listed = tuple(
-        content("array", array.name, _dimensions(array), array.dtype, k == number)
-        for k, array in enumerate(usable)
+        content("array", array.name, _dimensions(array, roles), array.dtype, k == number)
+        for k, (array, roles) in enumerate(usable)
     )
-    return _grid(path, usable[number], choice, file_format, listed if len(listed) > 1 else ())
+    return _grid(path, *usable[number], choice, file_format, listed if len(listed) > 1 else ())
 
 
 def _no_volume(path: Path, arrays: Sequence[StoredArray]) -> VolumeError:
@@ -133,11 +153,14 @@ def _no_volume(path: Path, arrays: Sequence[StoredArray]) -> VolumeError:
 
 
 def _grid(
-    path: Path, array: StoredArray, choice: Choice, file_format: str, listed: tuple[Content, ...]
+    path: Path,
+    array: StoredArray,
+    roles: _Roles,
+    choice: Choice,
+    file_format: str,
+    listed: tuple[Content, ...],
 ) -> Grid:
-    roles = _roles(array)
-    assert roles is not None
-    dimensions = _dimensions(array)
+    dimensions = _dimensions(array, roles)
     dtype = array.dtype
     if dtype.kind == "c" and roles.components is not None:
         raise unsupported(path, "an array of complex vectors", "save one component")
@@ -156,80 +179,135 @@ def _grid(
         if shape:
             fixed |= zip(axes, (int(k) for k in np.unravel_index(at, shape)), strict=True)
     values = array.read(tuple(fixed.get(k, slice(None)) for k in range(len(array.shape))))
-    if dtype.kind == "f" and dtype.itemsize > 8:
-        values = values.astype(np.float64)
     values = _in_order(values, [k for k in range(len(array.shape)) if k not in fixed], roles)
-    values, missing = _valued(array, values)
-    return _placed(array, roles, values, missing, file_format, listed)
-
-
-def _placed(
-    array: StoredArray,
-    roles: _Roles,
-    values: NDArray[Any],
-    missing: NDArray[np.bool_] | None,
-    file_format: str,
-    listed: tuple[Content, ...],
-) -> Grid:
-    """Return the grid of an array's values, with what the file says of their places."""
-    order = (roles.x, roles.y, roles.z)
-    steps = [array.steps[k] if array.steps else None for k in order]
-    units = [array.units_of_steps[k] if array.units_of_steps else "" for k in order]
-    starts = [array.starts[k] if array.starts else 0.0 for k in order]
-    lengths, unit, unit_notes = in_one_unit(steps, units)
-    factors = [b / a if a and b else 1.0 for a, b in zip(steps, lengths, strict=True)]
-    origin = usable_origin([start * f for start, f in zip(starts, factors, strict=True)])
-    values, origin, mirror_notes = unmirrored(values, lengths, origin)
-    if missing is not None:
-        missing, _, _ = unmirrored(missing, lengths, origin)  # type: ignore[assignment]
-    spacing, spacing_notes = usable_spacing(lengths)
-    return Grid(
+    values, missing, notes = decoded(_plain(values), array.attributes, array.is_netcdf)
+    if missing is not None and missing.ndim == 4:
+        missing = np.asarray(missing.any(axis=-1))
+    units = attribute_text(array.attributes, "units")
+    grid = Grid(
         values,
-        spacing,
-        origin,
-        array.units,
-        choice_notes(listed) + array.notes + unit_notes + mirror_notes + spacing_notes,
+        (1.0, 1.0, 1.0),
+        units="" if units == "1" else units,
+        notes=choice_notes(listed) + array.notes + notes,
         missing=missing,
-        facts=FileFacts(file_format, unit, contents=listed),
+        facts=FileFacts(file_format, contents=listed, is_labels=array.is_labels),
+    )
+    if array.spacing is None and any(roles.axes[k].step for k in (roles.x, roles.y, roles.z)):
+        return _by_coordinates(path, grid, [roles.axes[k] for k in (roles.x, roles.y, roles.z)])
+    return _by_frame(grid, array)
+
+
+def _by_frame(grid: Grid, array: StoredArray) -> Grid:
+    """Place a grid as its file says by spacing, origin and directions."""
+    spacing, notes = usable_spacing(array.spacing)
+    facts = replace(grid.facts, spacing_unit=array.unit)
+    origin = usable_origin(array.origin)
+    if array.directions is None:
+        return replace(grid, spacing=spacing, origin=origin, notes=grid.notes + notes, facts=facts)
+    right = upright(grid.values, array.directions * np.array(spacing)[:, None], origin)
+    missing = right.missing
+    if grid.missing is not None:
+        missing = upright(grid.missing, array.directions, origin).values != 0
+    return replace(
+        grid,
+        values=right.values,
+        spacing=usable_spacing(np.linalg.norm(right.directions, axis=1).tolist())[0],
+        origin=usable_origin(right.origin),
+        notes=grid.notes + notes + right.notes + frame_notes(right.directions),
+        missing=missing,
+        facts=replace(facts, directions=unit_directions(right.directions)),
     )
 
 
-def _dimensions(array: StoredArray) -> tuple[int, int, int]:
-    roles = _roles(array)
-    assert roles is not None
+def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
+    """Place a grid by the positions along x, y and z; upwards is upwards."""
+    values, missing, notes = grid.values, grid.missing, grid.notes
+    for k, axis in enumerate(axes):
+        if axis.is_even or axis.numbers is None:
+            continue
+        gaps = np.abs(np.diff(axis.numbers))
+        if gaps.max() >= MOST_UNEVEN * gaps.min():
+            raise VolumeError(
+                f"{path}: the values along '{axis.name}' are {gaps.min():g} to {gaps.max():g} "
+                "apart, too unlike for a grid of equal steps; interpolate them, as with xarray's "
+                "interp or cdo's intlevel."
+            )
+        values, missing, axes[k], note = evened(values, missing, 2 - k, axis)
+        notes += (note,)
+    steps = [axis.step for axis in axes]
+    starts = [0.0 if axis.numbers is None else float(axis.numbers[0]) for axis in axes]
+    vertical = axes[2]
+    if vertical.is_down and steps[2]:
+        # Its heights are its numbers with the other sign.
+        steps[2], starts[2] = -steps[2], -starts[2]
+        if steps[2] < 0:
+            count = values.shape[0]
+            values, missing = values[::-1], None if missing is None else missing[::-1]
+            starts[2] += (count - 1) * steps[2]
+            steps[2] = -steps[2]
+            notes += (
+                f"The values of '{vertical.name}' grow downwards; z is read in reverse order, so "
+                "that what is above is shown above.",
+            )
+    lengths, unit, unit_notes = in_one_unit(steps, [axis.unit for axis in axes])
+    factors = [b / a if a and b else 1.0 for a, b in zip(steps, lengths, strict=True)]
+    if unit_notes:
+        lengths, unit_notes = in_proportion(lengths, values.shape[2::-1], [a.unit for a in axes])
+    origin = usable_origin([start * f for start, f in zip(starts, factors, strict=True)])
+    values, place, mirror_notes = unmirrored(values, lengths, origin)
+    if missing is not None:
+        missing, _, _ = unmirrored(missing, lengths, origin)  # type: ignore[assignment]
+    spacing, spacing_notes = usable_spacing(lengths)
+    return replace(
+        grid,
+        values=values,
+        spacing=spacing,
+        origin=place,
+        notes=notes + unit_notes + mirror_notes + spacing_notes,
+        missing=missing,
+        up="" if vertical.is_down is None else "+z",
+        facts=replace(grid.facts, spacing_unit=unit),
+    )
+
+
+def _dimensions(array: StoredArray, roles: _Roles) -> tuple[int, int, int]:
     return array.shape[roles.x], array.shape[roles.y], array.shape[roles.z]
 
 
 def _roles(array: StoredArray) -> _Roles | None:
     """Tell an array's axes apart, by their names or else by their order; None for no volume."""
     long = [k for k, n in enumerate(array.shape) if n > 1]
-    names = array.axes if len(array.axes) == len(array.shape) else ("",) * len(array.shape)
-    times = [k for k in long if _TIME.match(names[k])]
-    channels = [k for k in long if _CHANNEL.match(names[k])]
+    if len(long) < 3:
+        return None
+    is_named = len(array.axes) == len(array.shape)
+    names = array.axes if is_named else ("",) * len(array.shape)
+    axes = axes_of(names, array.coordinates)
+    times = [k for k in long if axes[k].letter == "t"]
+    channels = [k for k in long if axes[k].letter == "c"]
+    if len(long) - len(times) - len(channels) < 3:
+        # As the axes a, b and c of a crystal.
+        channels = []
     rest = [k for k in long if k not in times and k not in channels]
     components = None
-    if len(rest) > 3 and rest[-1] == long[-1] and not _is_spatial(names[rest[-1]]):
+    if len(rest) > 3 and rest[-1] == long[-1] and axes[rest[-1]].letter not in ("x", "y", "z"):
         small = array.shape[rest[-1]]
         if small <= MOST_COMPONENTS and all(array.shape[k] > small for k in rest[-4:-1]):
             components = rest.pop()
-    named = [next((k for k in rest if p.match(names[k])), None) for p in (_Z, _Y, _X)]
-    if None not in named:
-        z, y, x = named
-    elif len(rest) >= 3:
-        z, y, x = rest[-3:]
-    elif len(rest) == 2 and times:
+    if len(rest) == 2 and times:
         # Images over time alone: they are taken for slices.
-        y, x = rest
-        z = times.pop()
-    else:
+        rest.insert(0, times.pop())
+    if len(rest) < 3:
         return None
-    assert z is not None and y is not None and x is not None
-    times += [k for k in rest if k not in (z, y, x)]
-    return _Roles(z, y, x, components, tuple(sorted(times)), tuple(channels))
-
-
-def _is_spatial(name: str) -> bool:
-    return any(pattern.match(name) for pattern in (_X, _Y, _Z))
+    place = {axes[k].letter: k for k in reversed(rest) if axes[k].letter in ("x", "y", "z")}
+    free = [k for k in rest if k not in place.values()]
+    unnamed = [letter for letter in "zyx" if letter not in place]
+    if len(free) < len(unnamed):
+        return None
+    place |= zip(unnamed, free[len(free) - len(unnamed) :], strict=True)
+    times += [k for k in rest if k not in place.values()]
+    return _Roles(
+        axes, place["z"], place["y"], place["x"], components, tuple(sorted(times)), tuple(channels)
+    )
 
 
 def _in_order(values: NDArray[Any], kept: Sequence[int], roles: _Roles) -> NDArray[Any]:
@@ -240,29 +318,17 @@ def _in_order(values: NDArray[Any], kept: Sequence[int], roles: _Roles) -> NDArr
     return np.transpose(values, [left.index(k) for k in wanted])
 
 
-def _valued(
-    array: StoredArray, values: NDArray[Any]
-) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
-    """Return true values in native byte order, and where they are missing."""
+def _plain(values: NDArray[Any]) -> NDArray[Any]:
+    """Return values as numbers of a plain type, in native byte order."""
+    if values.dtype.kind == "f" and values.dtype.itemsize > 8:
+        return values.astype(np.float64)
     if values.dtype.kind == "b":
-        values = values.astype(np.uint8)
+        return values.astype(np.uint8)
     if values.dtype.kind == "c":
         values = np.stack([values.real, values.imag], axis=-1)
     if values.dtype == np.float16:
-        values = values.astype(np.float32)
-    if not values.dtype.isnative:
-        values = values.astype(values.dtype.newbyteorder("="))
-    missing: NDArray[np.bool_] | None = None
-    if values.ndim == 3:
-        for fill in array.fills:
-            found = _equal(values, fill)
-            missing = found if missing is None else missing | found
-        if array.valid is not None:
-            low, high = array.valid
-            found = (values < low) | (values > high)
-            missing = found if missing is None else missing | found
-    values = rescaled(values, array.slope, array.intercept)
-    return values, missing if missing is not None and missing.any() else None
+        return values.astype(np.float32)
+    return values if values.dtype.isnative else values.astype(values.dtype.newbyteorder("="))
 
 
 def rescaled(values: NDArray[Any], slope: float, intercept: float) -> NDArray[Any]:
@@ -274,42 +340,3 @@ def rescaled(values: NDArray[Any], slope: float, intercept: float) -> NDArray[An
     values *= slope
     values += intercept
     return values
-
-
-def _equal(values: NDArray[Any], fill: float) -> NDArray[np.bool_]:
-    if math.isnan(fill):
-        return np.isnan(values) if values.dtype.kind == "f" else np.zeros(values.shape, bool)
-    if values.dtype.kind == "f":
-        # A value of 1e20 is another number in 32 bits than in 64.
-        return values == values.dtype.type(fill)
-    return values == fill
-
-
-def attribute_number(attributes: Mapping[str, Any], *names: str) -> float | None:
-    """Return the first of some attributes that is a finite number; None if there is none."""
-    for name in names:
-        found = attribute_numbers(attributes, name)
-        if len(found) == 1 and math.isfinite(found[0]):
-            return found[0]
-    return None
-
-
-def attribute_numbers(attributes: Mapping[str, Any], name: str) -> list[float]:
-    """Return an attribute's numbers; empty if it is missing or holds none."""
-    try:
-        value = attributes.get(name)
-        return [] if value is None else [float(each) for each in np.ravel(value)[:64]]
-    except Exception:
-        # Attributes of types that the library does not know.
-        return []
-
-
-def attribute_text(attributes: Mapping[str, Any], name: str) -> str:
-    """Return an attribute as text; empty if it is missing."""
-    try:
-        value = attributes.get(name)
-        if isinstance(value, np.ndarray):
-            value = value.ravel()[0] if value.size else ""
-        return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value or "")
-    except Exception:
-        return ""

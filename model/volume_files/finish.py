@@ -34,6 +34,9 @@ and the share of them at each end that does not count for it."""
 FEWEST_OTHERS = 16
 """Different values that the others must have: a mask or labels have no fill value."""
 
+THIN = 200.0
+"""Ratio of the longest to the next side from which on a volume is a line."""
+
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
 
@@ -57,6 +60,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         The component to use; None for the only one, the magnitude of up to four, or the first.
     """
     grid = finished(path, grid, component)
+    grid = replace(grid, notes=grid.notes + _thin_notes(grid))
     try:
         return Volume(
             grid.values,
@@ -65,7 +69,7 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
             readable_name(path),
             grid.units,
             grid.notes,
-            axis_labelled("S", grid.axis_labels),
+            grid.up or axis_labelled("S", grid.axis_labels),
             grid.axis_labels,
             file=grid.facts,
             missing=grid.missing,
@@ -74,6 +78,18 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         raise VolumeError(
             f"{path}: {str(error).removeprefix(readable_name(path) + ': ')}"
         ) from None
+
+
+def _thin_notes(grid: Grid) -> tuple[str, ...]:
+    """Say of a volume that is no more than a line what is to be seen."""
+    sizes = grid.values.shape[2::-1]
+    _, middle, longest = sorted(n * step for n, step in zip(sizes, grid.spacing, strict=True))
+    if longest < THIN * middle:
+        return ()
+    return (
+        f"The volume of {' x '.join(map(str, sizes))} voxels is {longest / middle:.0f} times as "
+        "long as it is wide: seen as a whole it is a thin line; move closer.",
+    )
 
 
 def finished(path: Path, grid: Grid, component: Component | None) -> Grid:

@@ -41,7 +41,11 @@ _ROWS = (
     (".mif", "MRtrix's format", "convert it with mrconvert to .nii.gz"),
     (".par", "a Philips scanner's file", "convert it with dcm2niix"),
     (".head .brik", "AFNI's format", "convert it with 3dAFNItoNIFTI"),
-    (".mat", "MATLAB's format", "save the array with niftiwrite, or as HDF5 (-v7.3) named .h5"),
+    (".mat", "MATLAB's old format", "save it in MATLAB with -v7.3, or with niftiwrite"),
+    (".hdf4", "an HDF4 file", "convert it with h4toh5"),
+    (".grib .grb .grib2 .grb2", "a GRIB file", "convert it with cdo -f nc4 copy"),
+    (".cdf5", "a NetCDF file of the 64-bit data format (CDF-5)", "convert it with nccopy -k nc4"),
+    (".n5", "an N5 container", "convert it to OME-Zarr, or to TIFF with Fiji's N5 plug-in"),
     (".pkl .pickle .pt .pth", "a Python object, which is not loaded",
      "save its array with numpy.save"),
     (".edf", "an ESRF data file", "convert it with the package fabio"),
@@ -59,6 +63,7 @@ _STARTS: dict[bytes, str] = {
     b"\x89PNG": ".png", b"\xff\xd8\xff": ".jpg", b"BM": ".bmp", b"GIF8": ".gif", b"%PDF": ".pdf",
     b"PK\x03\x04": ".zip", b"7z\xbc\xaf": ".7z", b"Rar!": ".rar", b"\xfd7zXZ": ".xz",
     b"ZISRAWFILE": ".czi", b"\xda\xce\xbe\n": ".nd2", b"SIMPLE  =": ".fits", b"\x1f\x8b": ".gz",
+    b"CDF\x05": ".cdf5", b"\x0e\x03\x13\x01": ".hdf4", b"GRIB": ".grib",
     b"solid ": ".stl", b"ply\n": ".ply", b"# AmiraMesh": ".am", b"# Avizo": ".am",
 }  # fmt: skip
 """Suffixes by how files begin."""
@@ -74,6 +79,7 @@ SLICES = (".dcm", ".ima", ".dicom", ".tif", ".tiff")
 DEEPEST, MOST_LOOKED_AT = 4, 20
 """Folders below one another, and files in one, that are looked at for slices."""
 
+HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 NIFTI_MAGIC, MRC_MAGIC = (b"n+1\0", b"ni1\0"), b"MAP "
 
 
@@ -86,7 +92,9 @@ def suffix_of(path: Path) -> str:
 def kind_by_content(path: Path) -> str:
     """Return the suffix that files of such content have here; empty if it is not known."""
     with path.open("rb") as file:
-        start = file.read(512)
+        start = file.read(520)
+    if start[512:520] == HDF5_SIGNATURE:
+        return ".h5"
     for begin, suffix in VOLUMES.items():
         if start.startswith(begin):
             return suffix
@@ -99,12 +107,12 @@ def kind_by_content(path: Path) -> str:
 
 def foreign_advice(path: Path) -> str:
     """Return what a file is that cannot be read here, and what to do; empty if not known."""
-    known = KINDS.get(path.suffix.lower())
-    if known is None and path.is_file():
+    found = ""
+    if path.is_file():
         with path.open("rb") as file:
             start = file.read(16)
         found = next((suffix for begin, suffix in _STARTS.items() if start.startswith(begin)), "")
-        known = KINDS.get(found)
+    known = KINDS.get(path.suffix.lower()) or KINDS.get(found)
     return "" if known is None else f"this is {known[0]}, which is not read here; {known[1]}"
 
 
@@ -124,6 +132,8 @@ def _folder_of_slices(folder: Path, depth: int = 0) -> Path | None:
 
 def folder_advice(folder: Path, volume_suffixes: Collection[str]) -> str:
     """Return what is in a folder without slices, and what to do; empty if that is not known."""
+    if (folder / "attributes.json").is_file():
+        return "this is {}, which is not read here; {}".format(*KINDS[".n5"])
     inside = sorted(path for path in folder.iterdir() if path.name[0] != ".")
     files = [path for path in inside if path.is_file()]
     if found := next((path for path in files if suffix_of(path) in volume_suffixes), None):

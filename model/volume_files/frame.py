@@ -14,6 +14,9 @@ AXES = "xyz"
 SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
 MOST_UNLIKE_SPACING = 1e4
 
+HEIGHTS = 0.2, 1.0
+"""Least and greatest height of a box whose height has another unit than its width, by that."""
+
 METRES = {
     **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
     **dict.fromkeys(("dm", "decimeter"), 1e-1),
@@ -33,7 +36,9 @@ NAMES = {1.0: "m", 1e-1: "dm", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 1e-9: "nm", 1
 
 
 def unit_name(text: str) -> str:
-    """Return a unit of length by its usual name: ``"um"`` for ``"micron"``; others unchanged."""
+    """Return a unit by its usual name: ``"um"`` for ``"micron"``; unknown ones unchanged."""
+    if text.lower().startswith("degree"):
+        return "degrees"
     word = text.strip().strip("\0").replace("\\u00B5", "u").replace("\u00b5", "u")
     word = word.replace("\u03bc", "u")
     length = METRES.get(word.lower())
@@ -70,6 +75,24 @@ def in_one_unit(
         for name, length in zip(names, lengths, strict=True)
     ]
     return converted, unit, ()
+
+
+def in_proportion(
+    lengths: Sequence[float | None], dimensions: Sequence[int], units: Sequence[str]
+) -> tuple[list[float | None], tuple[str, ...]]:
+    """Stretch z, whose unit is another than that of x and y, into a box that shows something."""
+    names = ", ".join(unit_name(unit) or "none" for unit in units)
+    x, y, z = (abs(length or 0.0) * (n - 1) for length, n in zip(lengths, dimensions, strict=True))
+    widest, step = max(x, y), lengths[2]
+    if not step or not widest or HEIGHTS[0] <= z / widest <= HEIGHTS[1]:
+        return list(lengths), (f"The units of the axes differ ({names}); they are taken as one.",)
+    height = min(max(z / widest, HEIGHTS[0]), HEIGHTS[1])
+    stretched = math.copysign(height * widest / (dimensions[2] - 1), step)
+    note = (
+        f"The units of the axes differ ({names}): z is drawn {stretched / step:.3g} times as long "
+        f"as its numbers say, so that the volume is as high as {height:g} of its width."
+    )
+    return [lengths[0], lengths[1], stretched], (note,)
 
 
 def usable_spacing(

@@ -27,6 +27,9 @@ class Grid:
         Assumptions and changes made by the reader, for the user.
     axis_labels : tuple of str
         See :class:`~model.scene.volume.Volume`.
+    up : str
+        Axis that points up, where it is none of a patient's; see
+        :class:`~model.scene.volume.Volume`.
     missing : ndarray of bool, shape (nz, ny, nx), or None
         True where the file says that nothing was measured, as by a padding or fill value; None
         where it says nothing. NaN and infinities are missing without it.
@@ -40,5 +43,6 @@ class Grid:
     units: str = ""
     notes: tuple[str, ...] = ()
     axis_labels: tuple[str, ...] = ()
+    up: str = ""
     missing: NDArray[np.bool_] | None = None
     facts: FileFacts = field(default=FileFacts())

@@ -1,46 +1,46 @@
-"""HDF5 files and NetCDF-4, which are HDF5, read by h5py."""
+"""HDF5 and NetCDF files: opened by h5py and SciPy; what their numbers mean is CF's, by xarray."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from model.errors import VolumeError, first_line
-from model.volume_files.arrays import (
-    StoredArray,
-    attribute_numbers,
-    attribute_text,
-    grid_of_arrays,
-)
-from model.volume_files.cf import described, placed
+from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import damaged, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.conventions import attribute_numbers, attribute_text
+from model.volume_files.foreign import foreign_advice
 from model.volume_files.grid import Grid
+from model.volume_files.hdf5_layouts import arrays_by_program, check_kind
 from model.volume_files.library_log import errors_of
 
 if TYPE_CHECKING:
     import h5py
 
-SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".nc", ".nc4", ".cdf")
+SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".mat", ".nc", ".nc4", ".cdf")
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+SIGNATURE_PLACES = (0, 512, 1024, 2048)
 GREATEST_RATIO = 1100
 """Largest ratio of values to their bytes in the file: that of deflate, with some room."""
 
-MOST_ARRAYS = 5000
+MOST_UNWRITTEN = 1 << 28
+"""Bytes of values that are believed to be fill values, however few chunks are written."""
+
+MOST_ARRAYS, LONGEST_AXIS = 5000, 1 << 20
 
 
 def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read an array of an HDF5 or NetCDF file."""
     with path.open("rb") as file:
-        start = file.read(8)
-    if start[:3] == b"CDF":
-        from model.volume_files.netcdf3 import read_netcdf3
-
-        return read_netcdf3(path, choice)
-    if start != SIGNATURE:
+        start = file.read(SIGNATURE_PLACES[-1] + 8)
+    if start[:4] in (b"CDF\x01", b"CDF\x02"):
+        return _read_netcdf3(path, choice)
+    if not any(start[place : place + 8] == SIGNATURE for place in SIGNATURE_PLACES):
+        if advice := foreign_advice(path):
+            raise VolumeError(f"{path}: {advice}.")
         raise VolumeError(
             f"{path}: this is neither an HDF5 nor a NetCDF file; choose another or correct its "
             "suffix."
@@ -49,14 +49,13 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
 
     try:
         with errors_of(path, "h5py says '{}'"), h5py.File(path, "r", locking=False) as file:
-            return grid_of_arrays(path, _arrays(path, file), choice, _format(path, file))
+            check_kind(path, file)
+            named = path.suffix.lower() in (".nc", ".nc4", ".cdf")
+            is_netcdf = named or "_NCProperties" in file.attrs
+            arrays = _arrays(path, file, is_netcdf)
+            return grid_of_arrays(path, arrays, choice, "NetCDF-4" if is_netcdf else "HDF5")
     except OSError as error:
         raise _refusal(path, error) from None
-
-
-def _format(path: Path, file: h5py.File) -> str:
-    is_netcdf = path.suffix.lower() in (".nc", ".nc4", ".cdf") or "_NCProperties" in file.attrs
-    return "NetCDF-4" if is_netcdf else "HDF5"
 
 
 def _refusal(path: Path, error: OSError) -> VolumeError:
@@ -70,10 +69,11 @@ def _refusal(path: Path, error: OSError) -> VolumeError:
     return damaged(path, f"HDF5 says '{said}'")
 
 
-def _arrays(path: Path, file: h5py.File) -> list[StoredArray]:
+def _arrays(path: Path, file: h5py.File, is_netcdf: bool) -> list[StoredArray]:
+    """List the arrays, as the program that wrote the file means them or as they are."""
     import h5py
 
-    found: list[StoredArray] = []
+    found: dict[str, h5py.Dataset] = {}
     left_out: list[str] = []
 
     def note_links(name: str, group: h5py.Group) -> None:
@@ -91,7 +91,7 @@ def _arrays(path: Path, file: h5py.File) -> list[StoredArray]:
         elif item.dtype.kind not in "biufc":
             left_out.append(f"{name} ({'records' if item.dtype.fields else 'no numbers'})")
         elif item.ndim >= 3 or (item.ndim and item.size > 1):
-            found.append(_array(path, file, name, item))
+            found[name] = item
 
     note_links("", file)
     file.visititems(visit)
@@ -101,90 +101,105 @@ def _arrays(path: Path, file: h5py.File) -> list[StoredArray]:
             f"{' and more' if len(left_out) > 6 else ''}; save the numbers as one array in "
             "one file."
         )
-    return found
+    for name, item in found.items():
+        if item.ndim >= 3:
+            _check_bytes(path, name, item)
+    if arrays := arrays_by_program(path, file, found):
+        return arrays
+    return [_array(name, item, is_netcdf) for name, item in found.items()]
 
 
-def _array(path: Path, file: h5py.File, name: str, item: h5py.Dataset) -> StoredArray:
-    def read(index: Any) -> np.ndarray[Any, Any]:
-        stored = item.id.get_storage_size()
-        ratio = GREATEST_RATIO if item.compression or item.chunks else 1
-        if stored * ratio < item.size * item.dtype.itemsize:
-            raise damaged(
-                path, f"its array '{name}' has {stored} bytes, which cannot hold its values"
-            )
-        return item[index]
+def _check_bytes(path: Path, name: str, item: h5py.Dataset) -> None:
+    """Check that what is written of an array can hold its values; chunks may be missing."""
+    stored, need = item.id.get_storage_size(), item.size * item.dtype.itemsize
+    room = stored
+    if item.chunks:
+        # Those that were never written have the fill value.
+        room = max(stored * GREATEST_RATIO, MOST_UNWRITTEN if stored else 0)
+        written = item.id.get_num_chunks() * int(np.prod(item.chunks)) * item.dtype.itemsize
+        if not item.compression and not item.shuffle and stored < min(written, need):
+            room = stored
+    if room < need:
+        raise damaged(path, f"its array '{name}' has {stored} bytes, which cannot hold its values")
 
-    attributes: Mapping[str, Any] = item.attrs
-    place = _axes(item) if item.ndim > 2 else {}
-    if not any(place.get("steps", ())):
-        place |= _sizes(file, item)
+
+def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
+    """Describe an array by its dimension scales and by attributes in use."""
+    letters = attribute_text(item.attrs, "axes") or attribute_text(item.attrs, "DimensionOrder")
+    names = [*letters] if len(letters) == item.ndim else [""] * item.ndim
+    coordinates = {}
+    for k, (dimension, count) in enumerate(zip(item.dims, item.shape, strict=True)):
+        names[k] = str(dimension.label or "") or names[k]
+        scale = dimension[0] if len(dimension) else None
+        if scale is None:
+            continue
+        names[k] = str(scale.name).rpartition("/")[2] or names[k]
+        if scale.shape == (count,) and scale.dtype.kind in "iuf" and 1 < count < LONGEST_AXIS:
+            coordinates[names[k]] = scale[:], {**_plain(scale.attrs)}
+    facts: dict[str, Any] = {}
+    for size, unit in (("element_size_um", "um"), ("spacing", ""), ("voxel_size", "")):
+        sizes = attribute_numbers(item.attrs, size)
+        if len(sizes) == 3 and all(size > 0 for size in sizes) and not coordinates:
+            unit = unit or attribute_text(item.attrs, "unit")
+            facts = {"spacing": (sizes[2], sizes[1], sizes[0]), "unit": unit}
+            break
     return StoredArray(
         name,
         tuple(int(n) for n in item.shape),
         item.dtype,
-        read,
-        **place,
-        **described(attributes),
+        item.__getitem__,
+        tuple(names),
+        _plain(item.attrs),
+        coordinates,
+        is_netcdf=is_netcdf,
+        **facts,
     )
 
 
-def _axes(item: h5py.Dataset) -> dict[str, Any]:
-    """Return names, steps, units and starts of an array's axes, by its dimension scales."""
-    letters = attribute_text(item.attrs, "axes") or attribute_text(item.attrs, "DimensionOrder")
-    labels = [*letters] if len(letters) == item.ndim else [""] * item.ndim
-    axes = []
-    for label, dimension, count in zip(labels, item.dims, item.shape, strict=True):
-        scale = dimension[0] if len(dimension) else None
-        name = str(dimension.label or "")
-        if scale is None:
-            axes.append((name or label, None, ""))
-            continue
-        name = name or str(scale.name).rpartition("/")[2] or label
-        is_usable = scale.shape == (count,) and scale.dtype.kind in "iuf" and count < 1 << 20
-        unit = attribute_text(scale.attrs, "units")
-        axes.append((name, scale[:] if is_usable else None, unit))
-    return {"axes": tuple(name for name, _, _ in axes), **placed(axes)}
-
-
-def _sizes(file: h5py.File, item: h5py.Dataset) -> dict[str, Any]:
-    """Return steps, units and starts of the last three axes, by attributes in use."""
-    nothing: tuple[float, ...] = (0.0,) * (item.ndim - 3)
-    attributes = item.attrs
-    for name, unit in (("element_size_um", "um"), ("spacing", ""), ("voxel_size", "")):
-        sizes = attribute_numbers(attributes, name)
-        if len(sizes) == 3 and all(size > 0 for size in sizes):
-            unit = unit or attribute_text(attributes, "unit")
-            return _along((*(None for _ in nothing), *sizes), unit)
-    group = file.get("VTKHDF")
-    if group is not None and item.name.startswith("/VTKHDF/"):
-        sizes, origin = (attribute_numbers(group.attrs, name) for name in ("Spacing", "Origin"))
-        if len(sizes) == 3:
-            origin = origin if len(origin) == 3 else [0.0] * 3
-            steps = (*(None for _ in nothing), *sizes[::-1])
-            return _along(steps, "", (*nothing, *origin[::-1]))
-    image = file.get("DataSetInfo/Image")
-    if image is not None and item.name.startswith("/DataSet/"):
-        return _imaris_sizes(image.attrs, item)
-    return _along((), "")
-
-
-def _along(
-    steps: tuple[float | None, ...], unit: str, starts: tuple[float, ...] = ()
-) -> dict[str, Any]:
-    return {"steps": steps, "units_of_steps": (unit,) * len(steps), "starts": starts}
-
-
-def _imaris_sizes(attributes: Mapping[str, Any], item: h5py.Dataset) -> dict[str, Any]:
-    """Return the steps of an Imaris file, whose attributes are arrays of letters."""
-
-    def number(name: str) -> float | None:
+def _plain(attributes: Any) -> dict[str, Any]:
+    """Return the attributes that can be read."""
+    found = {}
+    for name in attributes:
         try:
-            return float(b"".join(np.ravel(attributes[name]).tolist()))
-        except (KeyError, TypeError, ValueError):
-            return None
+            found[name] = attributes[name]
+        except Exception:
+            # Of types that h5py does not know.
+            continue
+    return found
 
-    steps = []
-    for axis, size in zip("210", item.shape[-3:], strict=True):
-        low, high = number(f"ExtMin{axis}"), number(f"ExtMax{axis}")
-        steps.append(None if low is None or high is None else (high - low) / size)
-    return _along(tuple(steps), "um")
+
+def _read_netcdf3(path: Path, choice: Choice) -> Grid:
+    from scipy.io import netcdf_file
+
+    # Mapped, so that only what is chosen is read.
+    with (
+        errors_of(path, "SciPy says '{}'", "scipy"),
+        netcdf_file(path, "r", mmap=True, maskandscale=False) as file,
+    ):
+        arrays = [_variable(file, name, v) for name, v in file.variables.items()]
+        grid = grid_of_arrays(path, arrays, choice, "NetCDF-3")
+        del arrays
+        return grid
+
+
+def _variable(file: Any, name: str, variable: Any) -> StoredArray:
+    data = variable.data
+    native = np.dtype(data.dtype).newbyteorder("=")
+    scales = {axis: file.variables.get(axis) for axis in variable.dimensions}
+    return StoredArray(
+        name,
+        tuple(int(n) for n in variable.shape),
+        native,
+        # A copy: the file is closed when it is used.
+        lambda index: np.array(data[index], native),
+        tuple(variable.dimensions),
+        {**variable._attributes},
+        {
+            axis: (np.array(scale[:], scale.data.dtype.newbyteorder("=")), {**scale._attributes})
+            for axis, scale in scales.items()
+            if scale is not None and len(scale.shape) == 1 and 1 < scale.shape[0] < LONGEST_AXIS
+        }
+        if len(variable.shape) > 2
+        else {},
+        is_netcdf=True,
+    )

@@ -83,10 +83,12 @@ def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.g
     """Return the number of values of each voxel, and their type."""
     from mrcfile.utils import dtype_from_mode
 
-    if mode == 0 and int(header["nversion"]) == 0:
+    if mode == 0:
         words = np.frombuffer(header.tobytes(), np.dtype(np.int32).newbyteorder("<"))
-        # IMOD's stamp, and its flag for signed bytes.
-        if words[38] == IMOD_STAMP and not words[39] & 1:
+        # IMOD's stamp, and its flag for signed bytes; else extremes that no signed byte has.
+        is_stamped = words[38] == IMOD_STAMP
+        is_wide = 0 <= float(header["dmin"]) <= 127 < float(header["dmax"]) <= 255
+        if not words[39] & 1 if is_stamped else is_wide:
             return 1, np.dtype(np.uint8)
     with log_of("mrcfile"):
         try:

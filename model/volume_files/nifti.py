@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".mgh", ".mgz")
 LONGEST_HEAD = 540
 MGH_OFFSET = 284
+LABELS = 1002
+"""NIfTI's code of the intent that values are labels."""
+
 LEAST_OFFSETS = {"NIfTI-1": 352, "NIfTI-2": 544}
 
 
@@ -63,6 +66,7 @@ class _Head:
     frame: NiftiFrame
     unit: str
     notes: tuple[str, ...] = ()
+    is_labels: bool = False
 
 
 def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
@@ -121,6 +125,7 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
             unit_directions(directions),
             "" if directions is None else "RAS",
             listed,
+            head.is_labels,
         ),
     )  # fmt: skip
 
@@ -193,6 +198,7 @@ def _head(path: Path) -> _Head:
         nifti_frame(header) if form != "Analyze" else NiftiFrame(_zooms(header)),
         unit_name(unit),
         notes,
+        form != "Analyze" and int(header["intent_code"]) == LABELS,
     )
 
 

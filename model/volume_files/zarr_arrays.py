@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,10 @@ import numpy as np
 from model.errors import VolumeError, first_line
 from model.json_files import parse_json
 from model.volume_files.arrays import StoredArray, grid_of_arrays
-from model.volume_files.cf import described
 from model.volume_files.checks import damaged
 from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.conventions import Coordinates
+from model.volume_files.frame import in_one_unit
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import errors_of
 
@@ -24,8 +26,8 @@ MOST_CHUNK = 1 << 31
 MOST_UNWRITTEN = 1 << 28
 """Bytes of voxels that are believed however few chunks there are."""
 
-DEEPEST, MOST_ARRAYS = 6, 500
-"""Folders below the one that is opened, and arrays, that are looked at."""
+DEEPEST, MOST_ARRAYS, LONGEST_AXIS = 6, 500, 1 << 20
+"""Folders below the one that is opened, arrays, and positions along an axis that are read."""
 
 HEADS = ("zarr.json", ".zarray", ".zgroup")
 
@@ -36,25 +38,40 @@ def is_zarr(folder: Path) -> bool:
 
 
 def read_zarr(folder: Path, choice: Choice = LARGEST) -> Grid:
-    """Read an array of a Zarr folder that fits memory; of OME-Zarr's levels the finest."""
+    """Read an array of a Zarr folder; of OME-Zarr's levels the finest."""
     with errors_of(folder, "zarr says '{}'", "zarr"):
-        arrays = [_array(folder, place) for place in _places(folder)]
+        levels: dict[Path, _Level] = {}
+        places = [*_places(folder, levels)]
+        arrays = [_array(folder, place, levels.get(place, _Level())) for place in places]
         return grid_of_arrays(folder, arrays, choice, "Zarr")
 
 
-def _places(folder: Path, depth: int = 0) -> Iterator[Path]:
-    """Yield the folders of arrays."""
+@dataclass(frozen=True)
+class _Level:
+    """What OME says of one of an image's arrays; all is empty for another array."""
+
+    axes: tuple[str, ...] = ()
+    spacing: tuple[float | None, float | None, float | None] | None = None
+    unit: str = ""
+    notes: tuple[str, ...] = ()
+    channels: tuple[str, ...] = ()
+    is_labels: bool = False
+
+
+def _places(folder: Path, levels: dict[Path, _Level], depth: int = 0) -> Iterator[Path]:
+    """Yield the folders of arrays, and gather what groups say of them."""
     own = folder.resolve()
     if (folder / ".zarray").is_file() or _node_type(folder) == "array":
         yield folder
         return
+    levels |= _ome_levels(folder)
     if depth == DEEPEST:
         return
     for number, path in enumerate(sorted(p for p in folder.iterdir() if p.is_dir())):
         if number >= MOST_ARRAYS or not path.resolve().is_relative_to(own):
             continue
         if is_zarr(path):
-            yield from _places(path, depth + 1)
+            yield from _places(path, levels, depth + 1)
 
 
 def _node_type(folder: Path) -> str:
@@ -71,42 +88,94 @@ def _json(path: Path) -> dict[str, Any]:
     return found if isinstance(found, dict) else {}
 
 
-def _array(folder: Path, place: Path) -> StoredArray:
+def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
     import zarr
 
     item = zarr.open_array(store=str(place), mode="r")
     name = place.relative_to(folder).as_posix() if place != folder else folder.stem
-    shape = tuple(int(n) for n in item.shape)
-    attributes: Mapping[str, Any] = dict(item.attrs)
-    axes, steps, units = _ome(place, len(shape))
+    attributes: dict[str, Any] = dict(item.attrs)
+    axes = level.axes
+    coordinates: Coordinates = {}
     if not axes:
         named = attributes.get("_ARRAY_DIMENSIONS") or getattr(item.metadata, "dimension_names", ())
         axes = tuple(str(each or "") for each in named or ())
+        if len(axes) == item.ndim > 2:
+            coordinates = _coordinates(place.parent, axes, item.shape)
+        if "_ARRAY_DIMENSIONS" in attributes and item.fill_value is not None:
+            # Where xarray keeps it in version 2.
+            attributes.setdefault("_FillValue", item.fill_value)
 
     def read(index: Any) -> np.ndarray[Any, Any]:
         _check_chunks(place, item)
         return np.asarray(item[index])
 
     return StoredArray(
-        name, shape, np.dtype(item.dtype), read, axes, steps, units,
-        channels=_channels(place), **described(attributes),
-    )  # fmt: skip
+        name,
+        tuple(int(n) for n in item.shape),
+        np.dtype(item.dtype),
+        read,
+        axes,
+        attributes,
+        coordinates,
+        level.spacing,
+        level.unit,
+        notes=level.notes,
+        channels=level.channels,
+        is_labels=level.is_labels,
+    )
 
 
-def _group_data(place: Path) -> dict[str, Any]:
-    """Return OME's metadata of the group around an array."""
-    group = place.parent
+def _coordinates(group: Path, axes: tuple[str, ...], shape: tuple[int, ...]) -> Coordinates:
+    """Return the arrays that have the names of axes, as xarray stores them."""
+    import zarr
+
+    found = {}
+    for name, count in zip(axes, shape, strict=True):
+        place = group / name
+        if not name or place.parent != group or not is_zarr(place) or not 1 < count < LONGEST_AXIS:
+            continue
+        if not place.resolve().is_relative_to(group.resolve()):
+            continue
+        item = zarr.open_array(store=str(place), mode="r")
+        if item.shape == (count,) and np.dtype(item.dtype).kind in "iuf":
+            _check_chunks(place, item)
+            found[name] = np.asarray(item[:]), dict(item.attrs)
+    return found
+
+
+def _ome_levels(group: Path) -> dict[Path, _Level]:
+    """Return what a group's OME metadata say of arrays below it."""
     data = _json(group / "zarr.json").get("attributes", {}) or _json(group / ".zattrs")
     data = data.get("ome", data) if isinstance(data, dict) else {}
-    return data if isinstance(data, dict) else {}
-
-
-def _channels(place: Path) -> tuple[str, ...]:
-    """Return the names of the channels by OME; empty without any."""
+    found = {}
     try:
-        return tuple(str(c.get("label", "")) for c in _group_data(place)["omero"]["channels"])
+        channels = tuple(str(c.get("label", "")) for c in data["omero"]["channels"])
     except (TypeError, KeyError, AttributeError):
-        return ()
+        channels = ()
+    try:
+        first = data["multiscales"][0]
+        axes = [axis if isinstance(axis, dict) else {"name": axis} for axis in first["axes"]]
+        names = tuple(str(axis["name"]) for axis in axes)
+        units = [str(axis.get("unit", "")) for axis in axes]
+        for dataset in first["datasets"]:
+            transforms = [
+                *dataset.get("coordinateTransformations", []),
+                *first.get("coordinateTransformations", []),
+            ]
+            scales = [np.array(t["scale"], float) for t in transforms if "scale" in t]
+            steps = np.prod(scales, axis=0) if scales else np.zeros(len(names))
+            if len(steps) != len(names):
+                continue
+            step = dict(zip(names, steps.tolist(), strict=True))
+            sizes = [step.get(letter) or None for letter in "xyz"]
+            own = dict(zip(names, units, strict=True))
+            lengths, unit, notes = in_one_unit(sizes, [own.get(letter, "") for letter in "xyz"])
+            spacing = (lengths[0], lengths[1], lengths[2]) if any(lengths) else None
+            place = group / str(dataset["path"])
+            found[place] = _Level(names, spacing, unit, notes, channels, "image-label" in data)
+    except (TypeError, KeyError, IndexError, ValueError, AttributeError):
+        return found
+    return found
 
 
 def _check_chunks(place: Path, item: Any) -> None:
@@ -130,26 +199,3 @@ def _check_chunks(place: Path, item: Any) -> None:
     need = math.prod(item.shape) * np.dtype(item.dtype).itemsize
     if need > max(present * GREATEST_RATIO, MOST_UNWRITTEN):
         raise damaged(place, "its chunks are too few for its voxels")
-
-
-def _ome(
-    place: Path, axes: int
-) -> tuple[tuple[str, ...], tuple[float | None, ...], tuple[str, ...]]:
-    """Return names, steps and units of axes by the OME metadata of the group around."""
-    scales = _group_data(place).get("multiscales")
-    try:
-        first = scales[0]  # type: ignore[index]
-        names = [axis if isinstance(axis, str) else axis["name"] for axis in first["axes"]]
-        units = ["" if isinstance(axis, str) else axis.get("unit", "") for axis in first["axes"]]
-        (level,) = (d for d in first["datasets"] if d["path"] == place.name)
-        found = [t["scale"] for t in level.get("coordinateTransformations", []) if "scale" in t]
-        whole = [t["scale"] for t in first.get("coordinateTransformations", []) if "scale" in t]
-        steps = np.ones(axes)
-        for scale in (*found, *whole):
-            steps = steps * np.array(scale, float)
-    except (TypeError, KeyError, IndexError, ValueError):
-        return (), (), ()
-    if len(names) != axes or len(steps) != axes:
-        return (), (), ()
-    sizes = tuple(float(step) for step in steps) if found or whole else (None,) * axes
-    return tuple(map(str, names)), sizes, tuple(map(str, units))

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -126,6 +127,48 @@ def _netcdf(folder: Path, array: np.ndarray) -> Path:
             file.createVariable(name, "f4", (name,))[:] = 2.0 * np.arange(n)
         file.createVariable("values", "i2", tuple("zyx"))[:] = array
     return folder / "a.nc"
+
+
+def _cf(folder: Path, array: np.ndarray, form: str) -> Path:
+    """Write a packed variable with coordinates, as xarray does."""
+    import xarray
+
+    axes = {name: 2.5 * np.arange(n) for name, n in zip(("lev", "lat", "lon"), array.shape)}  # noqa: B905
+    data = xarray.Dataset({"t": (tuple(axes), array / 2.0, {"units": "K"})}, axes)
+    data.lev.attrs |= {"units": "hPa", "positive": "down"}
+    packing = {"t": {"dtype": "i2", "scale_factor": 0.5, "_FillValue": -1}}
+    if form == "zarr":
+        data.to_zarr(folder / "cf.zarr", encoding=packing, zarr_format=2, consolidated=False)
+        return folder / "cf.zarr"
+    path = folder / f"{form}.nc"
+    data.to_netcdf(path, engine=form, encoding=packing)  # type: ignore[call-overload]
+    return path
+
+
+def _ome_zarr(folder: Path, array: np.ndarray) -> Path:
+    import zarr
+
+    group = zarr.open_group(str(folder / "ome.zarr"), mode="w", zarr_format=2)
+    group.create_array("0", data=array, chunks=array.shape)
+    axes = [{"name": name, "unit": "micrometer"} for name in "zyx"]
+    scale = [{"type": "scale", "scale": [2.0, 0.5, 0.5]}]
+    sets = [{"path": "0", "coordinateTransformations": scale}]
+    group.attrs["multiscales"] = [{"axes": axes, "datasets": sets}]
+    return folder / "ome.zarr"
+
+
+def _by_programs(name: str) -> Callable[..., Path]:
+    """Return a maker of a file as a program lays it out in HDF5."""
+
+    def make(folder: Path, array: np.ndarray) -> Path:
+        import h5py
+        import test_containers
+
+        with h5py.File(folder / name, "w") as file:
+            test_containers.HDF5[name][0](file)
+        return folder / name
+
+    return make
 
 
 def _read_volume(path: Path) -> str:
@@ -292,8 +335,14 @@ FORMATS = {
     ),
     "numpy": _volumes(_written("npy", "a.npy"), _written("npz", "a.npz")),
     "hdf5": _volumes(_hdf5),
-    "netcdf": _volumes(_netcdf),
-    "zarr": _volumes(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
+    "hdf5-programs": _volumes(
+        *map(_by_programs, ("imaris.ims", "bdv.h5", "ilastik.h5", "openpmd.h5", "cells.vtkhdf"))
+    ),
+    "netcdf": _volumes(_netcdf, partial(_cf, form="scipy"), partial(_cf, form="h5netcdf")),
+    "zarr": _volumes(
+        *(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
+        *(partial(_cf, form="zarr"), _ome_zarr),
+    ),
     "mrc": _volumes(_written("mrc", "a.mrc")),
     "tf": Format(_make_tf, _read_tf, mutate=mutated_json),
     "card": Format(_make_model, _read_model, (".json",), mutated_json),

@@ -61,7 +61,18 @@ def test_shipped_volumes_have_the_voxels_that_were_published(file):
 
 
 def test_importing_the_readers_imports_no_library_of_a_format():
-    names = ("vtkmodules", "tifffile", "pydicom", "nibabel", "mrcfile", "h5py", "zarr", "scipy")
+    names = (
+        "vtkmodules",
+        "tifffile",
+        "pydicom",
+        "nibabel",
+        "mrcfile",
+        "h5py",
+        "zarr",
+        "scipy",
+        "xarray",
+        "pandas",
+    )
     code = f"import sys, model.volume_files; print(any(n in sys.modules for n in {names}))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.stdout.strip() == "False"

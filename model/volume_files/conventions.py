@@ -1,0 +1,301 @@
+"""What the CF conventions say of an array, by xarray and cf_xarray: its values, axes, up and down.
+
+They are handed one array with its coordinates, never the file: an engine of xarray reads all that
+a file names, in other files, too, and gives up where one variable is odd.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Attributes = Mapping[str, Any]
+Coordinates = Mapping[str, tuple[NDArray[Any], Attributes]]
+"""Values along axes as they are stored, and their attributes, by the names of the axes."""
+
+EVEN = 1e-2
+"""Relative difference up to which steps of a coordinate count as equal."""
+
+_PACKING = ("_FillValue", "missing_value", "scale_factor", "add_offset")
+_TEXTS = ("units", "positive", "axis", "standard_name")
+_LETTERS = {"longitude": "x", "latitude": "y", "vertical": "z", "time": "t"}
+_PRESSURE = ("pa", "hpa", "kpa", "mb", "mbar", "millibar", "millibars", "bar", "dbar", "decibar")
+_WORDS = {
+    **dict.fromkeys(("column", "columns", "col", "cols", "width"), "x"),
+    **dict.fromkeys(("row", "rows"), "y"),
+    **dict.fromkeys(("plane", "planes", "slice", "slices", "plev", "alt", "pressure"), "z"),
+    **dict.fromkeys(("frame", "frames"), "t"),
+    **dict.fromkeys(("c", "ch", "channel", "channels", "band", "bands"), "c"),
+}
+"""Names of axes that cf_xarray does not know."""
+
+DEFAULT_FILLS = {
+    "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295,
+    "i8": -9223372036854775806, "u8": 18446744073709551614,
+    "f4": 9.969209968386869e36, "f8": 9.969209968386869e36,
+}  # fmt: skip
+"""What NetCDF's libraries leave in voxels that were never written, by type; bytes have none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One axis of an array.
+
+    Attributes
+    ----------
+    letter : str
+        x, y, z, t for time, c for channels; empty if unknown.
+    numbers : ndarray of float64 or None
+        Positions along it, strictly monotonic; None if unknown.
+    is_down : bool or None
+        Whether the numbers of a vertical axis grow downwards; None if the file does not say.
+    """
+
+    name: str
+    letter: str = ""
+    numbers: NDArray[np.float64] | None = None
+    unit: str = ""
+    is_down: bool | None = None
+
+    @property
+    def step(self) -> float | None:
+        """Usual distance of neighbors, with its sign; None if unknown."""
+        return None if self.numbers is None else float(np.median(np.diff(self.numbers)))
+
+    @property
+    def is_even(self) -> bool:
+        """Whether all distances are equal."""
+        if self.numbers is None:
+            return True
+        steps = np.diff(self.numbers)
+        return bool(np.abs(steps - np.median(steps)).max() <= EVEN * abs(np.median(steps)))
+
+
+def axes_of(names: tuple[str, ...], coordinates: Coordinates) -> list[Axis]:
+    """Describe axes by their names and coordinates."""
+    words = [name.lower() for name in names]
+    if not coordinates and all(len(word) < 2 or word in _WORDS for word in words):
+        return [Axis(n, _WORDS.get(w, w if w in "xyzt" else "")) for n, w in zip(names, words)]  # noqa: B905
+    import cf_xarray  # noqa: F401
+    import xarray
+    from cf_xarray.criteria import regex
+
+    stored = {
+        name: ((name,), values, _attributes(attributes, values.dtype))
+        for name, (values, attributes) in coordinates.items()
+        if values.dtype.kind in "iuf"
+    }
+    found = xarray.decode_cf(xarray.Dataset(stored), decode_times=False)
+    found = found.set_coords(list(stored))
+    letters = {
+        name: _LETTERS.get(kind, kind.lower())
+        for kinds in (found.cf.coordinates, found.cf.axes)
+        for kind, its_names in kinds.items()
+        for name in its_names
+    }
+    axes = []
+    for name, word in zip(names, words, strict=True):
+        guess = next((kind for kind, names in regex.items() if names.fullmatch(word)), "")
+        guess = _WORDS.get(word, _LETTERS.get(guess, guess.lower()))
+        letter = letters.get(name, word if word in ("x", "y", "z", "t") else guess)
+        axes.append(_axis(name, letter, found[name] if name in stored else None))
+    return axes
+
+
+def _axis(name: str, letter: str, coordinate: Any) -> Axis:
+    if coordinate is None:
+        return Axis(name, letter)
+    unit = str(coordinate.attrs.get("units", ""))
+    numbers = np.asarray(coordinate.values, np.float64)
+    if letter == "x" and unit.lower().startswith("degree") and np.isfinite(numbers).all():
+        numbers = np.unwrap(numbers, period=360.0)
+    steps = np.diff(numbers)
+    is_monotonic = len(steps) and ((steps > 0).all() or (steps < 0).all())
+    is_down = None
+    if letter == "z":
+        positive = str(coordinate.attrs.get("positive", "")).lower()
+        standard = str(coordinate.attrs.get("standard_name", "")) or name
+        if positive in ("up", "down"):
+            is_down = positive == "down"
+        elif unit.lower() in _PRESSURE or standard.lower().startswith("depth"):
+            is_down = True
+        elif coordinate.attrs.get("axis") == "Z":
+            is_down = False
+    unit = "" if unit == "1" else unit
+    return Axis(name, letter, numbers if is_monotonic else None, unit, is_down)
+
+
+def decoded(
+    values: NDArray[Any], attributes: Attributes, is_netcdf: bool = False
+) -> tuple[NDArray[Any], NDArray[np.bool_] | None, tuple[str, ...]]:
+    """Return what stored values mean, where they are missing, and what is to be said of it.
+
+    Packing, signs, fill values and valid ranges are those of the attributes; in NetCDF files
+    without a declared fill value the library's own counts.
+    """
+    dtype = values.dtype
+    if dtype.kind not in "iuf":
+        return values, None, ()
+    packing = _attributes(attributes, dtype)
+    for name in _TEXTS:
+        packing.pop(name, None)
+    if is_netcdf and not packing.keys() & {"_FillValue", "missing_value"}:
+        default = DEFAULT_FILLS.get(dtype.str[1:])
+        if default is not None and (values == dtype.type(default)).any():
+            packing["_FillValue"] = dtype.type(default)
+    missing: NDArray[np.bool_] | None = None
+    found = values
+    if packing:
+        import xarray
+
+        names = [f"axis{k}" for k in range(values.ndim)]
+        stored = xarray.Dataset({"values": (names, values, packing)})
+        found = xarray.decode_cf(stored, decode_times=False)["values"].values
+        if packing.keys() & {"_FillValue", "missing_value"}:
+            missing = np.isnan(found)
+            found[missing] = 0
+        if not packing.keys() & {"scale_factor", "add_offset"}:
+            is_unsigned = packing.get("_Unsigned") == "true"
+            found = found.astype(f"u{dtype.itemsize}" if is_unsigned else dtype, copy=False)
+        elif dtype.itemsize <= 2:
+            found = found.astype(np.float32, copy=False)
+    outside = _outside(found, dtype, attributes, packing)
+    if outside is None or not outside.any():
+        return found, missing, ()
+    if (outside if missing is None else outside | missing).all():
+        note = "The file's valid range holds none of its values; it is left aside."
+        return found, missing, (note,)
+    return found, outside if missing is None else outside | missing, ()
+
+
+def _outside(
+    values: NDArray[Any], stored: np.dtype[Any], attributes: Attributes, packing: dict[str, Any]
+) -> NDArray[np.bool_] | None:
+    """Return where values are outside the valid range; None where there is none."""
+    both = attribute_numbers(attributes, "valid_range")
+    names = ("valid_range", "valid_range") if len(both) == 2 else ("valid_min", "valid_max")
+    ends = both if len(both) == 2 else [attribute_number(attributes, name) for name in names]
+    if not any(end is not None for end in ends):
+        return None
+    slope, offset = packing.get("scale_factor", 1.0), packing.get("add_offset", 0.0)
+    limits = []
+    for end, name, endless in zip(ends, names, (-math.inf, math.inf), strict=True):
+        if end is None:
+            limits.append(endless if slope > 0 else -endless)
+            continue
+        if packing.get("_Unsigned") == "true" and end < 0:
+            end += 1 << (8 * stored.itemsize)
+        # Limits of a wider type than that of packed values are those of the unpacked ones.
+        is_unpacked = stored.kind in "iu" and np.asarray(attributes[name]).dtype.kind == "f"
+        limits.append(end if is_unpacked else end * slope + offset)
+    low, high = sorted(limits)
+    return (values < low) | (values > high) if low < high else None
+
+
+def evened(
+    values: NDArray[Any], missing: NDArray[np.bool_] | None, along: int, axis: Axis
+) -> tuple[NDArray[Any], NDArray[np.bool_] | None, Axis, str]:
+    """Interpolate values at uneven positions linearly, to equal distances along one of their axes.
+
+    Returns
+    -------
+    values, missing : ndarray
+    axis : Axis
+    note : str
+    """
+    old = axis.numbers
+    assert old is not None
+    gaps = np.abs(np.diff(old))
+    count = round(abs(old[-1] - old[0]) / gaps.min()) + 1
+    new = np.linspace(old[0], old[-1], count)
+    order = old if old[0] < old[-1] else -old
+    at = np.interp(new if old[0] < old[-1] else -new, order, np.arange(len(old)))
+    below = np.minimum(at.astype(int), len(old) - 2)
+    weights = np.round(at - below, 9)
+    kind = values.dtype if values.dtype.kind == "f" else np.dtype(np.float32)
+    planes = np.moveaxis(values, along, 0)
+    result = np.empty((count, *planes.shape[1:]), kind)
+    absent = None if missing is None else np.moveaxis(missing, along, 0)
+    nothing = None if absent is None else np.zeros((count, *absent.shape[1:]), bool)
+    for to, (k, weight) in enumerate(zip(below, weights, strict=True)):
+        result[to] = (1 - weight) * planes[k].astype(kind) + weight * planes[k + 1].astype(kind)
+        if nothing is not None and absent is not None:
+            nothing[to] = absent[k] if weight < 1 else False
+            nothing[to] |= absent[k + 1] if weight > 0 else False
+    farthest = np.abs(new[:, None] - old).min(axis=1).max()
+    unit = f" {axis.unit}" if axis.unit else ""
+    note = (
+        f"The values along '{axis.name}' are {gaps.min():g} to {gaps.max():g}{unit} apart; they "
+        f"are interpolated to one every {abs(new[1] - new[0]):.4g}{unit}, which is up to "
+        f"{farthest:.4g}{unit} from those of the file."
+    )
+    even = Axis(axis.name, axis.letter, new, axis.unit, axis.is_down)
+    back = None if nothing is None else np.moveaxis(nothing, 0, along)
+    return np.moveaxis(result, 0, along), back, even, note
+
+
+def _attributes(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:
+    """Return the attributes that xarray is to decode, as numbers of the right type and texts."""
+    found: dict[str, Any] = {}
+    for name in _PACKING[:2]:
+        fills = [fill for n in attribute_numbers(attributes, name) for fill in _fill(n, dtype)]
+        if fills:
+            found[name] = fills[0] if len(fills) == 1 else np.array(fills)
+    slope, offset = (attribute_number(attributes, name) for name in _PACKING[2:])
+    found |= {"scale_factor": slope} if slope not in (None, 0.0, 1.0) else {}
+    found |= {"add_offset": offset} if offset else {}
+    if attribute_text(attributes, "_Unsigned").lower() == "true" and dtype.kind == "i":
+        found["_Unsigned"] = "true"
+    texts = {name: attribute_text(attributes, name) for name in _TEXTS}
+    return found | {name: text for name, text in texts.items() if text}
+
+
+def _fill(number: float, dtype: np.dtype[Any]) -> list[Any]:
+    """Return a fill value in the type of the stored values; none if it cannot be one of them."""
+    if dtype.kind == "f":
+        return [dtype.type(number)]
+    if not math.isfinite(number):
+        return []
+    wide = 1 << (8 * dtype.itemsize)
+    return (
+        [np.array(int(number) % wide, f"u{dtype.itemsize}").astype(dtype)[()]]
+        if (-wide // 2 <= number < wide)
+        else []
+    )
+
+
+def attribute_number(attributes: Attributes, *names: str) -> float | None:
+    """Return the first of some attributes that is a finite number; None if there is none."""
+    for name in names:
+        found = attribute_numbers(attributes, name)
+        if len(found) == 1 and math.isfinite(found[0]):
+            return found[0]
+    return None
+
+
+def attribute_numbers(attributes: Attributes, name: str) -> list[float]:
+    """Return an attribute's numbers; empty if it is missing or holds none."""
+    try:
+        value = attributes.get(name)
+        return [] if value is None else [float(each) for each in np.ravel(value)[:64]]
+    except Exception:
+        # Attributes of types that the library does not know.
+        return []
+
+
+def attribute_text(attributes: Attributes, name: str) -> str:
+    """Return an attribute as text, joined if it is stored letter by letter; empty if missing."""
+    try:
+        value = attributes.get(name)
+        if isinstance(value, np.ndarray):
+            value = (
+                b"".join(value.ravel().tolist()) if value.dtype.kind == "S" else value.ravel()[0]
+            )
+        return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value or "")
+    except Exception:
+        return ""

@@ -1,0 +1,295 @@
+"""How programs lay out volumes in HDF5: Imaris, BigDataViewer, ilastik, ITK, openPMD, VTK, MATLAB.
+
+Each function takes an open file and its arrays of numbers by name, and returns those that it
+knows as volumes; none if another program wrote the file.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.volume_files.arrays import StoredArray
+from model.volume_files.checks import unsupported
+from model.volume_files.conventions import attribute_number, attribute_numbers, attribute_text
+from model.volume_files.frame import unit_name
+
+if TYPE_CHECKING:
+    import h5py
+
+Items = dict[str, Any]
+"""h5py.Dataset by name."""
+
+_VTK_KINDS = {
+    "OverlappingAMR": "an adaptive grid",
+    "UnstructuredGrid": "an unstructured grid",
+    "RectilinearGrid": "a rectilinear grid",
+    "PolyData": "a surface",
+}
+LONGEST_XML = 1 << 22
+
+
+def check_kind(path: Path, file: h5py.File) -> None:
+    """Refuse files whose arrays are no volumes by themselves, by what they are."""
+    paraview = "resample it to an image in ParaView (Resample To Image), and save that as .vti"
+    keys = {*file}
+    if {"refine level", "node type"} <= keys or "Chombo_global" in keys:
+        raise unsupported(path, "an adaptive grid, of blocks of different resolution,", paraview)
+    kind = attribute_text(file["VTKHDF"].attrs, "Type") if "VTKHDF" in keys else "ImageData"
+    if kind != "ImageData":
+        what = _VTK_KINDS.get(kind, f"VTK's {kind[:40]}")
+        raise unsupported(path, f"{what} in VTKHDF", paraview)
+
+
+def arrays_by_program(path: Path, file: h5py.File, items: Items) -> list[StoredArray]:
+    """Return the arrays of a file as the program that wrote it means them; none if not known."""
+    if "DataSetInfo/Image" in file and "DataSet" in file:
+        return _imaris(file)
+    if any(re.fullmatch(r"t\d{5,}/s\d{2,}/\d+/cells", name) for name in items):
+        return _big_data_viewer(path, items)
+    if "ITKImage" in file:
+        return _itk(file)
+    if "VTKHDF" in file:
+        return _vtk(file, items)
+    if "openPMD" in file.attrs:
+        return _open_pmd(path, items)
+    if any("axistags" in item.attrs for item in items.values()):
+        return [_ilastik(name, item) for name, item in items.items()]
+    if any("MATLAB_class" in item.attrs for item in items.values()):
+        return [_matlab(name, item) for name, item in items.items()]
+    return []
+
+
+def _stored(name: str, item: Any, axes: tuple[str, ...] = (), **facts: Any) -> StoredArray:
+    shape = tuple(int(n) for n in item.shape)
+    return StoredArray(name, shape, item.dtype, item.__getitem__, axes, **facts)
+
+
+def _parts(
+    parts: dict[tuple[int, int], Any], name: str, sizes: tuple[int, ...], **facts: Any
+) -> StoredArray:
+    """Join volumes by their number in time and channel, each cut to sizes along z, y and x."""
+    times, channels = (sorted({key[k] for key in parts}) for k in (0, 1))
+    inner = tuple(slice(0, n) for n in sizes)
+    dtype = next(iter(parts.values())).dtype
+
+    def read(index: Any) -> NDArray[Any]:
+        time, channel = (each if isinstance(each, int) else 0 for each in index[:2])
+        values: NDArray[Any] = parts[times[time], channels[channel]][inner]
+        for axis in (1, 0):
+            if not isinstance(index[axis], int):
+                values = values[None]
+        return values
+
+    shape = (len(times), len(channels), *sizes)
+    if set(parts) != {(t, c) for t in times for c in channels}:
+        raise KeyError(f"some time steps of '{name}' lack channels")
+    return StoredArray(name, shape, dtype, read, ("t", "c", "z", "y", "x"), **facts)
+
+
+def _imaris(file: h5py.File) -> list[StoredArray]:
+    image = file["DataSetInfo/Image"].attrs
+    ends = [
+        tuple(_text_number(image, f"Ext{end}{axis}") for axis in "012") for end in ("Min", "Max")
+    ]
+    found = []
+    for level, group in file["DataSet"].items():
+        parts = {
+            (_last_number(time), _last_number(channel)): data["Data"]
+            for time, channels in group.items()
+            for channel, data in channels.items()
+            if "Data" in data
+        }
+        first = next(iter(group.values()))
+        attributes = next(iter(first.values())).attrs
+        shape = next(iter(parts.values())).shape
+        given = [_text_number(attributes, f"ImageSize{axis}") for axis in "XYZ"]
+        # Blocks are padded beyond the image.
+        sizes = [int(min(n or m, m)) for n, m in zip(given, shape[::-1], strict=True)]
+        spacing = [
+            None if low is None or high is None else (high - low) / n
+            for low, high, n in zip(*ends, sizes, strict=True)
+        ]
+        origin = [(low or 0.0) + (s or 0.0) / 2 for low, s in zip(ends[0], spacing, strict=True)]
+        channels = [
+            attribute_text(file[f"DataSetInfo/Channel {k}"].attrs, "Name")
+            if f"DataSetInfo/Channel {k}" in file
+            else ""
+            for k in sorted({key[1] for key in parts})
+        ]
+        found.append(
+            _parts(
+                parts,
+                level,
+                tuple(sizes[::-1]),
+                spacing=tuple(spacing),
+                origin=tuple(origin),
+                unit=unit_name(attribute_text(image, "Unit") or "um"),
+                channels=tuple(channels),
+            )
+        )
+    return found
+
+
+def _text_number(attributes: Any, name: str) -> float | None:
+    """Return a number that is stored as text; None if it is missing."""
+    try:
+        return float(attribute_text(attributes, name))
+    except ValueError:
+        return None
+
+
+def _last_number(name: str) -> int:
+    return int(name.rpartition(" ")[2])
+
+
+def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
+    """Signed numbers are meant as unsigned ones; sizes are in the file's .xml."""
+    setups: dict[tuple[int, str], dict[tuple[int, int], Any]] = defaultdict(dict)
+    for name, item in items.items():
+        if place := re.fullmatch(r"t(\d+)/s(\d+)/(\d+)/cells", name):
+            setups[int(place[3]), place[2]][int(place[1]), 0] = item
+    found = []
+    sizes = _setup_sizes(path.with_suffix(".xml"))
+    for (level, setup), parts in sorted(setups.items()):
+        factors = items.get(f"s{setup}/resolutions")
+        factor = np.ones(3) if factors is None else np.asarray(factors[level], float)
+        size, unit = sizes.get(int(setup), (None, ""))
+        array = _parts(
+            parts,
+            f"s{setup}" + (f"/{level}" if level else ""),
+            next(iter(parts.values())).shape,
+            spacing=None if size is None else tuple((np.array(size) * factor).tolist()),
+            unit=unit,
+        )
+        found.append(_unsigned(array) if array.dtype == np.int16 else array)
+    return found
+
+
+def _unsigned(array: StoredArray) -> StoredArray:
+    read: Callable[..., NDArray[Any]] = array.read
+    return replace(array, dtype=np.dtype(np.uint16), read=lambda index: read(index).view(np.uint16))
+
+
+def _setup_sizes(path: Path) -> dict[int, tuple[list[float], str]]:
+    """Return voxel sizes and their unit by number of the view, where the file's .xml is there."""
+    if not path.is_file() or path.stat().st_size > LONGEST_XML:
+        return {}
+    text = path.read_text("utf-8", "replace")
+    found = {}
+    try:
+        root = ElementTree.fromstring(text if "<!ENTITY" not in text else "")
+        for setup in root.iter("ViewSetup"):
+            sizes = [float(word) for word in (setup.findtext("voxelSize/size") or "").split()]
+            if len(sizes) == 3:
+                unit = unit_name(setup.findtext("voxelSize/unit") or "")
+                found[int(setup.findtext("id") or 0)] = sizes, unit
+    except (ElementTree.ParseError, ValueError):
+        return {}
+    return found
+
+
+def _ilastik(name: str, item: Any) -> StoredArray:
+    try:
+        tags = json.loads(attribute_text(item.attrs, "axistags"))["axes"]
+        axes = tuple(str(tag["key"]) for tag in tags)
+        steps = {str(tag["key"]): float(tag.get("resolution") or 0) or None for tag in tags}
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return _stored(name, item)
+    if len(axes) != item.ndim:
+        return _stored(name, item)
+    x, y, z = (steps.get(letter) for letter in "xyz")
+    return _stored(name, item, axes, spacing=(x, y, z) if x or y or z else None)
+
+
+def _itk(file: h5py.File) -> list[StoredArray]:
+    found = []
+    for name, group in file["ITKImage"].items():
+        if not {"VoxelData", "Spacing", "Origin", "Directions"} <= {*group}:
+            continue
+        spacing, origin = (np.asarray(group[key], float).tolist() for key in ("Spacing", "Origin"))
+        directions = np.asarray(group["Directions"], float)
+        facts: dict[str, Any] = {}
+        if len(spacing) == 3 and directions.shape == (3, 3):
+            facts = {"spacing": tuple(spacing), "origin": tuple(origin), "directions": directions}
+        found.append(_stored(f"ITKImage/{name}", group["VoxelData"], **facts))
+    return found
+
+
+def _open_pmd(path: Path, items: Items) -> list[StoredArray]:
+    found = []
+    for name, item in items.items():
+        # What a vector's components share is said of their group.
+        said = {**item.parent.attrs, **item.attrs}
+        labels = [
+            label.decode() if isinstance(label, bytes) else str(label)
+            for label in np.ravel(said.get("axisLabels", []))
+        ]
+        if len(labels) != item.ndim:
+            continue
+        if attribute_text(said, "geometry") not in ("", "cartesian"):
+            raise unsupported(
+                path, f"openPMD's geometry '{attribute_text(said, 'geometry')[:40]}'",
+                "resample it to a cartesian grid",
+            )  # fmt: skip
+        steps, offset = (
+            attribute_numbers(said, key) for key in ("gridSpacing", "gridGlobalOffset")
+        )
+        axes = tuple(labels)
+        if attribute_text(said, "dataOrder") == "F":
+            axes, steps, offset = axes[::-1], steps[::-1], offset[::-1]
+        metres, unit = attribute_number(said, "gridUnitSI") or 1.0, "m"
+        for small, its_name in ((1e-12, "pm"), (1e-9, "nm"), (1e-6, "um"), (1e-3, "mm")):
+            if abs(metres / small - 1) < 1e-6:
+                metres, unit = 1.0, its_name
+        at = dict(zip(axes, steps, strict=False))
+        first = dict(zip(axes, offset, strict=False))
+        x, y, z = (at[letter] * metres if letter in at else None for letter in "xyz")
+        x0, y0, z0 = (first.get(letter, 0.0) * metres for letter in "xyz")
+        found.append(_stored(name, item, axes, spacing=(x, y, z), origin=(x0, y0, z0), unit=unit))
+    return found
+
+
+def _vtk(file: h5py.File, items: Items) -> list[StoredArray]:
+    said = file["VTKHDF"].attrs
+    spacing, origin, extent, direction = (
+        attribute_numbers(said, name) for name in ("Spacing", "Origin", "WholeExtent", "Direction")
+    )
+    # Column k of the matrix is the direction of axis k.
+    axes = np.array(direction).reshape(3, 3).T if len(direction) == 9 else np.eye(3)
+    steps = np.array(spacing if len(spacing) == 3 else [1.0] * 3)
+    start = np.array(extent[::2] if len(extent) == 6 else [0.0] * 3)
+    found = []
+    for name, item in items.items():
+        in_cells = name.startswith("VTKHDF/CellData/")
+        if not (in_cells or name.startswith("VTKHDF/PointData/")) or item.ndim not in (3, 4):
+            continue
+        place = (start + in_cells / 2) * steps @ axes
+        place = place + np.array(origin if len(origin) == 3 else [0.0] * 3)
+        note = f"The values of '{item.name.rpartition('/')[2]}' belong to cells; each is a voxel."
+        found.append(
+            _stored(
+                name.rpartition("/")[2],
+                item,
+                spacing=tuple(spacing) if len(spacing) == 3 else None,
+                origin=tuple(place.tolist()),
+                directions=None if np.array_equal(axes, np.eye(3)) else axes,
+                notes=(note,) if in_cells else (),
+            )
+        )
+    return found
+
+
+def _matlab(name: str, item: Any) -> StoredArray:
+    """MATLAB's rows, columns and slices are y, x and z; HDF5 has them the other way round."""
+    axes = {3: ("z", "x", "y"), 4: ("t", "z", "x", "y")}.get(item.ndim, ())
+    return _stored(name, item, axes)

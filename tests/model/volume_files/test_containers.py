@@ -1,0 +1,322 @@
+"""Files of climate, microscopy and simulation as their programs write them, case by case.
+
+Voxels are 1 + i + 30 j + 600 k along the true x, y and z, so that exchanged and reversed axes show.
+"""
+
+import json
+
+import h5py
+import nibabel as nib
+import numpy as np
+import pytest
+import SimpleITK as sitk  # noqa: N813
+import xarray
+import zarr
+from volume_writers import check, refused, write_mrc, write_vti
+
+from model.volume_files import Choice, read_volume
+
+NX, NY, NZ = 28, 20, 12
+z, y, x = np.meshgrid(np.arange(NZ), np.arange(NY), np.arange(NX), indexing="ij")
+CODED = (1 + x + 30 * y + 600 * z).astype(np.uint16)
+SIZE = {"spacing": (0.5, 0.5, 2.0), "spacing_unit": "um"}
+
+
+# --- climate ------------------------------------------------------------------------------
+
+LON = {"units": "degrees_east", "axis": "X", "standard_name": "longitude"}
+LAT = {"units": "degrees_north", "axis": "Y", "standard_name": "latitude"}
+LEVEL = {"units": "1", "axis": "Z", "positive": "up"}
+METRES = {"units": "m"}
+PRESSURE = {"units": "hPa", "axis": "Z", "standard_name": "air_pressure"}
+DEPTH = {"units": "m", "axis": "Z", "positive": "down"}
+
+
+PLAIN = CODED.astype("f4")
+
+
+def climate(values=PLAIN, dims=("lev", "lat", "lon"), attrs=None, **coordinates):
+    """A data set with coordinates, given as (numbers, attributes), along each axis."""
+    usual = {
+        "lev": (np.arange(NZ), LEVEL),
+        "lat": (np.arange(NY), LAT),
+        "lon": (np.arange(NX), LON),
+    }
+    usual |= coordinates
+    coords = {name: (name, np.asarray(n, float), a) for name, (n, a) in usual.items()
+              if name in dims}  # fmt: skip
+    return xarray.Dataset({"t": (dims, values, attrs or {})}, coords)
+
+
+def encoded(**of_variables):
+    return {name: {"_FillValue": None} | encoding for name, encoding in of_variables.items()}
+
+
+UNEVEN = [1000, 925, 850, 700, 600, 500, 400, 300, 250, 200, 150, 100]
+THERE = np.arange(CODED.size).reshape(CODED.shape) % 7 > 0
+BARS = np.linspace(1000, 175, NZ)
+WRAPPED = (345 + 2.5 * np.arange(NX)) % 360
+SQUARE = {"lon": (2.0 * np.arange(NX), METRES), "lat": (2.0 * np.arange(NY), METRES)}
+METRIC = SQUARE | {"lev": (4.0 * np.arange(NZ), METRES)}
+BYTES = (CODED % 256).astype("u1")
+HOLES = np.where(THERE, CODED, np.nan).astype("f4")
+
+CLIMATE = {
+    # Data set, encoding, expected values, words of the notes, facts.
+    "depth down": (climate(depth=(np.arange(NZ), DEPTH), dims=("depth", "lat", "lon")), {},
+        PLAIN[::-1], "'depth' grow downwards; z is read in reverse", {"up": "+z"}),
+    "pressure upwards": (climate(lev=(BARS, PRESSURE)), {}, PLAIN, "units of the axes differ", {}),
+    "pressure downwards": (climate(lev=(BARS[::-1], PRESSURE)), {}, PLAIN[::-1],
+        "'lev' grow downwards", {}),
+    "latitude downwards": (climate(**METRIC | {"lat": (-2.0 * np.arange(NY), METRES)}), {},
+        PLAIN[:, ::-1], "y is read in reverse", {"spacing": (2, 2, 4), "origin": (0, -38, 0)}),
+    "order of dimensions": (climate(PLAIN.transpose(1, 2, 0), ("lat", "lon", "lev")), {},
+        PLAIN, "", {}),
+    "over the meridian": (climate(lon=(WRAPPED, LON)), {}, PLAIN, "",
+        {"spacing": (2.5, 1, pytest.approx(0.2 * 67.5 / 11))}),
+    "degrees and metres": (climate(lev=(500.0 * np.arange(NZ), METRES | {"positive": "up"})), {},
+        PLAIN, "as high as 1 of its width", {"spacing": (1, 1, pytest.approx(27 / 11))}),
+    "packed coordinates": (climate(**METRIC),
+        encoded(lon={"dtype": "i2", "scale_factor": 0.002, "_FillValue": -1}),
+        PLAIN, None, {"spacing": (2, 2, 4), "spacing_unit": "m"}),
+    "unsigned bytes": (climate(BYTES.view("i1"), attrs={"_Unsigned": "true"}), {}, BYTES, "", {}),
+    "axes c, b, a": (climate(dims=("c", "b", "a")), {}, PLAIN, "no voxel spacing", {}),
+    "valid range": (climate(attrs={"valid_min": 9000.0}), {}, PLAIN, "holds none of its values",
+        {"missing": None}),
+    "packed": (climate(HOLES, **METRIC), encoded(t={"dtype": "i2", "_FillValue": -5,
+        "scale_factor": 0.5, "add_offset": 100.0}), HOLES, "960 voxels are missing by what", {}),
+    "two components": (climate(np.stack([HOLES, HOLES], -1), ("lev", "lat", "lon", "uv")),
+        encoded(t={"dtype": "i2", "_FillValue": -99}), np.hypot(HOLES, HOLES),
+        "960 voxels are missing by what", {}),
+}  # fmt: skip
+
+
+def same(volume, array, said, **facts):
+    """Compare a volume; NaN are the voxels that must be missing."""
+    there = np.isfinite(array)
+    assert (volume.missing is None) == there.all()
+    if not there.all():
+        np.testing.assert_array_equal(volume.missing, ~there)
+        array = np.where(there, array, volume.voxels)
+    check(volume, array, said, rtol=1e-6, **facts)
+
+
+@pytest.mark.parametrize("form", ["netcdf4", "netcdf3", "zarr2", "zarr3"])
+@pytest.mark.parametrize("case", CLIMATE)
+def test_climate(tmp_path, case, form):
+    data, encoding, array, said, facts = CLIMATE[case]
+    path = tmp_path / ("a.zarr" if form.startswith("zarr") else "a.nc")
+    if form.startswith("zarr"):
+        data.to_zarr(path, encoding=encoding, zarr_format=int(form[-1]), consolidated=False)
+    else:
+        engine = {"netcdf4": "h5netcdf", "netcdf3": "scipy"}[form]
+        data.astype("f4" if data.t.dtype == "u2" else data.t.dtype).to_netcdf(
+            path, engine=engine, encoding=encoding
+        )
+    same(read_volume(path), array, said, **facts)
+
+
+def test_uneven_levels_are_evened_out(tmp_path):
+    data = climate(lev=(UNEVEN, PRESSURE))
+    data.to_netcdf(tmp_path / "a.nc", engine="scipy")
+    volume = read_volume(tmp_path / "a.nc")
+    levels = np.linspace(1000, 100, volume.dimensions[2])
+    same(volume, data.t.interp(lev=levels).values, "50 to 150 hPa apart|up to 50 hPa", up="+z")
+    climate(lev=(np.arange(NZ) ** 3, METRES)).to_netcdf(tmp_path / "b.nc", engine="scipy")
+    refused(tmp_path / "b.nc", "'lev' are 1 to 331 apart, too unlike")
+
+
+@pytest.mark.parametrize("dtype", ["i1", "i2", "i4", "f4", "f8"])
+def test_voxels_that_were_never_written(tmp_path, dtype):
+    fills = {"i2": -32767, "i4": -2147483647, "f4": 9.969209968386869e36}
+    fill = fills.get(dtype, fills["f4"] if dtype == "f8" else -127)
+    array = np.where(THERE, CODED % 100.0, fill).astype(dtype)
+    climate(array, **METRIC).to_netcdf(tmp_path / "a.nc", engine="scipy", encoding=encoded(t={}))
+    expected = array if dtype == "i1" else np.where(THERE, CODED % 100, np.nan)
+    same(read_volume(tmp_path / "a.nc"), expected, "")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "said"),
+    [
+        ("a.nc", b"CDF\x05\0\0", "CDF-5.*nccopy"),
+        ("a.hdf", b"\x0e\x03\x13\x01" * 9, "an HDF4 file.*h4toh5"),
+        ("a.nc", b"GRIB" * 9, "a GRIB file.*cdo"),
+        ("a.mat", b"MATLAB 5.0 MAT-file" * 9, "MATLAB's old format.*-v7.3"),
+    ],
+)
+def test_kinds_that_are_named(tmp_path, name, content, said):
+    (tmp_path / name).write_bytes(content)
+    refused(tmp_path / name, said)
+
+
+# --- HDF5 by programs ---------------------------------------------------------------------
+
+
+def letters(text):
+    return np.frombuffer(text.encode(), "S1")
+
+
+def imaris(file):
+    """As Imaris writes it: blocks are padded, and a histogram lies beside the data."""
+    for channel in range(2):
+        group = file.create_group(f"DataSet/ResolutionLevel 0/TimePoint 0/Channel {channel}")
+        padded = np.zeros((16, 32, 32), "u2")
+        padded[:NZ, :NY, :NX] = CODED + channel
+        group.create_dataset("Data", data=padded, chunks=(8, 16, 16), compression="gzip")
+        group["Histogram"] = np.arange(256, dtype="u8")
+        for axis, n in zip("XYZ", (NX, NY, NZ), strict=True):
+            group.attrs[f"ImageSize{axis}"] = letters(str(n))
+        info = file.create_group(f"DataSetInfo/Channel {channel}")
+        info.attrs["Name"] = letters(("DAPI", "GFP")[channel])
+    said = file.create_group("DataSetInfo/Image").attrs
+    for axis, extent in enumerate((14, 10, 24)):
+        said[f"ExtMin{axis}"], said[f"ExtMax{axis}"] = letters("0.000"), letters(f"{extent:.3f}")
+    said["Unit"] = letters("um")
+
+
+def big_data_viewer(file):
+    file["t00000/s00/0/cells"] = (CODED * 8).view("i2")
+    file["s00/resolutions"] = np.ones((1, 3))
+
+
+def ilastik(file):
+    file["exported_data"] = np.stack([CODED.T + k for k in range(6)], -1)
+    keys = [{"key": key, "resolution": 0} for key in "xyzc"]
+    file["exported_data"].attrs["axistags"] = json.dumps({"axes": keys})
+
+
+def open_pmd(file):
+    file.attrs["openPMD"] = np.bytes_("1.1.0")
+    file["data/100/fields/rho"] = CODED
+    said = file["data/100/fields/rho"].attrs
+    said["axisLabels"] = np.array(["z", "y", "x"], "S1")
+    said["gridSpacing"], said["gridUnitSI"] = [2.0, 0.5, 0.5], 1e-6
+
+
+def vtkhdf(kind, direction=(1, 0, 0, 0, 1, 0, 0, 0, 1)):
+    def write(file):
+        group = file.create_group("VTKHDF")
+        group.attrs["Type"] = np.bytes_("ImageData")
+        group.attrs["Spacing"], group.attrs["Origin"] = [0.5, 0.5, 2.0], [1.0, 2.0, 3.0]
+        group.attrs["WholeExtent"], group.attrs["Direction"] = [0, 0, 0, 0, 0, 0], direction
+        group[f"{kind}/density"] = CODED
+
+    return write
+
+
+def matlab(file):
+    file["A"] = CODED.transpose(0, 2, 1)
+    file["A"].attrs["MATLAB_class"] = np.bytes_("uint16")
+
+
+def sparse(file):
+    data = file.create_dataset("labels", (NZ, 256, 256), "u2", chunks=(4, 32, 32), fillvalue=7)
+    data[:4, :20, :28] = CODED[:4]
+
+
+SPARSE = np.full((NZ, 256, 256), 7)
+SPARSE[:4, :NY, :NX] = CODED[:4]
+XML = """<SpimData><ViewSetup><id>0</id><voxelSize><unit>micron</unit><size>0.5 0.5 2.0</size>
+</voxelSize></ViewSetup></SpimData>"""
+CELLS = {"spacing": (0.5, 0.5, 2), "origin": (1.25, 2.25, 4)}
+HDF5 = {
+    "imaris.ims": (imaris, CODED, "'DAPI' is read; also there: GFP",
+        SIZE | {"origin": (0.25, 0.25, 1)}),
+    "bdv.h5": (big_data_viewer, CODED * 8, None, SIZE),
+    "ilastik.h5": (ilastik, CODED, "Of 6 channels '0' is read", {}),
+    "openpmd.h5": (open_pmd, CODED, None, SIZE),
+    "cells.vtkhdf": (vtkhdf("CellData"), CODED, "belong to cells", CELLS),
+    "turned.vtkhdf": (vtkhdf("PointData", (0, -1, 0, 1, 0, 0, 0, 0, 1)), CODED, "is turned",
+        {"spacing": (0.5, 0.5, 2), "directions": ((0, 1, 0), (-1, 0, 0), (0, 0, 1))}),
+    "matlab.mat": (matlab, CODED, "no voxel spacing", {}),
+    "sparse.h5": (sparse, SPARSE, "", {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", HDF5)
+def test_hdf5_of_programs(tmp_path, name):
+    write, array, said, facts = HDF5[name]
+    path = tmp_path / name
+    with h5py.File(path, "w", userblock_size=512 if name.endswith(".mat") else 0) as file:
+        write(file)
+    (tmp_path / "bdv.xml").write_text(XML)
+    check(read_volume(path), array, said, **facts)
+
+
+def test_hdf5_by_itk_is_where_itk_has_it(tmp_path):
+    image = sitk.GetImageFromArray(CODED)
+    image.SetSpacing((0.5, 0.5, 2))
+    image.SetOrigin((10, 20, 30))
+    image.SetDirection((0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1))
+    sitk.WriteImage(image, str(tmp_path / "a.h5"))
+    place = {"spacing": (0.5, 0.5, 2), "origin": (10, 20, 30)}
+    volume = read_volume(tmp_path / "a.h5")
+    check(volume, CODED, "oblique", **place)
+    np.testing.assert_allclose(
+        np.array(volume.file.directions).T.ravel(), image.GetDirection(), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("kind", ["OverlappingAMR", "UnstructuredGrid", "FLASH"])
+def test_grids_that_are_none_are_named(tmp_path, kind):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        if kind == "FLASH":
+            file["dens"], file["refine level"] = np.ones((9, 8, 8, 8)), np.ones(9)
+            file["node type"] = np.ones(9)
+        else:
+            file.create_group("VTKHDF").attrs["Type"] = np.bytes_(kind)
+    words = "an unstructured grid" if kind == "UnstructuredGrid" else "an adaptive grid"
+    refused(tmp_path / "a.h5", f"{words}.*ParaView")
+
+
+# --- Zarr, MRC and others -----------------------------------------------------------------
+
+
+def ome(group, path, array):
+    axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
+    scale = [{"type": "scale", "scale": [2.0, 0.5, 0.5]}]
+    sets = [{"path": path, "coordinateTransformations": scale}]
+    group.attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": sets}]
+    group.create_array(path, data=array, chunks=array.shape)
+
+
+def test_ome_zarr_has_images_before_labels_and_paths_within_groups(tmp_path):
+    root = zarr.open_group(str(tmp_path / "a.zarr"), mode="w", zarr_format=2)
+    ome(root, "scale0/image", CODED)
+    nuclei = root.create_group("labels/nuclei")
+    ome(nuclei, "s0", CODED // 600)
+    nuclei.attrs["image-label"] = {"version": "0.4"}
+    check(read_volume(tmp_path / "a.zarr"), CODED, "", **SIZE, is_labels=False)
+    labels = read_volume(tmp_path / "a.zarr", choice=Choice(array="labels/nuclei/s0"))
+    check(labels, CODED // 600, "", **SIZE, is_labels=True)
+
+
+def test_labels_of_a_nifti_are_declared(tmp_path):
+    image = nib.Nifti1Image((CODED.T // 600).astype("i2"), np.eye(4))
+    image.header.set_intent("label")
+    nib.save(image, tmp_path / "a.nii")
+    assert read_volume(tmp_path / "a.nii").file.is_labels
+
+
+@pytest.mark.parametrize("how", ["stamp", "signed stamp", "extremes"])
+def test_unsigned_bytes_of_an_mrc(tmp_path, how):
+    path = write_mrc(tmp_path / "a.mrc", BYTES.view("i1"))
+    data = bytearray(path.read_bytes())
+    if how == "extremes":
+        data[76:84] = np.array([0, 255], "<f4").tobytes()
+    else:
+        data[152:160] = np.array([1146047817, how == "signed stamp"], "<i4").tobytes()
+    path.write_bytes(data)
+    check(read_volume(path), BYTES.view("i1") if how == "signed stamp" else BYTES)
+
+
+def test_a_thin_column_says_what_is_to_be_seen(tmp_path):
+    column = np.arange(8000, dtype="f4").reshape(2000, 2, 2)
+    volume = read_volume(write_vti(tmp_path / "a.vti", column))
+    assert "2 x 2 x 2000 voxels" in " ".join(volume.notes)
+
+
+def test_an_n5_is_named(tmp_path):
+    (tmp_path / "attributes.json").write_text('{"n5": "4.0.0"}')
+    refused(tmp_path, "N5 container.*OME-Zarr")
