@@ -30,12 +30,11 @@ from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import SUFFIXES as HDF5_SUFFIXES
 from model.volume_files.hdf5 import read_hdf5
 from model.volume_files.legacy_vtk import read_legacy_vtk
-from model.volume_files.metaimage import read_metaimage
 from model.volume_files.mrc import SUFFIXES as MRC_SUFFIXES
 from model.volume_files.mrc import read_mrc
 from model.volume_files.nifti import SUFFIXES as NIFTI_SUFFIXES
 from model.volume_files.nifti import read_nifti
-from model.volume_files.nrrd import read_nrrd
+from model.volume_files.nrrd_metaimage import read_metaimage, read_nrrd
 from model.volume_files.numpy_arrays import SUFFIXES as NUMPY_SUFFIXES
 from model.volume_files.numpy_arrays import read_numpy
 from model.volume_files.raw import RawLayout, read_raw

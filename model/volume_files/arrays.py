@@ -30,12 +30,9 @@ from model.volume_files.frame import (
     in_one_unit,
     in_proportion,
     unit_directions,
-    unmirrored,
-    usable_origin,
-    usable_spacing,
 )
 from model.volume_files.grid import Grid
-from model.volume_files.shear import upright
+from model.volume_files.upright import placed
 
 Index = tuple[int | slice, ...]
 
@@ -199,23 +196,18 @@ def _grid(
 
 def _by_frame(grid: Grid, array: StoredArray) -> Grid:
     """Place a grid as its file says by spacing, origin and directions."""
-    spacing, notes = usable_spacing(array.spacing)
-    facts = replace(grid.facts, spacing_unit=array.unit)
-    origin = usable_origin(array.origin)
-    if array.directions is None:
-        return replace(grid, spacing=spacing, origin=origin, notes=grid.notes + notes, facts=facts)
-    right = upright(grid.values, array.directions * np.array(spacing)[:, None], origin)
-    missing = right.missing
-    if grid.missing is not None:
-        missing = upright(grid.missing, array.directions, origin).values != 0
+    right = placed(grid.values, array.spacing, array.origin, array.directions, missing=grid.missing)
+    turned = () if right.directions is None else frame_notes(right.directions)
     return replace(
         grid,
         values=right.values,
-        spacing=usable_spacing(np.linalg.norm(right.directions, axis=1).tolist())[0],
-        origin=usable_origin(right.origin),
-        notes=grid.notes + notes + right.notes + frame_notes(right.directions),
-        missing=missing,
-        facts=replace(facts, directions=unit_directions(right.directions)),
+        spacing=right.spacing,
+        origin=right.origin,
+        notes=grid.notes + right.notes + turned,
+        missing=right.missing,
+        facts=replace(
+            grid.facts, spacing_unit=array.unit, directions=unit_directions(right.directions)
+        ),
     )
 
 
@@ -253,18 +245,15 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
     factors = [b / a if a and b else 1.0 for a, b in zip(steps, lengths, strict=True)]
     if unit_notes:
         lengths, unit_notes = in_proportion(lengths, values.shape[2::-1], [a.unit for a in axes])
-    origin = usable_origin([start * f for start, f in zip(starts, factors, strict=True)])
-    values, place, mirror_notes = unmirrored(values, lengths, origin)
-    if missing is not None:
-        missing, _, _ = unmirrored(missing, lengths, origin)  # type: ignore[assignment]
-    spacing, spacing_notes = usable_spacing(lengths)
+    origin = [start * f for start, f in zip(starts, factors, strict=True)]
+    right = placed(values, lengths, origin, missing=missing)
     return replace(
         grid,
-        values=values,
-        spacing=spacing,
-        origin=place,
-        notes=notes + unit_notes + mirror_notes + spacing_notes,
-        missing=missing,
+        values=right.values,
+        spacing=right.spacing,
+        origin=right.origin,
+        notes=notes + unit_notes + right.notes,
+        missing=right.missing,
         up="" if vertical.is_down is None else "+z",
         facts=replace(grid.facts, spacing_unit=unit),
     )

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.file_facts import FileFacts
-from model.volume_files.anatomy import axis_labels
 from model.volume_files.checks import check_grid
 from model.volume_files.dicom_file import numbers_of, value_of
 from model.volume_files.dicom_frame import Frame
 from model.volume_files.dicom_pixels import bits_stored, padding_mask, stored_pixels, stored_type
 from model.volume_files.dicom_stack import Stack, heights
 from model.volume_files.frame import (
+    axis_labels,
     frame_notes,
     unit_directions,
     usable_origin,
@@ -25,7 +25,7 @@ from model.volume_files.frame import (
 )
 from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
-from model.volume_files.shear import sheared_back
+from model.volume_files.upright import sheared_back
 
 EVEN = 0.02
 """Relative difference below which slice distances count as equal."""

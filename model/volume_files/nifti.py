@@ -12,22 +12,21 @@ from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.file_facts import FileFacts
-from model.volume_files.anatomy import axis_labels
+from model.scene.volume import Triple
 from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import (
+    axis_labels,
     frame_notes,
     unit_directions,
     unit_name,
     usable_origin,
-    usable_spacing,
 )
 from model.volume_files.grid import Grid
 from model.volume_files.library_log import errors_of
-from model.volume_files.nifti_frame import NiftiFrame, nifti_frame
-from model.volume_files.shear import upright
+from model.volume_files.upright import placed
 
 if TYPE_CHECKING:
     from nibabel.analyze import AnalyzeHeader
@@ -39,6 +38,30 @@ LABELS = 1002
 """NIfTI's code of the intent that values are labels."""
 
 LEAST_OFFSETS = {"NIfTI-1": 352, "NIfTI-2": 544}
+
+
+ALIKE = 1e-3
+"""Relative difference of voxel sizes below which they count as equal."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Frame:
+    """Spacing, origin and directions of a grid.
+
+    Attributes
+    ----------
+    origin : tuple of float
+        In the patient's space (RAS).
+    directions : ndarray of float64, shape (3, 3), or None
+        Row k is the step from one voxel to the next along axis k; None if unknown.
+    notes : tuple of str
+        What disagrees.
+    """
+
+    spacing: Triple | None
+    origin: Triple = (0.0, 0.0, 0.0)
+    directions: NDArray[np.float64] | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +86,7 @@ class _Head:
     dtype: np.dtype[np.generic]
     slope: float
     intercept: float
-    frame: NiftiFrame
+    frame: _Frame
     unit: str
     notes: tuple[str, ...] = ()
     is_labels: bool = False
@@ -102,28 +125,22 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
     values = parts[0] if components == 1 else _beside(parts)
     if head.slope != 0 and np.isfinite([head.slope, head.intercept]).all():
         values = rescaled(values, head.slope, head.intercept)
-    spacing, spacing_notes = usable_spacing(head.frame.spacing)
-    origin, directions = head.frame.origin, head.frame.directions
-    missing = None
-    if directions is not None:
-        straight = upright(values, directions, usable_origin(origin))
-        values, missing, directions = straight.values, straight.missing, straight.directions
-        origin, notes = straight.origin, notes + straight.notes
-        if straight.notes:
-            spacing, _ = usable_spacing(np.linalg.norm(directions, axis=1).tolist())
+    frame = head.frame
+    steps = None if frame.spacing is None else [abs(size) for size in frame.spacing]
+    right = placed(values, steps, usable_origin(frame.origin), frame.directions)
     return Grid(
-        values,
-        spacing,
-        usable_origin(origin),
-        notes=choice_notes(listed) + notes + head.frame.notes + spacing_notes
-        + _frame_notes(directions),
-        axis_labels=axis_labels(directions, "RAS"),
-        missing=missing,
+        right.values,
+        right.spacing,
+        right.origin,
+        notes=choice_notes(listed) + notes + frame.notes + right.notes
+        + _frame_notes(right.directions),
+        axis_labels=axis_labels(right.directions, "RAS"),
+        missing=right.missing,
         facts=FileFacts(
             head.format,
             head.unit,
-            unit_directions(directions),
-            "" if directions is None else "RAS",
+            unit_directions(right.directions),
+            "" if frame.directions is None else "RAS",
             listed,
             head.is_labels,
         ),
@@ -195,7 +212,7 @@ def _head(path: Path) -> _Head:
         dtype,
         slope,
         intercept,
-        nifti_frame(header) if form != "Analyze" else NiftiFrame(_zooms(header)),
+        _frame_of(header) if form != "Analyze" else _Frame(_zooms(header)),
         unit_name(unit),
         notes,
         form != "Analyze" and int(header["intent_code"]) == LABELS,
@@ -310,5 +327,75 @@ def _mgh_head(path: Path) -> _Head:
         matrix = header.get_affine()
         directions, origin = matrix[:3, :3].T, tuple(float(o) for o in matrix[:3, 3])  # type: ignore[assignment]
     dtype = header.get_data_dtype().newbyteorder(">")
-    frame = NiftiFrame(sizes, origin, directions)  # type: ignore[arg-type]
+    frame = _Frame(sizes, origin, directions)  # type: ignore[arg-type]
     return _Head("MGH", path, MGH_OFFSET, shape, dtype, 1.0, 0.0, frame, "mm")
+
+
+def _frame_of(header: Any) -> _Frame:
+    """Return the frame by a header's sform, else its qform, else its voxel sizes alone.
+
+    Parameters
+    ----------
+    header : nibabel.Nifti1Header
+        Or one of NIfTI-2.
+    """
+    sizes = tuple(float(size) for size in header["pixdim"][1:4])
+    sform = _affine(header, "sform")
+    qform = _affine(header, "qform")
+    best = sform if sform is not None else qform
+    notes: tuple[str, ...] = ()
+    if int(header["sform_code"]) > 0 and sform is None:
+        notes += ("The file's sform is unusable; its qform or voxel sizes are used instead.",)
+    if best is None:
+        spacing = None if not any(sizes) else sizes
+        return _Frame(spacing, notes=notes)  # type: ignore[arg-type]
+    directions = best[:3, :3].T
+    lengths = np.linalg.norm(directions, axis=1)
+    if sform is not None:
+        if not np.allclose(lengths, np.abs(sizes), rtol=ALIKE):
+            notes += (
+                f"The file's voxel sizes {_times(sizes)} differ from those of its sform, "
+                f"{_times(lengths)}; the sform holds.",
+            )
+        if qform is not None:
+            notes += _differences(sform, qform)
+    x, y, z = (float(length) for length in lengths)
+    origin = best[:3, 3]
+    return _Frame((x, y, z), (float(origin[0]), float(origin[1]), float(origin[2])),
+                      directions, notes)  # fmt: skip
+
+
+def _affine(header: Any, name: str) -> NDArray[np.float64] | None:
+    """Return one of the header's matrices, shape (4, 4); None if it is not set or unusable."""
+    try:
+        found = getattr(header, f"get_{name}")(coded=True)[0]
+    except Exception:
+        # Quaternions that are no rotation.
+        return None
+    if found is None:
+        return None
+    matrix = np.array(found, np.float64)
+    if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix[:3, :3])) < 1e-30:
+        return None
+    return matrix
+
+
+def _differences(sform: NDArray[np.float64], qform: NDArray[np.float64]) -> tuple[str, ...]:
+    """Say in what the two matrices disagree."""
+    s, q = sform[:3, :3], qform[:3, :3]
+    if np.linalg.det(s) * np.linalg.det(q) < 0:
+        what = "are mirror images of one another"
+    else:
+        s_unit, q_unit = s / np.linalg.norm(s, axis=0), q / np.linalg.norm(q, axis=0)
+        size = float(np.abs(s).max())
+        if not np.allclose(s_unit, q_unit, atol=1e-2):
+            what = "turn the grid differently"
+        elif not np.allclose(sform[:3, 3], qform[:3, 3], atol=size):
+            what = "place the grid differently"
+        else:
+            return ()
+    return (f"The file's sform and qform {what}; the sform holds.",)
+
+
+def _times(sizes: Any) -> str:
+    return " x ".join(f"{float(size):.4g}" for size in sizes)

@@ -18,12 +18,9 @@ from model.volume_files.choice import Choice, choice_notes, chosen_index
 from model.volume_files.frame import (
     frame_notes,
     unit_directions,
-    unmirrored,
-    usable_origin,
-    usable_spacing,
 )
 from model.volume_files.grid import Grid
-from model.volume_files.shear import upright
+from model.volume_files.upright import placed
 from model.volume_files.vtk_session import to_numpy
 
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
@@ -125,26 +122,21 @@ def image_grid(
     matrix = image.GetDirectionMatrix()
     directions = np.array([[matrix.GetElement(r, c) for r in range(3)] for c in range(3)])
     steps = list(image.GetSpacing())
-    spacing, notes = usable_spacing(steps)
     place = [at + less / 2 for at in first]
     origin = np.array(image.GetOrigin()) + np.multiply(place, steps) @ directions
-    values, moved, mirror_notes = unmirrored(values, steps, origin.tolist(), directions)
-    if missing is not None:
-        missing, _, _ = unmirrored(missing, steps, origin.tolist())  # type: ignore[assignment]
-    if np.linalg.det(directions) < 0 and missing is not None:
-        missing = missing[::-1]
-    right = upright(values, directions * np.array(spacing)[:, None], moved)
-    values, directions, moved = right.values, right.directions, right.origin
-    listed = _contents(wanted, arrays, image, values)
+    right = placed(values, steps, origin.tolist(), directions, missing=missing)
+    listed = _contents(wanted, arrays, image, right.values)
+    notes = choice_notes(listed) + right.notes
     if wanted.in_cells:
         notes += (f"The values of '{wanted.name}' belong to cells; each is a voxel.",)
+    turned = directions if right.directions is None else right.directions
     return Grid(
-        values,
-        spacing,
-        usable_origin(moved),
-        notes=choice_notes(listed) + notes + mirror_notes + right.notes + frame_notes(directions),
-        missing=missing,
-        facts=FileFacts(file_format, "", unit_directions(directions), "", listed),
+        right.values,
+        right.spacing,
+        right.origin,
+        notes=notes + frame_notes(turned),
+        missing=right.missing,
+        facts=FileFacts(file_format, "", unit_directions(turned), "", listed),
     )
 
 

@@ -239,7 +239,7 @@ BAD_FILES = {
     "nrrd wrong sum": (nrrd("encoding: gzip", data=gzip.compress(ARRAY.tobytes())[:-8] + b"?" * 8),
         r"compressed stream is invalid"),
     "mha without size": (named("a.mhd", MHD + b"ElementDataFile = LOCAL\n"),
-        r"malformed 'DimSize'"),
+        r"has no 'DimSize'"),
     "mha without end": (named("a.mhd", MHD), r"header has no end"),
     "mha type": (metaimage(kind="MET_STRING"), r"'MET_STRING' cannot be read"),
     "mha ascii": (metaimage("BinaryData = False"), r"ASCII voxels cannot be read"),
@@ -320,7 +320,7 @@ def test_memory_that_runs_out_while_reading(tmp_path, monkeypatch):
         raise MemoryError
 
     path = write_itk(tmp_path / "a.nrrd", ARRAY)
-    monkeypatch.setattr("model.volume_files.nrrd.read_block", exhausted)
+    monkeypatch.setattr("model.volume_files.nrrd_metaimage.read_block", exhausted)
     assert "not enough free memory" in refusal(path)
 
 

@@ -170,6 +170,25 @@ def test_time_as_the_first_axis_of_a_nrrd(tmp_path):
     check(read_volume(path, choice=Choice(time="2")), TIMES[2])
 
 
+SCALED = "(1,0,0{}) (0,1,0{}) (0,0,1{})"
+
+
+@pytest.mark.parametrize(
+    ("space", "directions"),
+    [
+        ("left-posterior-superior-time", SCALED.format(",0", ",0", ",0") + " (0,0,0,1)"),
+        ("LPST", SCALED.format(",0", ",0", ",0") + " (0,0,0,1)"),
+        ("left-posterior-superior", SCALED.format("", "", "") + " (nan,nan,nan)"),
+        ("left-posterior-superior", SCALED.format("", "", "") + " none"),
+    ],
+)
+def test_a_space_with_time_and_rows_of_nan(tmp_path, space, directions):
+    fields = [f"space: {space}", f"space directions: {directions}"]
+    path = write_nrrd(tmp_path / "a.nrrd", TIMES, *fields)
+    volume = read_volume(path, choice=Choice(time="2"))
+    check(volume, TIMES[2], axis_labels=tuple("LRPASI"), spacing=(1, 1, 1))
+
+
 # --- MetaImage ----------------------------------------------------------------------------
 
 
@@ -190,6 +209,14 @@ def test_metaimage_header_size(tmp_path, skip):
     path = tmp_path / "a.mhd"
     write_metaimage(path, ARRAY, f"HeaderSize = {skip}", data=b"", file="a.bin")
     check(read_volume(path), ARRAY)
+
+
+@pytest.mark.parametrize(
+    "lines", [["# a comment"], [f"Field{k} = {'x' * 60}" for k in range(1200)]]
+)
+def test_comments_and_long_heads_of_a_metaimage(tmp_path, lines):
+    path = write_metaimage(tmp_path / "a.mha", ARRAY, *lines, "ElementSpacing = 0.5 2 3")
+    check(read_volume(path), ARRAY, spacing=SPACING)
 
 
 def test_empty_lines_of_a_metaimage():

@@ -1,12 +1,16 @@
-"""Slices that are shifted against one another, or mirrored, put back to where they were taken."""
+"""Grids put where they lie: not mirrored, and with slices behind one another."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from model.scene.volume import Triple
+from model.volume_files.frame import unit_directions, unmirrored, usable_origin, usable_spacing
 
 SQUARE = 1e-2
 """Cosine up to which two axes count as being at right angles."""
@@ -14,91 +18,100 @@ SQUARE = 1e-2
 MOST_TILT, MOST_ROOM = 0.9, 2.0
 """Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
 
-
 Shear = tuple[float, float]
 """Shift of each slice against the one before along x and y, in voxels."""
 
 
 @dataclass(frozen=True, eq=False)
-class Upright:
+class Placed:
     """A grid whose slices lie behind one another, and which is not mirrored.
 
     Attributes
     ----------
-    values : ndarray, shape (nz, ny, nx)
-    missing : ndarray of bool, of the same shape, or None
-    directions : ndarray of float64, shape (3, 3)
-        Row k is the step from one voxel to the next along axis k.
+    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
+    missing : ndarray of bool, shape (nz, ny, nx), or None
+    directions : ndarray of float64, shape (3, 3), or None
+        Row k is the step from one voxel to the next along axis k; None if unknown.
     notes : tuple of str
-        Empty if nothing was to be done.
+        What was assumed or done.
     """
 
     values: NDArray[np.generic]
     missing: NDArray[np.bool_] | None
-    directions: NDArray[np.float64]
-    origin: tuple[float, float, float]
-    notes: tuple[str, ...] = ()
+    spacing: Triple
+    origin: Triple
+    directions: NDArray[np.float64] | None
+    notes: tuple[str, ...]
 
 
-def upright(
+def placed(
     values: NDArray[np.generic],
-    directions: NDArray[np.float64],
-    origin: tuple[float, float, float],
+    steps: Sequence[float | None] | None,
+    origin: Sequence[float],
+    directions: NDArray[np.float64] | None = None,
     handedness: int = 1,
-) -> Upright:
-    """Put a grid upright: neither mirrored in its space, nor sheared.
+    missing: NDArray[np.bool_] | None = None,
+) -> Placed:
+    """Put a grid where its file says it lies.
 
-    The slices of a left-handed grid are read in reverse order. Where all are shifted by the same
-    step against the one before, they are sheared back.
+    Axes with negative steps and the slices of a left-handed grid are read in reverse order. Where
+    all slices are shifted by the same step against the one before, they are sheared back.
 
     Parameters
     ----------
     values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
         Components are not sheared.
-    directions : ndarray of float64, shape (3, 3)
-        Row k is the step from one voxel to the next along axis k, in the file's space.
+    steps : sequence of float or None, or None
+        Spacing along x, y and z with its sign; None for what the file does not say.
+    directions : ndarray of float64, shape (3, 3), or None
+        Row k points along axis k in the file's space, with any length.
     handedness : int
         -1 if the file's space is left-handed.
     """
-    if not np.isfinite(directions).all() or np.linalg.det(directions) * handedness >= 0:
-        return _sheared_back(values, directions, origin)
-    x, y, z = (np.array(origin) + (values.shape[0] - 1) * directions[2]).tolist()
-    found = _sheared_back(values[::-1], directions * [[1.0], [1.0], [-1.0]], (x, y, z))
-    note = "The grid is left-handed, so its slices are read in reverse order."
-    return replace(found, notes=(note, *found.notes))
+    spacing, notes = usable_spacing(steps)
+    unit = unit_directions(directions)
+    rows = np.array(unit) if unit else None
+    values, place, mirror_notes = unmirrored(values, steps or (), origin, rows)
+    if missing is not None:
+        missing, _, _ = unmirrored(missing, steps or (), origin)  # type: ignore[assignment]
+    notes = mirror_notes + notes
+    if rows is None:
+        return Placed(values, missing, spacing, usable_origin(place), None, notes)
+    axes = rows * np.array(spacing)[:, None]
+    if np.linalg.det(axes) * handedness < 0:
+        place = usable_origin((np.array(place) + (values.shape[0] - 1) * axes[2]).tolist())
+        values, missing = values[::-1], None if missing is None else missing[::-1]
+        axes = axes * [[1.0], [1.0], [-1.0]]
+        notes += ("The grid is left-handed, so its slices are read in reverse order.",)
+    upright = Placed(values, missing, spacing, place, axes, notes)
+    return _sheared_back(upright, axes)
 
 
-def _sheared_back(
-    values: NDArray[np.generic],
-    directions: NDArray[np.float64],
-    origin: tuple[float, float, float],
-) -> Upright:
+def _sheared_back(grid: Placed, directions: NDArray[np.float64]) -> Placed:
     """Shear a grid back whose slices are shifted against one another by the same step each."""
     x, y, z = directions
     lengths = np.linalg.norm(directions, axis=1)
-    as_it_is = Upright(values, None, directions, origin)
-    if values.ndim != 3 or not np.isfinite(directions).all() or not (lengths > 0).all():
-        return as_it_is
-    if abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
-        return as_it_is
+    if grid.values.ndim != 3 or abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
+        return grid
     shear = float(z @ x / lengths[0] ** 2), float(z @ y / lengths[1] ** 2)
     tilt = np.hypot(shear[0] * lengths[0], shear[1] * lengths[1]) / lengths[2]
-    more = max(map(abs, shear)) * values.shape[0]
-    if not SQUARE < tilt < MOST_TILT or more > MOST_ROOM * max(values.shape[1:]):
-        return as_it_is
+    more = max(map(abs, shear)) * grid.values.shape[0]
+    if not SQUARE < tilt < MOST_TILT or more > MOST_ROOM * max(grid.values.shape[1:]):
+        return grid
     normal = np.cross(x, y) / (lengths[0] * lengths[1])
-    moved_values, missing, moved = sheared_back(values, None, shear)
-    first = np.array(origin) - moved[0] * x - moved[1] * y
+    values, missing, moved = sheared_back(grid.values, grid.missing, shear)
+    upright = np.stack([x, y, (z @ normal) * normal])
     note = (
         f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees; "
         "they are sheared back to where they were taken."
     )
-    return Upright(
-        moved_values,
+    return Placed(
+        values,
         missing,
-        np.stack([x, y, (z @ normal) * normal]),
-        (float(first[0]), float(first[1]), float(first[2])),
-        (note,),
+        usable_spacing(np.linalg.norm(upright, axis=1).tolist())[0],
+        usable_origin((np.array(grid.origin) - moved[0] * x - moved[1] * y).tolist()),
+        upright,
+        (*grid.notes, note),
     )
 
 
