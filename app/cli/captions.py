@@ -1,12 +1,19 @@
-"""What a picture shows, in a line for its title."""
+"""What a picture shows, in a line for its title, and fonts to write it with."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
 from model.scene.view import View
+
+if TYPE_CHECKING:
+    from PySide6.QtCore import QCoreApplication
+
+_kept: list[QCoreApplication] = []
 
 
 def view_text(view: View) -> str:
@@ -26,3 +33,12 @@ def range_text(scalar_range: Range, scale: ValueScale) -> str:
 def tf_text(path: Path | None) -> str:
     """Name a TF: by its file, or as the volume's first one."""
     return "first TF" if path is None else f"TF {path.name}"
+
+
+def fonts() -> None:
+    """Make Qt's fonts available, without a display: Qt wants an application for text."""
+    from PySide6.QtWidgets import QApplication
+
+    if QApplication.instance() is None:
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+        _kept.append(QApplication(["tfscope"]))

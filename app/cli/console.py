@@ -1,9 +1,9 @@
-"""Tables and progress bars in the terminal."""
+"""Sentences, tables and progress bars in the terminal."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rich.console import Console
@@ -13,7 +13,6 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
-    TaskID,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
@@ -53,8 +52,8 @@ class _SpeedColumn(ProgressColumn):
 
 
 @contextmanager
-def counting(description: str, total: int, done: int = 0) -> Iterator[tuple[Progress, TaskID]]:
-    """Show a progress bar with item count, speed and remaining time; yield it and its task."""
+def counting(description: str, total: int, done: int = 0) -> Iterator[Callable[[int], None]]:
+    """Show a bar with item count, speed and remaining time; yield what sets the count."""
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -66,7 +65,8 @@ def counting(description: str, total: int, done: int = 0) -> Iterator[tuple[Prog
         console=console,
         speed_estimate_period=60,
     ) as progress:
-        yield progress, progress.add_task(description, total=total, completed=done)
+        task = progress.add_task(description, total=total, completed=done)
+        yield lambda count: progress.update(task, completed=count)
 
 
 def print_facts(title: str, rows: list[tuple[str, str]]) -> None:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
-from rich.filesize import decimal
-
-from app.cli.console import about, console, counting
-from app.cli.outputs import make_room_for
+from app.cli import options
 from model.errors import DatasetError, TfscopeError, require
 from model.files import free_space
 from model.scene.scene import Lighting, Scene, TFFamily
@@ -19,79 +16,98 @@ from model.volume_files.source import VolumeSource
 MAX_HOLDOUT = 2000
 
 
-class SceneOptions(NamedTuple):
-    """Arguments of :meth:`model.scene.scene.Scene.of` after the volume."""
+@dataclass(frozen=True, kw_only=True)
+class Dataset:
+    """Render random samples into a store; run it again to go on or to add more."""
 
-    image_size: int
-    lighting: Lighting
-    scalar_window: Range | None
-    movable_light: bool
-    tf_family: TFFamily
-    up: str
-
-
-def make_dataset(
-    source: VolumeSource,
-    options: SceneOptions,
-    out: Path,
-    count: int,
-    holdout: int | None,
-    seed: int,
-    workers: int | None,
-    scheduler: str | None,
-) -> None:
-    """Create or continue a store until it holds `count` training samples and its hold-out."""
-    if workers and scheduler is not None:
-        raise TfscopeError(
-            "--workers counts processes of this machine, and those of a scheduler are started "
-            "with 'dask worker'; leave one of --workers and --scheduler out."
-        )
-    if scheduler is not None:
-        require("cluster")
-    volume = source.read()
-    scene, size = Scene.of(volume, **options._asdict(), renderer="raycast"), options.image_size
-    # Late: impossible options are refused before it.
-    from model.samples.sample_rendering import render_store
-    from model.samples.sample_store import SampleStore
-    from model.training.sources import LEAST_HOLDOUT
-
-    holdout = holdout or max(LEAST_HOLDOUT, min(count // 10, MAX_HOLDOUT))
-    _check_room(out, (count + holdout - _rendered(out)) * 4 * size**2)
-    make_room_for(out)
-    store = SampleStore.create(out, scene, seed, {"train": count, "holdout": holdout})
-    damaged = store.reopen_damaged()
-    if damaged:
-        console.print(f"{out}: {damaged} samples are lost or altered; they are rendered again.")
-    rendered = store.rendered_samples()
-    total = rendered + store.missing_samples()
-    start, new_samples = time.monotonic(), 0
-
-    def advance(new: int) -> None:
-        nonlocal new_samples
-        new_samples += new
-        progress.advance(task, new)
-
-    try:
-        with counting("rendering", total, rendered) as (progress, task):
-            if scheduler is None:
-                render_store(store, volume, workers, advance)
-            else:
-                # Late: with it comes Dask.
-                from model.samples.cluster import render_store_on_cluster
-
-                render_store_on_cluster(store, volume, scheduler, advance)
-    except KeyboardInterrupt:
-        console.print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
-        raise
-    finally:
-        if new_samples:
-            store.add_rendering(time.monotonic() - start, new_samples)
-    seconds, timed = store.rendering
-    took = f" Rendering {timed:,} of them took {about(seconds)}." if timed else ""
-    console.print(
-        f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
-        f"of '{volume.name}', {size} x {size}, {scene.lighting} lighting, seed {seed}.{took}"
+    out: Path = options.folder(help="Zarr folder.", metavar="STORE")
+    count: int = options.option(
+        options.REQUIRED, "Training samples; a store never shrinks.", min=1, max=10_000_000
     )
+    source: VolumeSource = options.volume()
+    size: int = options.size()
+    seed: int = options.seed()
+    lighting: Lighting = options.lighting()
+    movable_light: bool = options.movable_light()
+    tf_family: TFFamily = options.option("drawn", options.FAMILY_HELP)
+    window: Range | None = options.window()
+    up: str = options.up()
+    holdout: int | None = options.option(
+        None, "Hold-out samples. (default: a tenth, at most 2000)", min=1
+    )
+    workers: int | None = options.workers()
+    scheduler: str | None = options.option(
+        None,
+        "Render on the workers of a Dask scheduler such as tcp://host:8786. (default: processes of "
+        "its own)",
+        metavar="ADDRESS",
+    )
+
+    def run(self) -> None:
+        """Create or continue a store until it holds the training samples and its hold-out."""
+        if self.workers and self.scheduler is not None:
+            raise TfscopeError(
+                "--workers counts processes of this machine, and those of a scheduler are started "
+                "with 'dask worker'; leave one of --workers and --scheduler out."
+            )
+        if self.scheduler is not None:
+            require("cluster")
+        volume = self.source.read()
+        scene = Scene.of(
+            volume,
+            self.size,
+            self.lighting,
+            self.window,
+            "raycast",
+            self.movable_light,
+            self.tf_family,
+            self.up,
+        )
+        # Late: impossible options are refused before it.
+        from app.cli.console import about, counting
+        from app.cli.outputs import make_room_for
+        from model.samples.sample_rendering import render_store
+        from model.samples.sample_store import SampleStore
+        from model.training.sources import LEAST_HOLDOUT
+
+        out = self.out
+        holdout = self.holdout or max(LEAST_HOLDOUT, min(self.count // 10, MAX_HOLDOUT))
+        _check_room(out, (self.count + holdout - _rendered(out)) * 4 * self.size**2)
+        make_room_for(out)
+        store = SampleStore.create(out, scene, self.seed, {"train": self.count, "holdout": holdout})
+        damaged = store.reopen_damaged()
+        if damaged:
+            print(f"{out}: {damaged} samples are lost or altered; they are rendered again.")
+        rendered = store.rendered_samples()
+        start, new_samples = time.monotonic(), 0
+
+        def advance(new: int) -> None:
+            nonlocal new_samples
+            new_samples += new
+            show(rendered + new_samples)
+
+        try:
+            with counting("rendering", rendered + store.missing_samples(), rendered) as show:
+                if self.scheduler is None:
+                    render_store(store, volume, self.workers, advance)
+                else:
+                    # Late: with it comes Dask.
+                    from model.samples.cluster import render_store_on_cluster
+
+                    render_store_on_cluster(store, volume, self.scheduler, advance)
+        except KeyboardInterrupt:
+            print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
+            raise
+        finally:
+            if new_samples:
+                store.add_rendering(time.monotonic() - start, new_samples)
+        seconds, timed = store.rendering
+        took = f" Rendering {timed:,} of them took {about(seconds)}." if timed else ""
+        print(
+            f"{out}: {store.count('train')} training and {store.count('holdout')} hold-out samples "
+            f"of '{volume.name}', {self.size} x {self.size}, {scene.lighting} lighting, "
+            f"seed {self.seed}.{took}"
+        )
 
 
 def _rendered(out: Path) -> int:
@@ -106,6 +122,8 @@ def _rendered(out: Path) -> int:
 
 def _check_room(out: Path, image_bytes: int) -> None:
     """Check the free disk space, assuming that compression is at most tenfold."""
+    from rich.filesize import decimal
+
     free = free_space(out)
     if image_bytes / 10 > free:
         raise TfscopeError(

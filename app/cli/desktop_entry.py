@@ -5,25 +5,27 @@ from __future__ import annotations
 import os
 import re
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
-import typer
-
-from app.cli.outputs import make_room_for, write_text
+from app.cli.outputs import write_text
 from model.errors import TfscopeError
 
 ICON = Path(__file__).resolve().parents[2] / "resources" / "icons" / "tfscope.png"
 
 
-def desktop_entry() -> None:
+@dataclass(frozen=True)
+class DesktopEntry:
     """Put tfscope into the desktop's menu, and among the programs for its sessions and volumes."""
-    if not sys.platform.startswith("linux"):
-        raise TfscopeError("Desktop entries are Linux's; elsewhere make a shortcut to tfscope.")
-    home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
-    entry = home / "applications" / "tfscope.desktop"
-    make_room_for(entry)
-    write_text(entry, _content())
-    typer.echo(f"{entry} is written.")
+
+    def run(self) -> None:
+        """Write the entry where the freedesktop.org looks for it."""
+        if not sys.platform.startswith("linux"):
+            raise TfscopeError("Desktop entries are Linux's; elsewhere make a shortcut to tfscope.")
+        home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+        entry = home / "applications" / "tfscope.desktop"
+        write_text(entry, _content())
+        print(f"{entry} is written.")
 
 
 def _content() -> str:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.progress import Progress, TaskID
-
-from app.cli.console import console, counting, print_table
-from app.cli.outputs import write_json
+from app.cli import options
 from model.errors import require
-from model.evaluation.job import EvaluationJob, run_evaluation
 from model.networks.card import MODEL_FILE, add_metrics, load_card
+from model.networks.names import DeviceChoice
+from model.volume_files.source import VolumeSource
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 MEASURES = {
     "rmse": "image RMSE",
@@ -31,18 +33,39 @@ AGREEMENTS = {
 }
 
 
-def evaluate_model(job: EvaluationJob, json_path: Path | None, record: bool = False) -> None:
-    """Measure the model, print a table, and write JSON and the card when asked."""
-    require("evaluate")
-    with _Bars() as bars:
-        figures = run_evaluation(job, bars.show, console.print)
-    _print(figures)
-    if "sensitivity_agreement" in figures:
-        _print_agreement(figures["sensitivity_agreement"])
-    if record:
-        _record(job.model, figures)
-    if json_path is not None:
-        write_json(json_path, {"model": str(job.model), **figures})
+@dataclass(frozen=True, kw_only=True)
+class Evaluate:
+    """Measure a model on hold-out samples, and the nearest training image with it."""
+
+    model: Path = options.model(default=options.REQUIRED)
+    count: int = options.option(2000, "Hold-out samples.", min=1)
+    volume: VolumeSource = options.volume("scalar_range", "scale")
+    store: Path | None = options.store()
+    json: Path | None = options.output(
+        "Also write the result.", ".json", default=None, metavar="OUT.json"
+    )
+    record: bool = options.option(False, "Also write the errors into the model's card.")
+    device: DeviceChoice = options.device()
+    workers: int | None = options.workers()
+
+    def run(self) -> None:
+        """Measure the model, print a table, and write JSON and the card when asked."""
+        from app.cli.outputs import write_json
+
+        require("evaluate")
+        # Late: with it comes torch.
+        from model.evaluation.job import EvaluationJob, run_evaluation
+
+        with _Bars() as bars:
+            job = EvaluationJob(**options.same_named(self, EvaluationJob))
+            figures = run_evaluation(job, bars.show, print)
+        _print(figures)
+        if "sensitivity_agreement" in figures:
+            _print_agreement(figures["sensitivity_agreement"])
+        if self.record:
+            _record(self.model, figures)
+        if self.json is not None:
+            write_json(self.json, {"model": str(self.model), **figures})
 
 
 def _record(folder: Path, figures: dict[str, Any]) -> None:
@@ -56,40 +79,29 @@ def _record(folder: Path, figures: dict[str, Any]) -> None:
         kinds=figures["kinds"],
         **{name: figures[name] for name in ("sensitivity_agreement",) if name in figures},
     )
-    console.print(f"The errors are in {folder / MODEL_FILE}.")
+    print(f"The errors are in {folder / MODEL_FILE}.")
 
 
-class _Bars:
+class _Bars(ExitStack):
     """One progress bar after the other, one for each activity."""
 
-    def __init__(self) -> None:
-        self._activity = ""
-        self._stack = ExitStack()
-        self._bar: tuple[Progress, TaskID] | None = None
-
-    def __enter__(self) -> _Bars:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self.end()
-
-    def end(self) -> None:
-        """Leave the present bar as it is."""
-        self._stack.close()
-        self._activity, self._bar = "", None
+    _activity = ""
+    _show: Callable[[int], None]
 
     def show(self, activity: str, done: int, total: int) -> None:
         """Show the progress of an activity."""
+        from app.cli.console import counting
+
         if activity != self._activity:
-            self.end()
+            self.close()
             self._activity = activity
-            self._bar = self._stack.enter_context(counting(activity, total))
-        assert self._bar is not None
-        progress, task = self._bar
-        progress.update(task, completed=done)
+            self._show = self.enter_context(counting(activity, total))
+        self._show(done)
 
 
 def _print_agreement(agreement: dict[str, Any]) -> None:
+    from app.cli.console import print_table
+
     title = (
         f"sensitivity to the opacity TF against the renderer's own, {agreement['count']} samples"
     )
@@ -102,6 +114,8 @@ def _print_agreement(agreement: dict[str, Any]) -> None:
 
 
 def _print(result: dict[str, Any]) -> None:
+    from app.cli.console import print_table
+
     neighbor = result["nearest_neighbor"]
     statistics = ("mean", "median", "p95")
     heading = [f"{who}\n{s}" for who in ("generator", "nearest") for s in statistics]
@@ -114,6 +128,6 @@ def _print(result: dict[str, Any]) -> None:
         cells += [f"{other[s]:.4f}" if other else "" for s in statistics]
         rows.append([label, *cells])
     print_table(f"{result['count']} hold-out samples", ["", *heading], rows)
-    console.print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
+    print(f"nearest: the nearest of {neighbor['count']} training images, by RMSE")
     kinds = [f"{kind} {k['rmse']:.4f} ({k['count']})" for kind, k in result["kinds"].items()]
-    console.print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")
+    print(f"image RMSE by kind of opacity TF (samples): {', '.join(kinds)}")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from typing import Any
 
+from app.cli import options, values
 from app.cli.captions import range_text
-from app.cli.console import print_facts
 from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
 from model.scene.robust_range import robust_range
 from model.scene.scene import RENDERER_NAMES
@@ -15,39 +16,47 @@ from model.volume_files.description import as_data, describe
 from model.volume_files.source import VolumeSource
 
 
-def print_info(source: VolumeSource, as_json: bool = False) -> None:
-    """Print a model's card, or a volume's description, as a table or as JSON."""
-    path = source.path
-    if path is not None and (path / MODEL_FILE).exists():
-        # Late: a volume's description needs no networks.
-        from model.networks.blocks import parameter_count
-        from model.networks.checkpoint import load_model
+@dataclass(frozen=True, kw_only=True)
+class Info:
+    """Print what a volume file or a model folder holds."""
 
-        card, network = load_model(path)
-        rows = [*_card_rows(card)]
-        rows.append(("parameters", f"{parameter_count(network):,}"))
-        if as_json:
-            print(json.dumps(dict(rows), indent=1))
+    source: VolumeSource = options.volume(
+        *("scalar_range", "scale"),
+        path=options.argument(
+            "A volume or a model.", metavar="FILE_OR_MODEL", callback=values.volume
+        ),
+    )
+    as_json: bool = options.option(False, "Print it as JSON, for programs.", flag="--json")
+
+    def run(self) -> None:
+        """Print a model's card, or a volume's description, as a table or as JSON."""
+        path = self.source.path
+        if path is not None and (path / MODEL_FILE).exists():
+            # Late: a volume's description needs no networks.
+            from model.networks.blocks import parameter_count
+            from model.networks.checkpoint import load_model
+
+            card, network = load_model(path)
+            rows = [*_card_rows(card), ("parameters", f"{parameter_count(network):,}")]
+            self._print(rows, dict(rows))
+            return
+        volume = self.source.read_whole()
+        shown, is_offered = robust_range(volume), suits_logarithm(volume.distribution)
+        rows = describe(volume)
+        if shown != volume.data_range:
+            rows.append(("shown over", f"{range_text(shown, volume.scale)}, without outliers"))
+        if is_offered:
+            rows.append(("scale", f"{LOGARITHM_OFFER} (--scale log)"))
+        found = {"shown_range": list(shown), "suits_logarithm": is_offered}
+        self._print(rows, {"path": str(path), **as_data(volume), **found})
+
+    def _print(self, rows: list[tuple[str, str]], data: dict[str, Any]) -> None:
+        if self.as_json:
+            print(json.dumps(data, indent=1))
         else:
-            print_facts(str(path), rows)
-        return
-    volume = source.read_whole()
-    shown, is_offered = robust_range(volume), suits_logarithm(volume.distribution)
-    if as_json:
-        data = {
-            "path": str(path),
-            **as_data(volume),
-            "shown_range": list(shown),
-            "suits_logarithm": is_offered,
-        }
-        print(json.dumps(data, indent=1))
-        return
-    rows = describe(volume)
-    if shown != volume.data_range:
-        rows.append(("shown over", f"{range_text(shown, volume.scale)}, without outliers"))
-    if is_offered:
-        rows.append(("scale", f"{LOGARITHM_OFFER} (--scale log)"))
-    print_facts(str(path), rows)
+            from app.cli.console import print_facts
+
+            print_facts(str(self.source.path), rows)
 
 
 def _card_rows(card: ModelCard) -> list[tuple[str, str]]:

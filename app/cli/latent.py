@@ -9,28 +9,21 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.progress import Progress
 
+from app.cli import options, values
 from app.cli.captions import range_text, tf_text, view_text
-from app.cli.console import console
-from app.cli.latent_order import Brush, LatentOrder, Place
-from app.cli.outputs import make_room_for
-from app.cli.render import load_fitted
-from app.figures.mosaic import mosaic
 from model.errors import LatentError, RenderError, reason
 from model.files import writing
 from model.latent.codes import Codes, PictureOf
-from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
 from model.networks.card import load_card
 from model.scene.inputs import SceneInputs
 from model.scene.scene import default_scalar_window
-from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import OpacityTF, TransferFunction
+from model.scene.view import View
 from model.scene.volume import Volume
-from model.volume_files.first_tf import first_transfer_function
-from model.volume_files.source import volume_of
+from model.volume_files.source import VolumeSource, volume_of
 
 PICTURES: dict[PictureOf, str] = {
     "code": "drawn from the latent codes",
@@ -43,15 +36,7 @@ Images = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class _Engine:
-    """Engine that draws pictures of codes.
-
-    Attributes
-    ----------
-    draw : callable
-        From codes (n, d) to images (n, S, S, 4).
-    of : {"code", "tf"}
-        What of a code is drawn.
-    """
+    """What draws pictures of codes: images (n, S, S, 4) of codes (n, d) or of their TFs."""
 
     draw: Callable[[Codes], Images]
     close: Callable[[], None]
@@ -62,16 +47,8 @@ class _Engine:
 class _Found:
     """Arrays for an `.npz` file, and what a figure shows.
 
-    Attributes
-    ----------
-    grid : ndarray, shape (H, W, 3), or None
-        Pictures of the cells.
-    picture : ndarray, shape (H, W, 3), or None
-        Of the place.
-    place : tuple of float, or None
-        With the radius of its disc, or 0.
-    opacity_tf : OpacityTF or None
-        Of the place.
+    `grid` has the pictures of the cells, `picture` is that of the place, whose radius is that of
+    its disc or 0; both are (H, W, 3).
     """
 
     arrays: dict[str, NDArray[Any]]
@@ -80,80 +57,127 @@ class _Found:
     place: tuple[float, float, float] | None = None
     opacity_tf: OpacityTF | None = None
 
-    def beside(self, place: _Found) -> _Found:
-        """Return a grid with a place."""
-        return replace(place, arrays={**self.arrays, **place.arrays}, grid=self.grid)
 
+@dataclass(frozen=True, kw_only=True)
+class Latent:
+    """Map opacity TFs by their latent codes, and draw what its parts show."""
 
-def save_latent(order: LatentOrder) -> None:
-    """Open or compute the map, answer the question, and write the result."""
-    volume = _volume(order)
-    if order.model is not None:
-        space = LatentSpace.of_model(order.model)
-    else:
-        space = LatentSpace.shipped(
-            volume.scalar_range, default_scalar_window(volume), volume.scale
+    out: Path = options.output(
+        "OUT.npz: all arrays, OUT.png: a figure, OUT.json: the TF at --at or --near.",
+        *(".npz", ".png", ".json"),
+        metavar="OUT",
+    )
+    source: VolumeSource = options.volume()
+    model: Path | None = options.model(
+        default=None, help="Take this model's codec and pictures, not tfscope's and exact ones."
+    )
+    grid: tuple[float, float, float, float] | None = options.option(
+        None,
+        "Pictures of this rectangle's 4 x 4 cells.",
+        metavar="X0,Y0,X1,Y1",
+        parser=values.numbers(4, "--grid"),
+    )
+    at: tuple[float, float] | None = options.option(
+        None,
+        "The TF interpolated at a place of the map.",
+        metavar="X,Y",
+        parser=values.numbers(2, "--at"),
+    )
+    near: Path | None = options.tf(default=None, help="The place of this TF, and its code's TF.")
+    view: View = options.view()
+    tf: Path | None = options.tf(default=None, help="Its colours. (default: the volume's)")
+    size: int = options.size(default=128, help="Pixels; a model has its own size.", max=1024)
+
+    def run(self) -> None:
+        """Open or compute the map, answer the question, and write the result."""
+        self._check()
+        # Late: with it comes torch.
+        from app.cli.drawers import load_fitted
+        from app.cli.outputs import make_room_for
+        from model.volume_files.first_tf import first_transfer_function
+
+        if self.model is None:
+            volume = self.source.read()
+            space = LatentSpace.shipped(
+                volume.scalar_range, default_scalar_window(volume), volume.scale
+            )
+        else:
+            volume = volume_of(load_card(self.model).scene, self.source)
+            space = LatentSpace.of_model(self.model)
+        map_ = _final(space, space.open_map())
+        colors = first_transfer_function(volume)
+        if self.tf is not None:
+            colors = load_fitted(self.tf, volume.scalar_range, volume.scale)
+        engine = _engine(self, volume, space, SceneInputs.of(self.view, colors))
+        try:
+            found = _Found({})
+            if self.grid is not None:
+                found = _grid(map_, self.grid, engine)
+            if self.at is not None:
+                place = _at(space, map_, self.at, engine)
+                found = replace(place, arrays={**found.arrays, **place.arrays}, grid=found.grid)
+            elif self.near is not None:
+                tf = load_fitted(self.near, volume.scalar_range, volume.scale)
+                found = _near(space, map_, tf.opacity, engine)
+        finally:
+            engine.close()
+        make_room_for(self.out)
+        if self.out.suffix.lower() == ".png":
+            _draw_figure(self, volume, map_, found, colors, engine.of)
+        else:
+            _write(self.out, map_, found, colors)
+        samples = map_.samples
+        singular = ", ".join(f"{value:.3g}" for value in samples.singular_values)
+        print(
+            f"{len(samples.codes):,} codes; singular values {singular}; "
+            f"effective dimension {samples.effective_dimension:.1f} of {samples.codes.shape[1]}."
         )
-    map_ = _final(space, space.open_map())
-    colors = first_transfer_function(volume)
-    if order.tf is not None:
-        colors = load_fitted(order.tf, volume.scalar_range, volume.scale)
-    inputs = SceneInputs.of(order.view, colors)
-    engine = _engine(order, volume, space, inputs)
-    try:
-        found = _Found({})
-        if order.grid is not None:
-            found = _grid(map_, order.grid, engine)
-        if order.at is not None:
-            found = found.beside(_at(space, map_, order.at, engine))
-        elif order.near is not None:
-            tf = load_fitted(order.near, volume.scalar_range, volume.scale)
-            found = _near(space, map_, tf.opacity, engine)
-    finally:
-        engine.close()
-    make_room_for(order.out)
-    if order.out.suffix.lower() == ".png":
-        _draw_figure(order, volume, map_, found, colors, engine.of)
-    else:
-        _write(order.out, map_, found, colors)
-    _tell(map_)
 
-
-def _volume(order: LatentOrder) -> Volume:
-    if order.model is None:
-        return order.volume.read()
-    scene = load_card(order.model).scene
-    return volume_of(scene, order.volume)
+    def _check(self) -> None:
+        if self.near is not None and (self.grid is not None or self.at is not None):
+            raise LatentError(
+                "Give --near alone: together with --grid or --at it would be a second place."
+            )
+        if self.model is not None and self.source.is_placed:
+            raise LatentError(
+                "A model draws over the range and scale that it was trained on; leave --range and "
+                "--scale out."
+            )
+        if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
+            raise LatentError(
+                f"{self.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"
+            )
 
 
 def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
     """Return the map at its final places, which are computed and kept if need be."""
     if map_.is_final:
         return map_
-    places = _compute(map_)
+    from rich.progress import Progress
+
+    from app.cli.console import console
+    from model.latent.embedding import EmbeddingProcess
+
+    with Progress(console=console) as progress:
+        task = progress.add_task("Computing the map", total=1.0)
+        places = EmbeddingProcess(map_.codes).run(
+            lambda done: progress.update(task, completed=done)
+        )
+    assert places is not None
     try:
         space.keep_map(map_.codes, places)
     except LatentError as error:
-        console.print(str(error))
+        print(error)
     return map_.moved(places)
 
 
-def _compute(map_: LatentMap) -> NDArray[np.float32]:
-    process = EmbeddingProcess(map_.codes)
-    with Progress(console=console) as progress:
-        task = progress.add_task("Computing the map", total=1.0)
-        places = process.run(lambda done: progress.update(task, completed=done))
-    assert places is not None
-    return places
-
-
-def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: SceneInputs) -> _Engine:
-    """Return what draws; its pictures have the view and the colours of the inputs."""
-    if order.model is not None:
+def _engine(asked: Latent, volume: Volume, space: LatentSpace, inputs: SceneInputs) -> _Engine:
+    """Return what draws pictures of the view and the colours of the inputs."""
+    if asked.model is not None:
         from model.generator.generator import Generator
         from model.latent.code_pictures import draw_codes
 
-        generator = Generator.load(order.model)
+        generator = Generator.load(asked.model)
         return _Engine(
             lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None, "code"
         )
@@ -163,12 +187,14 @@ def _engine(order: LatentOrder, volume: Volume, space: LatentSpace, inputs: Scen
 
     def draw(codes: Codes) -> Images:
         tfs = space.tfs_of(codes)
-        return np.stack([renderer.render(replace(inputs, opacity_tf=tf), order.size) for tf in tfs])
+        return np.stack([renderer.render(replace(inputs, opacity_tf=tf), asked.size) for tf in tfs])
 
     return _Engine(draw, renderer.close, "tf")
 
 
-def _grid(map_: LatentMap, brush: Brush, engine: _Engine) -> _Found:
+def _grid(map_: LatentMap, brush: tuple[float, float, float, float], engine: _Engine) -> _Found:
+    from app.figures.mosaic import mosaic
+
     cells = map_.cells(brush)
     filled = cells.count > 0
     if not filled.any():
@@ -182,17 +208,17 @@ def _grid(map_: LatentMap, brush: Brush, engine: _Engine) -> _Found:
     return _Found(arrays, mosaic(images[..., :3]))
 
 
-def _at(space: LatentSpace, map_: LatentMap, place: Place, engine: _Engine) -> _Found:
+def _at(space: LatentSpace, map_: LatentMap, place: tuple[float, float], engine: _Engine) -> _Found:
     blend = map_.at(place)
     if not blend.samples:
-        console.print("No sample lies in the disc around this place; the nearest one is taken.")
+        print("No sample lies in the disc around this place; the nearest one is taken.")
     return _one(space, blend.code, np.array(place), engine, map_.radius)
 
 
 def _near(space: LatentSpace, map_: LatentMap, tf: OpacityTF, engine: _Engine) -> _Found:
     code = space.code_of(tf)
     place = map_.place(code)
-    console.print(f"The TF lies near {place[0]:.3f},{place[1]:.3f} on the map.")
+    print(f"The TF lies near {place[0]:.3f},{place[1]:.3f} on the map.")
     found = _one(space, code, np.array(place), engine)
     return replace(found, arrays={**found.arrays, "neighbours": map_.nearest(code, 8)})
 
@@ -204,6 +230,8 @@ def _one(
     engine: _Engine,
     radius: float = 0.0,
 ) -> _Found:
+    from model.scene.tf_fitting import fitted_curve
+
     tf = space.tf_of(code)
     image = engine.draw(code[None])[0]
     arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
@@ -212,7 +240,7 @@ def _one(
 
 
 def _draw_figure(
-    order: LatentOrder,
+    asked: Latent,
     volume: Volume,
     map_: LatentMap,
     found: _Found,
@@ -222,7 +250,7 @@ def _draw_figure(
     from app.figures.latent_figure import LatentFigure, save_latent_figure
     from app.figures.tf_plot import TFPlot
 
-    drawn_by = "ray caster" if order.model is None else f"model {order.model.name}"
+    drawn_by = "ray caster" if asked.model is None else f"model {asked.model.name}"
     units = f" ({volume.units})" if volume.units else ""
     tf = None
     if found.opacity_tf is not None:
@@ -234,33 +262,33 @@ def _draw_figure(
             f"scalar value{units}",
         )
     save_latent_figure(
-        order.out,
+        asked.out,
         LatentFigure(
-            f"{volume.name}, view {view_text(order.view)}, by the {drawn_by}",
+            f"{volume.name}, view {view_text(asked.view)}, by the {drawn_by}",
             map_.places,
             found.grid,
-            order.grid,
+            asked.grid,
             found.picture,
             found.place,
             tf,
-            _explanation(order, volume, of),
+            _explanation(asked, volume, of),
         ),
     )
 
 
-def _explanation(order: LatentOrder, volume: Volume, of: PictureOf) -> str:
+def _explanation(asked: Latent, volume: Volume, of: PictureOf) -> str:
     """Say what the parts of the figure are."""
     facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
-    if order.grid is not None:
+    if asked.grid is not None:
         facts.append("orange: a rectangle, whose cells' pictures are on the left")
-    if order.at is not None:
+    if asked.at is not None:
         facts.append("blue: the weights of the codes that the picture on the right is of")
-    elif order.near is not None:
+    elif asked.near is not None:
         facts.append("blue cross: the approximate place of the TF")
-    if order.grid is not None or order.at is not None or order.near is not None:
-        lighting = "none" if order.model is None else load_card(order.model).scene.lighting
+    if asked.grid is not None or asked.at is not None or asked.near is not None:
+        lighting = "none" if asked.model is None else load_card(asked.model).scene.lighting
         facts.append(
-            f"pictures {PICTURES[of]}, colours of the {tf_text(order.tf)}, lighting {lighting}"
+            f"pictures {PICTURES[of]}, colours of the {tf_text(asked.tf)}, lighting {lighting}"
         )
     units = f" {volume.units}" if volume.units else ""
     facts.append(f"TFs over {range_text(volume.scalar_range, volume.scale)}{units}")
@@ -287,12 +315,3 @@ def _write(out: Path, map_: LatentMap, found: _Found, colors: TransferFunction) 
                 )
     except OSError as error:
         raise RenderError(f"{out}: the result cannot be written ({reason(error)}).") from error
-
-
-def _tell(map_: LatentMap) -> None:
-    samples = map_.samples
-    values = ", ".join(f"{value:.3g}" for value in samples.singular_values)
-    console.print(
-        f"{len(samples.codes):,} codes; singular values {values}; "
-        f"effective dimension {samples.effective_dimension:.1f} of {samples.codes.shape[1]}."
-    )

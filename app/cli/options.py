@@ -1,234 +1,233 @@
-"""Options shared by several commands."""
+"""Commands as dataclasses: a field is an option, its type and default are the option's."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import MISSING, Field, field, fields
+from functools import partial
+from inspect import Parameter, Signature
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from app.cli import values
-from model.networks.names import DeviceChoice, PrecisionChoice
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
-from model.scene.region import Region
-from model.scene.scene import Lighting, TFFamily
-from model.scene.value_scale import ValueScale
-from model.scene.view import View
 
-VolumeFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--volume",
-        help="Volume file or DICOM folder. (default: one that ships)",
-        callback=values.volume,
-    ),
-]
-VolumeFiles = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--volume",
-        help="Volume file; may be repeated. (default: the shipped ones)",
-        callback=values.volumes,
-    ),
-]
-RawLayoutText = Annotated[
-    str | None,
-    typer.Option(
-        "--raw",
-        metavar="LAYOUT",
-        help="Of a headerless file: dimensions, type and byte order, "
-        "such as 256x256x110_uint16_big. (default: from its name)",
-    ),
-]
-ComponentName = Annotated[
-    str | None,
-    typer.Option(
-        "--component",
-        metavar="N|magnitude",
-        help="What to take where each voxel has several numbers.",
-    ),
-]
-SeriesName = Annotated[
-    str | None,
-    typer.Option(
-        "--series",
-        metavar="NAME|N",
-        help="Which series, image or stack of a file or folder; info lists them. "
-        "(default: the largest)",
-    ),
-]
-ArrayName = Annotated[
-    str | None,
-    typer.Option(
-        "--array",
-        metavar="NAME|N",
-        help="Which array of a file. (default: the largest that is no mask or list of ids)",
-    ),
-]
-TimeName = Annotated[
-    str | None,
-    typer.Option("--time", metavar="NAME|N", help="Which time step, from 0. (default: the first)"),
-]
-ChannelName = Annotated[
-    str | None,
-    typer.Option("--channel", metavar="NAME|N", help="Which channel. (default: the first)"),
-]
-ScalarRange = Annotated[
-    str | None,
-    typer.Option(
-        "--range",
-        metavar="LO,HI",
-        help="Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles "
-        "of the voxels. Values beyond look as those at its ends do. (default: that of --tf, or "
-        "of the voxels without outliers)",
-        callback=values.scalar_range,
-    ),
-]
-ScaleName = Annotated[
-    ValueScale | None,
-    typer.Option(
-        "--scale",
-        help="Scale of the scalar axis: values as they are, or their logarithm. "
-        "(default: that of --tf, or linear)",
-    ),
-]
-ModelFolder = Annotated[
-    Path | None,
-    typer.Option("--model", help="Folder of a trained model.", callback=values.model),
-]
-PictureSize = Annotated[
-    int, typer.Option("--size", min=16, max=4096, help="Width and height in pixels.")
-]
-DeviceName = Annotated[DeviceChoice, typer.Option("--device", help="Where networks run.")]
-TrainingPrecisionName = Annotated[
-    PrecisionChoice,
-    typer.Option(
-        "--precision", help="Digits that steps are computed in. (auto: the faster one here)"
-    ),
-]
-LightingName = Annotated[
-    Lighting,
-    typer.Option(
-        "--lighting",
-        help="Emission-absorption alone, gradient shading, shadows and ambient light from a "
-        "grid (ray caster), or light scattered many times (path tracer).",
-    ),
-]
-LightAngles = Annotated[
-    LightDirection | None,
-    typer.Option(
-        "--light",
-        metavar="AZ,EL",
-        parser=values.light,
-        help="Direction to the light in degrees: to the right of the view and above it. "
-        "(default: the model's, or -30,30)",
-    ),
-]
-MovableLight = Annotated[
-    bool,
-    typer.Option(
-        "--movable-light", help="Draw the light's direction at random: models can follow it."
-    ),
-]
+REQUIRED = MISSING
+"""Default of an option that must be given."""
+
+
+def option(default: Any, help: str, **details: Any) -> Any:
+    """Field that is an option: ``--field-name``, unless `flag` names another one.
+
+    The details are those of ``typer.Option``, such as metavar, min, max, parser and callback.
+    """
+    return field(default=default, metadata={"help": help, **details})
+
+
+def argument(help: str, **details: Any) -> Any:
+    """Field that is a required word without an option's name."""
+    return field(metadata={"help": help, "flag": None, **details})
+
+
+def output(help: str, *suffixes: str, default: Any = REQUIRED, **details: Any) -> Any:
+    """Option that is an output file with one of some suffixes."""
+    return option(default, help, callback=values.output(*suffixes), **details)
+
+
+folder = partial(option, default=REQUIRED, metavar="DIR", callback=values.output_folder)
+model = partial(option, default=None, help="Folder of a trained model.", callback=values.model)
+device = partial(option, default="auto", help="Where networks run.")
+size = partial(option, default=256, help="Width and height in pixels.", min=16, max=4096)
+lighting = partial(
+    option,
+    default="none",
+    help="Emission-absorption alone, gradient shading, shadows and ambient light from a grid (ray "
+    "caster), or light scattered many times (path tracer).",
+)
+light = partial(
+    option,
+    default=None,
+    help="Direction to the light in degrees: to the right of the view and above it. (default: the "
+    "model's, or -30,30)",
+    metavar="AZ,EL",
+    parser=LightDirection.parse,
+)
+movable_light = partial(
+    option, default=False, help="Draw the light's direction at random: models can follow it."
+)
 FAMILY_HELP = (
     "Random opacity TFs: the paper's mixtures of Gaussian modes, or also ramps, plateaus, steps, "
     "bands, free curves, constants and empty ones, as people draw them."
 )
-TFFamilyName = Annotated[TFFamily, typer.Option("--tf-family", help=FAMILY_HELP)]
 VIEW_HELP = (
     "Degrees, and the distance in units of the one at which the whole volume is in view: 1 is "
-    "the farthest that models are trained for, 0.4 the nearest. X,Y puts the volume's centre "
-    "beside the image's, in halves of its height."
+    "the farthest that models are trained for, 0.4 the nearest. X,Y moves the volume's centre away "
+    "from the image's, in halves of its height."
 )
-ViewNumbers = Annotated[
-    View,
-    typer.Option(
-        "--view",
-        metavar="AZ,EL,ROLL,DIST[,X,Y]",
-        help=VIEW_HELP,
-        parser=values.view,
-        show_default="30,20,0,1",
+view = partial(
+    option,
+    default=values.HOME_VIEW,
+    help=VIEW_HELP,
+    metavar="AZ,EL,ROLL,DIST[,X,Y]",
+    parser=values.view,
+    show_default="30,20,0,1",
+)
+crop = partial(
+    option,
+    default=None,
+    help="Show a box of the volume only, in fractions of its length along each axis. (default: "
+    "0,1,0,1,0,1)",
+    metavar="X0,X1,Y0,Y1,Z0,Z1",
+    parser=CropBox.parse,
+)
+tf = partial(
+    option,
+    default=None,
+    help="Transfer function. (default: from the data)",
+    metavar="TF.json",
+    callback=values.tf,
+)
+window = partial(
+    option,
+    default=None,
+    help="Scalar values between which random opacity modes lie. (default: from the data)",
+    metavar="LO,HI",
+    parser=values.scalar_window,
+)
+up = partial(
+    option,
+    default="",
+    help="Axis of the volume that points up in the samples' views: +x, -x, +y, -y, +z or -z. "
+    "(default: as the file says, or +z)",
+    metavar="AXIS",
+    callback=values.up_axis,
+    show_default=False,
+)
+store = partial(
+    option,
+    default=None,
+    help="Samples made with 'dataset'. (default: rendered by this command)",
+    flag="--dataset",
+    metavar="STORE",
+    callback=values.store,
+)
+workers = partial(
+    option,
+    default=None,
+    help="Processes that render; in training, threads. (default: one per core)",
+    min=1,
+)
+seed = partial(
+    option,
+    default=0,
+    help="The same seed gives the same samples, and on one CPU the same training; GPUs add up in "
+    "another order each time.",
+    min=0,
+)
+
+_VOLUME: dict[str, Field[Any]] = {
+    "path": option(
+        None,
+        "Volume file or DICOM folder. (default: one that ships)",
+        flag="--volume",
+        callback=values.volume,
     ),
-]
-CropPlanes = Annotated[
-    CropBox | None,
-    typer.Option(
-        "--crop",
-        metavar="X0,X1,Y0,Y1,Z0,Z1",
-        help="Show a box of the volume only, in fractions of its length along each axis. "
-        "(default: 0,1,0,1,0,1)",
-        parser=values.crop_box,
+    "raw": option(
+        None,
+        "Of a headerless file: dimensions, type and byte order, such as "
+        "256x256x110_uint16_big. (default: from its name)",
+        metavar="LAYOUT",
     ),
-]
-RegionEdges = Annotated[
-    Region | None,
-    typer.Option(
-        "--region",
-        metavar="X0,Y0,X1,Y1",
-        help="Where in the TF does this rectangle of pixels react? (default: the whole image)",
-        parser=values.region,
+    "component": option(
+        None, "What to take where each voxel has several numbers.", metavar="N|magnitude"
     ),
-]
-TFFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--tf",
-        metavar="TF.json",
-        help="Transfer function. (default: from the data)",
-        callback=values.tf,
+    "series": option(
+        None,
+        "Which series, image or stack of a file or folder; info lists them. (default: the largest)",
+        metavar="NAME|N",
     ),
-]
-Window = Annotated[
-    str | None,
-    typer.Option(
-        "--window",
+    "array": option(
+        None,
+        "Which array of a file. (default: the largest that is no mask or list of ids)",
+        metavar="NAME|N",
+    ),
+    "time": option(
+        None, "Which time step, from 0. (default: the first)", metavar="NAME|N"
+    ),
+    "channel": option(None, "Which channel. (default: the first)", metavar="NAME|N"),
+    "scalar_range": option(
+        None,
+        "Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles of the "
+        "voxels. Values beyond look as those at its ends do. (default: that of --tf, or of the "
+        "voxels without outliers)",
+        flag="--range",
         metavar="LO,HI",
-        help="Scalar values between which random opacity modes lie. (default: from the data)",
+        callback=values.scalar_range,
     ),
-]
-UpAxis = Annotated[
-    str | None,
-    typer.Option(
-        "--up",
-        metavar="AXIS",
-        help="Axis of the volume that points up in the samples' views: +x, -x, +y, -y, +z or -z. "
-        "(default: as the file says, or +z)",
-        callback=values.up_axis,
+    "scale": option(
+        None,
+        "Scale of the scalar axis: values as they are, or their logarithm. (default: that of "
+        "--tf, or linear)",
     ),
-]
-JsonFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--json",
-        metavar="OUT.json",
-        help="Also write the result.",
-        callback=values.output(".json"),
-    ),
-]
-StoreFolder = Annotated[
-    Path | None,
-    typer.Option(
-        "--dataset",
-        metavar="STORE",
-        help="Samples made with 'dataset'. (default: rendered by this command)",
-        callback=values.store,
-    ),
-]
-Workers = Annotated[
-    int | None,
-    typer.Option(
-        "--workers",
-        min=1,
-        help="Processes that render; in training, threads. (default: one per core)",
-    ),
-]
-Seed = Annotated[
-    int,
-    typer.Option(
-        "--seed",
-        min=0,
-        help="The same seed gives the same samples, and on one CPU the same training; GPUs add "
-        "up in another order each time.",
-    ),
-]
+}  # fmt: skip
+
+
+def volume(*left_out: str, **others: Any) -> Any:
+    """Field that is a :class:`VolumeSource`, whose own fields are options.
+
+    Some can be left out, and others be replaced.
+    """
+    parts = {name: part for name, part in {**_VOLUME, **others}.items() if name not in left_out}
+    return field(metadata={"parts": parts})
+
+
+def as_function(command: type) -> Callable[..., None]:
+    """Return a function for typer: it makes a command's dataclass and calls its ``run``."""
+    hints = get_type_hints(command)
+    own = {each.name: each for each in fields(command)}
+    parameters = [*_parameters(own, hints)]
+
+    def run(**given: Any) -> None:
+        for name, each in own.items():
+            if "parts" in each.metadata:
+                group = hints[name](**{part: given.pop(part) for part in each.metadata["parts"]})
+                group.check()
+                given[name] = group
+        command(**given).run()
+
+    # Typer reads options from both.
+    run.__signature__ = Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {each.name: each.annotation for each in parameters}
+    run.__doc__ = command.__doc__
+    return run
+
+
+def _parameters(own: Mapping[str, Field[Any]], hints: dict[str, Any]) -> Iterator[Parameter]:
+    """Yield the parameters of fields that are options, and of those in groups of them."""
+    for name, each in own.items():
+        details = dict(each.metadata)
+        if "parts" in details:
+            yield from _parameters(details["parts"], get_type_hints(hints[name]))
+            continue
+        hint = hints[name]
+        if details:
+            flag = details.pop("flag", f"--{name.replace('_', '-')}")
+            # What has a parser is a text to typer, which takes tuples for several words.
+            kind = str if "parser" in details else hint
+            made = typer.Option(flag, **details) if flag else typer.Argument(**details)
+            hint = Annotated[kind, made]
+        elif hint is not typer.Context:
+            continue
+        default = Parameter.empty if each.default is MISSING else each.default
+        yield Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
+def same_named(options: Any, target: type) -> dict[str, Any]:
+    """Return a command's options that are fields of a dataclass, too."""
+    return {
+        each.name: getattr(options, each.name)
+        for each in fields(target)
+        if hasattr(options, each.name)
+    }

@@ -12,14 +12,9 @@ from model.files import write_atomically
 
 
 def check_output(path: Path) -> None:
-    """Check that an output file can be written, before a long computation.
+    """Check before a long computation that an output file can be written.
 
-    Its folder need not be there: :func:`make_room_for` makes it once there is a result.
-
-    Raises
-    ------
-    TfscopeError
-        When the file could not be written.
+    Its folder may be missing: :func:`make_room_for` makes it once there is a result.
     """
     if path.is_dir():
         raise _refusal(path, "it is a folder; give the name of a file")
@@ -27,26 +22,14 @@ def check_output(path: Path) -> None:
 
 
 def check_output_folder(path: Path) -> None:
-    """Check that a folder is there or can be made, and be written to.
-
-    Raises
-    ------
-    TfscopeError
-        When it could not.
-    """
+    """Check that a folder is there or can be made, and be written to."""
     if path.exists() and not path.is_dir():
         raise _refusal(path, "the folder cannot be made, as there is a file; choose another place")
     _check_place(path)
 
 
 def make_room_for(path: Path) -> None:
-    """Make the folder of an output file, and those around it, where they are missing.
-
-    Raises
-    ------
-    TfscopeError
-        When it cannot be made.
-    """
+    """Make the folder of an output file, and those around it, where they are missing."""
     try:
         path.absolute().parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -56,18 +39,12 @@ def make_room_for(path: Path) -> None:
 
 
 def write_json(path: Path, result: dict[str, Any]) -> None:
-    """Write a result as JSON; see :func:`write_text`."""
+    """Write a result as JSON, in a folder that is made if it is missing."""
     write_text(path, json.dumps(result, indent=2, allow_nan=False) + "\n")
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, in a folder that is made if it is missing.
-
-    Raises
-    ------
-    TfscopeError
-        When the file cannot be written.
-    """
+    """Write a text file, in a folder that is made if it is missing."""
     make_room_for(path)
     try:
         write_atomically(path, text.encode())
@@ -76,7 +53,6 @@ def write_text(path: Path, text: str) -> None:
 
 
 def _check_place(path: Path) -> None:
-    """Refuse a path that cannot be written to, or made."""
     place = path.absolute()
     while not place.exists():
         place = place.parent

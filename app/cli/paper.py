@@ -1,264 +1,75 @@
-"""``paper``: the paper's figures and tables, made anew."""
+"""``paper``: the options of the paper's figures and tables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cached_property
-from math import inf
+from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import Literal
 
-from app.cli.choices import PaperItem
-from app.cli.console import about, console, counting, print_table
-from app.cli.outputs import make_room_for, write_json, write_text
-from app.cli.paper_order import QUICK_COUNT, PaperOrder
-from app.cli.render import load_fitted
-from model.errors import CheckpointError
-from model.generator.catalog import shipped_models
-from model.latent.latent_map import LatentMap
-from model.networks.card import load_card
-from model.paper.comparison import Compared, compared_samples
-from model.paper.exploration import Exploration, detail, final_map, overview, walk
-from model.paper.overview import approach
-from model.paper.region_edits import region_edits
-from model.paper.subject import Subject, open_subject
-from model.paper.table import Table
-from model.paper.tables import (
-    HoldoutErrors,
-    holdout_errors,
-    nearest_errors,
-    table_1,
-    table_2,
-)
-from model.paper.value_edits import PAPER_R, ValueStep, value_edits
-from model.samples.sample_store import SampleStore
-from model.scene.default_tf import default_transfer_function
-from model.scene.inputs import SceneInputs
+from app.cli import options, values
+from model.networks.names import DeviceChoice, StudyName
+from model.scene.view import View
+from model.volume_files.source import VolumeSource
 
-MAP_SAMPLES = 10_000
-QUICK_MAP_SAMPLES = 400
-PICTURE_COUNT = 200
-TABLE_COUNT = 2000
-TIMED_SAMPLES = 40
-REPEATS = 20
-QUICK_BLOCKS = 4
+Item = Literal[
+    "all",
+    "teaser",
+    "overview",
+    "sensitivity",
+    "value-fields",
+    "exploration",
+    "interpolation",
+    "qualitative",
+    "table1",
+    "table2",
+    StudyName,
+]
+"""The paper's figures and tables."""
+
+QUICK_COUNT = 12
+"""Hold-out samples of ``--quick``."""
 
 
-def make_items(order: PaperOrder) -> None:
-    """Make one item, or all."""
-    wanted = [item for item in get_args(PaperItem) if item != "all"]
-    if order.item != "all":
-        wanted = [order.item]
-    with _Maker(order) as maker:
-        for item in wanted:
-            for path in maker.make(item):
-                console.print(f"{item}: {path}")
+@dataclass(frozen=True, kw_only=True)
+class Paper:
+    """Make the paper's figures and tables anew, from a trained model or small studies."""
 
+    item: Item = options.argument("A figure or table of the paper, or all of them.", metavar="ITEM")
+    out: Path = options.folder(help="Folder of pictures and tables, and of the studies' runs.")
+    models: list[Path] | None = options.option(
+        None,
+        "A model of the paper's networks; several are compared in table1, pictures show the first. "
+        "(default: those that are shipped)",
+        flag="--model",
+        callback=values.models,
+    )
+    volume: VolumeSource = options.volume("scalar_range", "scale")
+    # The volume fills the pictures.
+    view: View = options.view(default=View(30.0, 20.0, 0.0, 0.65), show_default="30,20,0,0.65")
+    tf: Path | None = options.tf()
+    count: int | None = options.option(
+        None,
+        "Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)",
+        min=8,
+    )
+    store: Path | None = options.store(
+        default=None,
+        help="Samples of the model's volume, made with 'dataset': table1 measures models on them, "
+        "with the nearest training image, and has their time. (default: each model's own are "
+        "rendered)",
+    )
+    minutes: float = options.option(20.0, "Training of each model of a study.", min=0.01)
+    quick: bool = options.option(False, "Few samples and steps: shows that all works, in minutes.")
+    workers: int | None = options.workers()
+    device: DeviceChoice = options.device()
 
-class _Maker:
-    """Makes items, and keeps what several of them need."""
+    def run(self) -> None:
+        """Make one item, or all."""
+        # Late: with it comes torch.
+        from app.cli.paper_items import make_items
 
-    def __init__(self, order: PaperOrder) -> None:
-        self._order = order
-        self._opened: list[Subject] = []
+        make_items(self)
 
-    def __enter__(self) -> _Maker:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        for subject in self._opened:
-            subject.close()
-
-    def make(self, item: PaperItem) -> list[Path]:
-        """Make an item, and return its files."""
-        make: dict[PaperItem, Callable[[Path], None]] = {
-            "teaser": self._teaser,
-            "overview": self._overview,
-            "sensitivity": self._sensitivity,
-            "value-fields": self._value_fields,
-            "exploration": self._exploration,
-            "interpolation": self._interpolation,
-            "qualitative": self._qualitative,
-        }
-        if item in make:
-            path = self._order.out / f"{item}.png"
-            make_room_for(path)
-            make[item](path)
-            return [path]
-        if item == "table1":
-            return self._write(item, self._table_1())
-        if item == "table2":
-            quick = self._order.quick
-            table = table_2(
-                self._subject, 3 if quick else REPEATS, QUICK_BLOCKS if quick else PAPER_R
-            )
-            return self._write(item, table)
-        from app.cli.paper_studies import make_study
-
-        return make_study(self._order, item)
-
-    @cached_property
-    def _folders(self) -> list[Path]:
-        if self._order.models:
-            return list(self._order.models)
-        # The pictures are of the first: of the most accurate.
-        folders = sorted(shipped_models(), key=_recorded_rmse)
-        if not folders:
-            raise CheckpointError(
-                "No model is shipped; train one with 'train', and give its folder by --model."
-            )
-        if self._order.volume.path is None:
-            return folders
-        volume = self._order.volume.read()
-        fitting = [
-            folder
-            for folder in folders
-            if load_card(folder).scene.volume_fingerprint == volume.fingerprint
-        ]
-        if not fitting:
-            raise CheckpointError(
-                f"No model is shipped for '{volume.name}'; train one with 'train', and give its "
-                "folder by --model."
-            )
-        return fitting
-
-    @cached_property
-    def _subjects(self) -> list[Subject]:
-        for folder in self._folders:
-            self._opened.append(open_subject(folder, self._order.volume, self._order.device))
-        return self._opened
-
-    @property
-    def _subject(self) -> Subject:
-        """The model of all figures that show one volume."""
-        return self._subjects[0]
-
-    @property
-    def _name(self) -> str:
-        return self._subject.volume.name
-
-    @property
-    def _units(self) -> str:
-        return self._subject.volume.units
-
-    @cached_property
-    def _inputs(self) -> SceneInputs:
-        scene = self._subject.generator.scene
-        if self._order.tf is not None:
-            tf = load_fitted(self._order.tf, scene.scalar_range, scene.scale)
-        else:
-            tf = default_transfer_function(self._subject.volume)
-        return SceneInputs.of(self._order.view, tf)
-
-    @cached_property
-    def _map(self) -> LatentMap:
-        samples = QUICK_MAP_SAMPLES if self._order.quick else MAP_SAMPLES
-        console.print(f"The map of {samples:,} codes, if it is new, takes a minute or two.")
-        return final_map(self._subject, samples)
-
-    @cached_property
-    def _explored(self) -> Exploration:
-        return overview(self._subject, self._map, self._inputs)
-
-    @cached_property
-    def _value_steps(self) -> list[ValueStep]:
-        return value_edits(self._subject, self._inputs)
-
-    @cached_property
-    def _compared(self) -> list[Compared]:
-        return compared_samples(self._subject, self._order.samples(PICTURE_COUNT))
-
-    def _teaser(self, path: Path) -> None:
-        from app.figures.paper_pictures import save_teaser
-
-        save_teaser(
-            path, self._name, self._units, self._subject.window,
-            self._compared, self._value_steps[0], self._explored,
-        )  # fmt: skip
-
-    def _overview(self, path: Path) -> None:
-        from app.figures.paper_pictures import save_overview
-
-        save_overview(path, self._name, self._units, approach(self._subject, self._inputs))
-
-    def _sensitivity(self, path: Path) -> None:
-        from app.figures.paper_sensitivity import save_region_edits
-
-        steps = region_edits(self._subject, self._inputs)
-        save_region_edits(path, self._name, self._units, self._subject.window, steps)
-
-    def _value_fields(self, path: Path) -> None:
-        from app.figures.paper_sensitivity import save_value_edits
-
-        save_value_edits(path, self._name, self._units, self._subject.window, self._value_steps)
-
-    def _exploration(self, path: Path) -> None:
-        from app.figures.paper_latent import save_explorations
-
-        finer = detail(self._subject, self._map, self._explored)
-        save_explorations(path, self._name, self._units, [self._explored, finer])
-
-    def _interpolation(self, path: Path) -> None:
-        from app.figures.paper_latent import save_walk
-
-        candidates = QUICK_COUNT if self._order.quick else 48
-        places = walk(self._subject, self._map, self._inputs, candidates=candidates)
-        save_walk(path, self._name, self._units, self._inputs, self._map, places)
-
-    def _qualitative(self, path: Path) -> None:
-        from app.figures.paper_pictures import save_qualitative
-
-        found = {self._name: self._compared}
-        for subject in self._subjects[1:]:
-            count = self._order.samples(PICTURE_COUNT)
-            found[subject.volume.name] = compared_samples(subject, count)
-        save_qualitative(path, found)
-
-    def _table_1(self) -> Table:
-        count = self._order.samples(TABLE_COUNT)
-        store, nearest = None, None
-        if self._order.dataset is not None:
-            store = SampleStore(self._order.dataset)
-            store.require_holdout(count)
-        errors = [self._errors(subject, count, store) for subject in self._subjects]
-        if store is not None:
-            with counting("nearest training images", count) as (progress, task):
-                nearest = nearest_errors(
-                    store, count, lambda done: progress.update(task, completed=done)
-                )
-        return table_1(
-            self._subjects, errors, 4 if self._order.quick else TIMED_SAMPLES, store, nearest
-        )
-
-    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> HoldoutErrors:
-        from time import perf_counter
-
-        if store is not None and store.scene != subject.generator.scene:
-            console.print(
-                f"{subject.folder.name} has another scene than the data set: it is measured on "
-                "samples of its own."
-            )
-            store = None
-        # The first images compile and load what draws them.
-        holdout_errors(subject, 1, store=store)
-        start = perf_counter()
-        holdout_errors(subject, 4, store=store)
-        seconds = (perf_counter() - start) / 4 * count
-        console.print(f"Measuring {subject.folder.name} takes {about(seconds)}.")
-        with counting(f"measuring {subject.folder.name}", count) as (progress, task):
-            return holdout_errors(
-                subject, count, lambda done: progress.update(task, completed=done), store
-            )
-
-    def _write(self, item: PaperItem, table: Table) -> list[Path]:
-        paths = [self._order.out / f"{item}{suffix}" for suffix in (".md", ".json")]
-        write_text(paths[0], table.markdown())
-        write_json(paths[1], table.to_json())
-        print_table(table.title, table.heading, table.rows)
-        for note in table.notes:
-            console.print(note)
-        return paths
-
-
-def _recorded_rmse(folder: Path) -> float:
-    return float(load_card(folder).metrics.get("holdout", {}).get("rmse", inf))
+    def samples(self, usual: int) -> int:
+        """Return the number of hold-out samples where it is usually so many."""
+        return self.count or (QUICK_COUNT if self.quick else usual)

@@ -2,90 +2,142 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from app.cli.console import console, counting, print_table
-from model.devices import choose_device
-from model.networks.path_light_network import PathLightCard, load_path_light, save_path_light
-from model.samples.path_light_pairs import read_pairs, write_pairs
-from model.training.path_light_training import (
-    PathLightErrors,
-    PathLightOptions,
-    PathLightTrainer,
-    described,
-    path_light_errors,
+import typer
+
+from app.cli import options, values
+from model.networks.names import DeviceChoice
+
+if TYPE_CHECKING:
+    from model.training.path_light_training import PathLightErrors
+
+commands = typer.Typer(
+    help="The network behind the denoiser of path-traced light: pairs of pictures, and training."
 )
-from model.volume_files import read_volume
-from model.volume_files.shipped import shipped_volumes
 
 
-def draw_pairs(paths: list[Path] | None, out: Path, blocks: int, seed: int, samples: int) -> None:
-    """Draw pairs of the volumes that are not there yet."""
-    volumes = [read_volume(path) for path in paths or shipped_volumes()]
-    with counting("Blocks of pairs", blocks * len(volumes)) as (progress, task):
-        for _ in write_pairs(out, volumes, blocks, seed, samples):
-            progress.advance(task)
-    count = sum(len(each.error) for each in read_pairs(out).values())
-    console.print(f"{out} has {count} pairs.")
+@dataclass(frozen=True, kw_only=True)
+class DrawPairs:
+    """Draw pictures of few samples, and of many, for random views, TFs and lights."""
 
-
-def train_network(
-    folder: Path,
-    out: Path,
-    held_out: Path | None,
-    training: PathLightOptions,
-    start_from: Path | None,
-    device: str,
-) -> None:
-    """Train on pairs, measure on others, and write the network with what is known about it."""
-    pairs, chosen = read_pairs(folder), choose_device(device)
-    others = read_pairs(held_out) if held_out else {}
-    start = None
-    if start_from is not None:
-        known_card, start = load_path_light(start_from)
-        rate = training.learning_rate / 3
-        training = replace(training, size=known_card.size, learning_rate=rate)
-    trainer = PathLightTrainer(pairs, training, chosen, start)
-    checkpoint = out.with_suffix(".training")
-    if checkpoint.exists():
-        trainer.resume(checkpoint)
-        console.print(f"The training goes on after {trainer.seconds / 60:.1f} minutes.")
-    count = sum(len(each.error) for each in pairs.values())
-    weights = sum(weight.numel() for weight in trainer.network.parameters())
-    console.print(f"{count} pairs of {len(pairs)} volumes; {weights:,} weights.")
-
-    def say(loss: float) -> None:
-        told = f"{trainer.seconds / 60:.1f} min, {trainer.steps:,} steps: loss {loss:.4f}"
-        console.print(told + _told(path_light_errors(trainer.network, others, chosen)))
-
-    out.parent.mkdir(parents=True, exist_ok=True)
-    trainer.run(say, checkpoint)
-    errors = path_light_errors(trainer.network, others, chosen) if others else []
-    known = {str(each.samples): asdict(each) for each in errors}
-    card = PathLightCard(training.size, described(training, trainer, count), known)
-    save_path_light(out, card, trainer.network)
-    checkpoint.unlink(missing_ok=True)
-    if errors:
-        _print(errors)
-    console.print(f"The network is {out}, {out.stat().st_size / 1e6:.1f} MB.")
-
-
-def _told(errors: list[PathLightErrors]) -> str:
-    """Errors in short, of denoised and finished pictures."""
-    return "".join(
-        f"; {each.samples}: {denoised:.4f} to {finished:.4f}"
-        for each in errors
-        if each.denoised
-        for denoised, finished in [each.means]
+    out: Path = options.option(options.REQUIRED, "What is there already stays.", metavar="FOLDER")
+    volume: list[Path] | None = options.option(
+        None,
+        "Volume file; may be repeated. (default: the shipped ones)",
+        callback=values.volumes,
     )
+    blocks: int = options.option(8, "Of 8 pairs, of each volume; about 30 s each.", min=1)
+    samples: int = options.option(64, "Of what is learned.", min=8, max=4096)
+    seed: int = options.seed()
+
+    def run(self) -> None:
+        """Draw the pairs that are not there yet."""
+        from app.cli.console import counting
+        from model.samples.path_light_pairs import read_pairs, write_pairs
+        from model.volume_files import read_volume
+        from model.volume_files.shipped import shipped_volumes
+
+        volumes = [read_volume(path) for path in self.volume or shipped_volumes()]
+        written = write_pairs(self.out, volumes, self.blocks, self.seed, self.samples)
+        with counting("Blocks of pairs", self.blocks * len(volumes)) as show:
+            for number, _ in enumerate(written, 1):
+                show(number)
+        count = sum(len(each.error) for each in read_pairs(self.out).values())
+        print(f"{self.out} has {count} pairs.")
 
 
-def _print(errors: list[PathLightErrors]) -> None:
-    rows = []
-    for each in errors:
-        for name, denoised in each.denoised.items():
-            rows.append((name, str(each.samples), f"{denoised:.4f}", f"{each.finished[name]:.4f}"))
-        denoised, finished = each.means
-        rows.append(("mean", str(each.samples), f"{denoised:.4f}", f"{finished:.4f}"))
-    print_table("RMSE on held-out pairs", ("volume", "samples", "denoised", "finished"), rows)
+@dataclass(frozen=True, kw_only=True)
+class TrainPathLight:
+    """Train the network on pairs; one that was stopped goes on."""
+
+    folder: Path = options.argument("Folder of 'light pairs'.", metavar="PAIRS")
+    out: Path = options.option(
+        options.REQUIRED, "The trained network.", metavar="NETWORK.safetensors"
+    )
+    held_out: Path | None = options.option(
+        None, "Pairs that errors are measured on.", metavar="PAIRS"
+    )
+    minutes: float = options.option(30.0, "Of training.", min=0.01)
+    width: int = options.option(40, "Channels of the first level.", min=4, max=512)
+    start_from: Path | None = options.option(
+        None,
+        "Begin with this network's weights and size, at a third of the rate.",
+        metavar="NETWORK.safetensors",
+    )
+    device: DeviceChoice = options.device()
+    seed: int = options.seed()
+
+    def run(self) -> None:
+        """Train on pairs, measure on others, and write the network with what is known about it."""
+        from app.cli.console import print_table
+        from model.devices import choose_device
+        from model.networks.path_light_network import (
+            PathLightCard,
+            PathLightSize,
+            load_path_light,
+            save_path_light,
+        )
+        from model.samples.path_light_pairs import read_pairs
+        from model.training.path_light_training import (
+            PathLightOptions,
+            PathLightTrainer,
+            described,
+            path_light_errors,
+        )
+
+        training = PathLightOptions(self.minutes, PathLightSize(self.width), seed=self.seed)
+        pairs, device = read_pairs(self.folder), choose_device(self.device)
+        others = read_pairs(self.held_out) if self.held_out else {}
+        start = None
+        if self.start_from is not None:
+            known, start = load_path_light(self.start_from)
+            rate = training.learning_rate / 3
+            training = replace(training, size=known.size, learning_rate=rate)
+        trainer = PathLightTrainer(pairs, training, device, start)
+        checkpoint = self.out.with_suffix(".training")
+        if checkpoint.exists():
+            trainer.resume(checkpoint)
+            print(f"The training goes on after {trainer.seconds / 60:.1f} minutes.")
+        count = sum(len(each.error) for each in pairs.values())
+        weights = sum(weight.numel() for weight in trainer.network.parameters())
+        print(f"{count} pairs of {len(pairs)} volumes; {weights:,} weights.")
+
+        def report(loss: float) -> None:
+            errors = path_light_errors(trainer.network, others, device)
+            measured = "".join(
+                "; {}: {:.4f} to {:.4f}".format(each.samples, *each.means)
+                for each in errors
+                if each.denoised
+            )
+            minutes = f"{trainer.seconds / 60:.1f} min, {trainer.steps:,} steps"
+            print(f"{minutes}: loss {loss:.4f}{measured}")
+
+        self.out.parent.mkdir(parents=True, exist_ok=True)
+        trainer.run(report, checkpoint)
+        errors = path_light_errors(trainer.network, others, device) if others else []
+        measured = {str(each.samples): asdict(each) for each in errors}
+        card = PathLightCard(training.size, described(training, trainer, count), measured)
+        save_path_light(self.out, card, trainer.network)
+        checkpoint.unlink(missing_ok=True)
+        if errors:
+            heading = ("volume", "samples", "denoised", "finished")
+            print_table("RMSE on held-out pairs", heading, _rows(errors))
+        print(f"The network is {self.out}, {self.out.stat().st_size / 1e6:.1f} MB.")
+
+
+def _rows(errors: list[PathLightErrors]) -> list[tuple[str, ...]]:
+    return [
+        (name, str(each.samples), f"{denoised:.4f}", f"{finished:.4f}")
+        for each in errors
+        for name, denoised, finished in (
+            *((name, error, each.finished[name]) for name, error in each.denoised.items()),
+            ("mean", *each.means),
+        )
+    ]
+
+
+for _name, _command in {"pairs": DrawPairs, "train": TrainPathLight}.items():
+    commands.command(_name)(options.as_function(_command))

@@ -2,37 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli.captions import range_text, tf_text, view_text
-from app.cli.choices import SensitivityEngine
-from app.cli.outputs import make_room_for
-from app.cli.render import (
-    DEFAULT_SAMPLE_DISTANCE,
-    DEFAULT_SIZE,
-    MODEL_RANGE,
-    choose_tf,
-    model_folder,
-    warn_outside,
-)
-from app.cli.sensitivity_order import SensitivityOrder
+from app.cli import options
 from model.errors import RenderError
-from model.networks.card import load_card
+from model.networks.names import DeviceChoice
+from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.scene import Lighting, default_scalar_window
 from model.scene.tf_perturbation import EDIT_WIDTH, edit_around
 from model.scene.transfer_function import TF_SAMPLES, TransferFunction
 from model.scene.value_scale import place_of, values_at
+from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.display import Measure, global_scale
+from model.sensitivity.display import Measure
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
+from model.volume_files.source import VolumeSource
 
 PAPER_BLOCKS = 16
 """Blocks along each side by which ``blockwise`` makes the field of a value, as in the paper."""
@@ -40,38 +32,17 @@ PAPER_BLOCKS = 16
 
 @dataclass(frozen=True)
 class _Question:
-    """A question in the units of the engines.
-
-    Attributes
-    ----------
-    kind : {"region", "value", "blocks"}
-    region : Region or None
-        None is the whole image.
-    edit : ndarray of float32, shape (256,)
-        Around the value.
-    block : int or None
-        Width and height of blocks in pixels.
-    width : float
-        In bins.
-    measure : {"change", "signed"}
-    """
+    """A question in the units of the engines: the width is in bins, the edit around the value."""
 
     kind: Kind
     inputs: SceneInputs
-    region: Region | None
     edit: NDArray[np.float32] | None
-    block: int | None
     width: float
-    measure: Measure
-
-    def pixels(self, size: int) -> Region:
-        """Return the region in an image of a size."""
-        return self.region or Region.whole(size)
 
 
 @dataclass(frozen=True)
 class _Answer:
-    """The image, its sensitivity, who computed it, and the light of the image.
+    """The image, its sensitivity, what computed it, and the light of the image.
 
     `blocks` has the fields of all values, shape (n, n, 256), where colours are to be by them.
     """
@@ -83,137 +54,187 @@ class _Answer:
     blocks: NDArray[np.float32] | None = None
 
 
-def save_sensitivity(order: SensitivityOrder) -> None:
-    """Differentiate an image and write the result, replacing an existing file."""
-    _check_question(order)
-    engine = order.engine or ("exact" if order.model is None else "learned")
-    if order.lighting is not None and engine != "exact":
-        raise RenderError(
-            "A model has the light that it was trained with; leave --lighting out, or give "
-            "--engine exact."
-        )
-    chosen = order.volume.is_placed
-    if chosen and engine != "exact":
-        raise RenderError(MODEL_RANGE)
-    volume = order.volume.read()
-    folder = order.model if engine == "exact" else model_folder(order.model, volume)
-    scene = None if folder is None else load_card(folder).scene
-    if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
-        volume, chosen = volume.over(scene.scalar_range, scene.scale), True
-    tf, volume = choose_tf(order.tf, volume, chosen)
-    question = _question(order, volume, tf)
-    ways: dict[SensitivityEngine, Callable[[SensitivityOrder, Volume, _Question], _Answer]] = {
-        "exact": _by_renderer,
-        "learned": _by_generator,
-        "blockwise": _by_generator,
-    }
-    _save(order, volume, question, ways[engine](order, volume, question))
+@dataclass(frozen=True, kw_only=True)
+class Sensitivity:
+    """Find where in the TF an edit changes a region, or where in the image an edit shows."""
+
+    out: Path = options.output(
+        "OUT.npz or OUT.csv: all numbers, OUT.png: a figure.",
+        *(".png", ".npz", ".csv"),
+        metavar="OUT",
+    )
+    model: Path | None = options.model()
+    source: VolumeSource = options.volume()
+    engine: Literal["exact", "learned", "blockwise"] | None = options.option(
+        None,
+        "The ray caster's own derivative, the generator's, or the generator's block by block, as "
+        "in the paper. (default: learned with --model, else exact)",
+    )
+    view: View = options.view()
+    tf: Path | None = options.tf()
+    lighting: Lighting | None = options.option(None, "Of the ray caster's image.")
+    size: int | None = options.size(
+        default=None, help="Pixels of the rendering; a model has its own size."
+    )
+    region: Region | None = options.option(
+        None,
+        "Where in the TF does this rectangle of pixels react? (default: the whole image)",
+        metavar="X0,Y0,X1,Y1",
+        parser=Region.parse,
+    )
+    crop: CropBox | None = options.crop()
+    value: float | None = options.option(None, "Where in the image does this scalar value show?")
+    block: int | None = options.option(
+        None, "All blocks of this many pixels, to edits at all values.", min=1
+    )
+    width: float | None = options.option(
+        None,
+        "Standard deviation of the edits, in the data's units; 0 for single samples of the TF. "
+        "(default: 6 of 256 samples)",
+        min=0,
+    )
+    measure: Measure = options.option(
+        "signed",
+        "signed: the change of brightness, as in the paper; change: the size of the change, also "
+        "where the picture is black.",
+    )
+    field_scale: Literal["own", "global"] = options.option(
+        "own",
+        "Of a value's figure. own: colours by its field; global: by the fields of all values, and "
+        "opacity by its own, as in the paper.",
+    )
+    device: DeviceChoice = options.device()
+
+    def run(self) -> None:
+        """Differentiate an image and write the result, replacing an existing file."""
+        from app.cli.drawers import MODEL_RANGE, choose_tf, model_folder
+        from app.cli.outputs import make_room_for
+        from model.networks.card import load_card
+
+        self._check()
+        engine = self.engine or ("exact" if self.model is None else "learned")
+        if self.lighting is not None and engine != "exact":
+            raise RenderError(
+                "A model has the light that it was trained with; leave --lighting out, or give "
+                "--engine exact."
+            )
+        chosen = self.source.is_placed
+        if chosen and engine != "exact":
+            raise RenderError(MODEL_RANGE)
+        volume = self.source.read()
+        folder = self.model if engine == "exact" else model_folder(self.model, volume)
+        scene = None if folder is None else load_card(folder).scene
+        if scene is not None and scene.volume_fingerprint == volume.fingerprint and not chosen:
+            volume, chosen = volume.over(scene.scalar_range, scene.scale), True
+        tf, volume = choose_tf(self.tf, volume, chosen)
+        question = _question(self, volume, tf)
+        answer = (_by_renderer if engine == "exact" else _by_generator)(self, volume, question)
+        result = _result(self, volume, question, answer)
+        make_room_for(self.out)
+        if self.out.suffix.lower() == ".png":
+            from app.figures.sensitivity_figure import save_figure
+
+            save_figure(self.out, result, _caption(self, volume, answer), self.region)
+        else:
+            save_numbers(self.out, result)
+
+    @property
+    def by_all_values(self) -> bool:
+        """Whether a value's field has the colours of the fields of all values."""
+        return self.field_scale == "global"
+
+    def pixels(self, size: int) -> Region:
+        """Return the region in an image of a size."""
+        return self.region or Region.whole(size)
+
+    def _check(self) -> None:
+        given = [self.region, self.value, self.block]
+        with_blocks = self.engine == "blockwise" and self.value is not None and not self.region
+        if sum(one is not None for one in given) > (2 if with_blocks else 1):
+            raise RenderError("Give one of --region, --value and --block, as each is a question.")
+        if self.by_all_values and (self.value is None or self.out.suffix.lower() != ".png"):
+            raise RenderError("A scale is that of a value's figure; give --value and OUT.png.")
+        if self.block is not None and self.value is None and self.measure == "change":
+            raise RenderError(
+                "Blocks have the signed measure of the paper; leave --measure out, or give --value."
+            )
 
 
-def _save(order: SensitivityOrder, volume: Volume, question: _Question, answer: _Answer) -> None:
-    result = _result(order, volume, question, answer)
-    make_room_for(order.out)
-    if order.out.suffix.lower() == ".png":
-        from app.figures.sensitivity_figure import save_figure
-
-        save_figure(order.out, result, _caption(order, volume, answer), order.region)
-    else:
-        save_numbers(order.out, result)
-
-
-def _check_question(order: SensitivityOrder) -> None:
-    asked = [order.region, order.value, order.block]
-    with_blocks = order.engine == "blockwise" and order.value is not None and not order.region
-    if sum(one is not None for one in asked) > (2 if with_blocks else 1):
-        raise RenderError("Give one of --region, --value and --block, as each is a question.")
-    if order.by_all_values and (order.value is None or order.out.suffix.lower() != ".png"):
-        raise RenderError("A scale is that of a value's figure; give --value and OUT.png.")
-    if order.block is not None and order.value is None and order.measure == "change":
-        raise RenderError(
-            "Blocks have the signed measure of the paper; leave --measure out, or give --value."
-        )
-
-
-def _question(order: SensitivityOrder, volume: Volume, tf: TransferFunction) -> _Question:
+def _question(asked: Sensitivity, volume: Volume, tf: TransferFunction) -> _Question:
     lo, hi = volume.scalar_range
     low, high = values_at(volume.scalar_range, volume.scale)
-    if order.value is not None and not low <= order.value <= high:
+    if asked.value is not None and not low <= asked.value <= high:
         raise RenderError(
-            f"The value {order.value:g} is outside the volume's range; give {low:g} to {high:g}."
+            f"The value {asked.value:g} is outside the volume's range; give {low:g} to {high:g}."
         )
-    width = EDIT_WIDTH if order.width is None else order.width / (hi - lo) * (TF_SAMPLES - 1)
-    edit, kind = None, "region"
-    if order.value is not None:
-        edit, kind = (
-            edit_around(place_of(order.value, volume.scale), volume.scalar_range, width),
-            "value",
-        )
-    elif order.block is not None:
-        kind = "blocks"
-    return _Question(
-        kind,  # type: ignore[arg-type]
-        order.inputs(tf),
-        order.region,
-        edit,
-        order.block,
-        width,
-        order.measure,
-    )
+    width = EDIT_WIDTH if asked.width is None else asked.width / (hi - lo) * (TF_SAMPLES - 1)
+    kind: Kind = "region" if asked.block is None else "blocks"
+    edit = None
+    if asked.value is not None:
+        kind = "value"
+        edit = edit_around(place_of(asked.value, volume.scale), volume.scalar_range, width)
+    inputs = SceneInputs.of(asked.view, tf, crop=asked.crop)
+    return _Question(kind, inputs, edit, width)
 
 
-def _by_renderer(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
+def _by_renderer(asked: Sensitivity, volume: Volume, question: _Question) -> _Answer:
+    from app.cli.drawers import DEFAULT_SAMPLE_DISTANCE, DEFAULT_SIZE
+    from model.networks.card import load_card
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.sensitivity.exact import block_fields, region_responses
 
-    scene = load_card(order.model).scene if order.model else None
+    scene = load_card(asked.model).scene if asked.model else None
     lighting: Lighting = scene.lighting if scene else "none"
     light = scene.light if scene else None
-    if order.lighting is not None:
-        lighting, light = order.lighting, None
+    if asked.lighting is not None:
+        lighting, light = asked.lighting, None
     step = scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE
-    size = order.size or (scene.image_size if scene else DEFAULT_SIZE)
+    size = asked.size or (scene.image_size if scene else DEFAULT_SIZE)
     blocks = None
     with closing(RaycastRenderer(volume, lighting, light, step)) as renderer:
-        if order.by_all_values:
-            blocks = block_fields(renderer, asked.inputs, size, _block(size), asked.width)
-        image = renderer.render(asked.inputs, size)[..., :3]
-        if asked.edit is not None:
-            found = renderer.change(asked.inputs, size, asked.edit)
+        if asked.by_all_values:
+            blocks = block_fields(renderer, question.inputs, size, _block(size), question.width)
+        image = renderer.render(question.inputs, size)[..., :3]
+        if question.edit is not None:
+            found = renderer.change(question.inputs, size, question.edit)
         elif asked.block is not None:
-            found = block_fields(renderer, asked.inputs, size, asked.block, asked.width)
+            found = block_fields(renderer, question.inputs, size, asked.block, question.width)
         else:
             found = region_responses(
-                renderer, asked.inputs, size, asked.pixels(size), asked.width, asked.measure
+                renderer, question.inputs, size, asked.pixels(size), question.width, asked.measure
             )
     light_name = "" if lighting == "none" else f", {lighting} light"
     return _Answer(image, found, f"exact, by the ray caster{light_name}", lighting, blocks)
 
 
-def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> _Answer:
-    folder = model_folder(order.model, volume)
+def _by_generator(asked: Sensitivity, volume: Volume, question: _Question) -> _Answer:
+    from app.cli.drawers import model_folder, warn_outside
+    from model.networks.card import load_card
+
+    folder = model_folder(asked.model, volume)
     scene = load_card(folder).scene
     if scene.volume_fingerprint != volume.fingerprint:
         raise RenderError(
             f"The model was trained on '{scene.volume_name}', not on '{volume.name}'; "
             "name its volume by --volume."
         )
-    if order.size not in (None, scene.image_size):
+    if asked.size not in (None, scene.image_size):
         raise RenderError(
             f"The model draws {scene.image_size} x {scene.image_size} pixels; leave --size out."
         )
-    warn_outside(asked.inputs, scene)
+    warn_outside(question.inputs, scene)
     from model.generator.generator import Generator
-    from model.sensitivity.learned import Sensitivity
+    from model.sensitivity import learned
 
-    generator = Generator.load(folder, order.device)
-    found = Sensitivity(generator, asked.inputs, asked.width)
-    blockwise = order.engine == "blockwise"
+    generator = Generator.load(folder, asked.device)
+    found = learned.Sensitivity(generator, question.inputs, question.width)
+    blockwise = asked.engine == "blockwise"
     sensitivity: Any
-    if asked.edit is not None and blockwise:
+    if question.edit is not None and blockwise:
         block = asked.block or _block(scene.image_size)
-        sensitivity = found.blockwise_change(block, asked.edit)
-    elif asked.edit is not None:
-        sensitivity = found.change(asked.edit)
+        sensitivity = found.blockwise_change(block, question.edit)
+    elif question.edit is not None:
+        sensitivity = found.change(question.edit)
     elif asked.block is not None:
         sensitivity = (found.blockwise if blockwise else found.field)(asked.block)
     elif asked.measure == "change":
@@ -222,7 +243,7 @@ def _by_generator(order: SensitivityOrder, volume: Volume, asked: _Question) -> 
         sensitivity = found.region(asked.pixels(scene.image_size))
     how = "block by block" if blockwise else "learned"
     image = np.clip(found.image, 0, 1)
-    blocks = found.field(_block(scene.image_size)) if order.by_all_values else None
+    blocks = found.field(_block(scene.image_size)) if asked.by_all_values else None
     return _Answer(image, sensitivity, f"{how}, by the generator", scene.lighting, blocks)
 
 
@@ -232,36 +253,38 @@ def _block(size: int) -> int:
 
 
 def _result(
-    order: SensitivityOrder, volume: Volume, asked: _Question, answer: _Answer
+    asked: Sensitivity, volume: Volume, question: _Question, answer: _Answer
 ) -> SensitivityResult:
+    from model.sensitivity.display import global_scale
+
     size = len(answer.image)
     units = f" {volume.units}" if volume.units else ""
     places = {
-        "region": f"the region {_edges(order.region)}" if order.region else "the whole image",
-        "value": f"edits around {order.value:g}{units}" if order.value is not None else "",
-        "blocks": f"edits, in blocks of {order.block} pixels",
+        "region": f"the region {_edges(asked.region)}" if asked.region else "the whole image",
+        "value": f"edits around {asked.value:g}{units}" if asked.value is not None else "",
+        "blocks": f"edits, in blocks of {asked.block} pixels",
     }
     return SensitivityResult(
-        kind=asked.kind,
+        kind=question.kind,
         scalar_range=volume.scalar_range,
         scalar_window=default_scalar_window(volume),
         units=volume.units,
-        opacity=asked.inputs.opacity_tf.sample(volume.scalar_range),
+        opacity=question.inputs.opacity_tf.sample(volume.scalar_range),
         image=answer.image,
         sensitivity=answer.sensitivity,
-        width=asked.width,
+        width=question.width,
         measure=asked.measure,
         source=answer.source,
-        place=places[asked.kind],
+        place=places[question.kind],
         pixels=(asked.block or 1) ** 2
-        if asked.kind == "blocks"
+        if question.kind == "blocks"
         else int(asked.pixels(size).mask(size).sum()),
-        edit=asked.edit,
-        colors=asked.inputs.color_tf.sample(volume.scalar_range),
+        edit=question.edit,
+        colors=question.inputs.color_tf.sample(volume.scalar_range),
         scale=volume.scale,
         whole_scale=None
         if answer.blocks is None
-        else global_scale(answer.blocks, _block(size) ** 2, asked.width),
+        else global_scale(answer.blocks, _block(size) ** 2, question.width),
     )
 
 
@@ -269,17 +292,19 @@ def _edges(region: Region) -> str:
     return f"{region.left},{region.top},{region.right},{region.bottom}"
 
 
-def _caption(order: SensitivityOrder, volume: Volume, answer: _Answer) -> str:
+def _caption(asked: Sensitivity, volume: Volume, answer: _Answer) -> str:
     """Return what the image shows, for below the title of a figure."""
+    from app.cli.captions import range_text, tf_text, view_text
+
     size, units = len(answer.image), f" {volume.units}" if volume.units else ""
     facts = [
         volume.name,
-        f"view {view_text(order.view)}",
-        tf_text(order.tf),
+        f"view {view_text(asked.view)}",
+        tf_text(asked.tf),
         f"range {range_text(volume.scalar_range, volume.scale)}{units}",
         f"lighting {answer.lighting}",
         f"{size} x {size} pixels",
     ]
-    if order.engine == "blockwise" and order.value is not None:
-        facts.append(f"r = {-(-size // (order.block or _block(size)))} blocks along each side")
-    return ", ".join(facts) + (", cropped" if order.crop is not None else "")
+    if asked.engine == "blockwise" and asked.value is not None:
+        facts.append(f"r = {-(-size // (asked.block or _block(size)))} blocks along each side")
+    return ", ".join(facts) + (", cropped" if asked.crop is not None else "")

@@ -1,124 +1,42 @@
-"""``study``: the paper's studies, repeated at a chosen size and budget."""
+"""``study``: the options of the paper's studies."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.cli.console import console, counting, print_table
-from app.cli.outputs import write_json, write_text
-from app.cli.train import TrainingDisplay
-from model.devices import choose_device
-from model.errors import TfscopeError, reason, require
-from model.evaluation.study import STUDIES, Study, StudyPlan, run_study
-from model.evaluation.study_pictures import study_pictures
-from model.evaluation.study_table import markdown, recipe_lines, study_table
-from model.networks.size import NetworkSize
-from model.samples.sample_rendering import render_store
-from model.samples.sample_store import SampleStore
-from model.samples.sampling import Split
-from model.scene.scene import Scene
-from model.scene.volume import Volume
-from model.training.job import TrainingJob
-from model.training.plan import TrainingPlan
-from model.training.precision import choose_precision
-from model.training.sources import StoredSource
-
-SENSITIVITIES = 20
-"""Hold-out samples, at most, whose sensitivities are compared with the renderer's."""
+from app.cli import options
+from model.networks.names import DeviceChoice, PresetName, StudyName
+from model.scene.scene import Lighting
+from model.volume_files.source import VolumeSource
 
 
-@dataclass(frozen=True)
-class StudyOrder:
-    """Options of the ``study`` command; see :func:`app.cli.model_commands.study`.
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
 
-    Attributes
-    ----------
-    study : str
-        Name of the study.
-    job : TrainingJob
-        Settings common to all variants; its folder is the study's.
-    images, count : int
-        Numbers of training samples and of hold-out samples.
-    """
+    study: StudyName = options.argument("Which one.", metavar="STUDY")
+    out: Path = options.folder(help="Folder of samples, runs and table.")
+    volume: VolumeSource = options.volume()
+    preset: PresetName = options.option("draft", "Size of all networks.")
+    lighting: Lighting = options.lighting()
+    faithful: bool = options.option(False, "All models by the paper's recipe, see 'train'.")
+    minutes: float | None = options.option(None, "Budget of each model. (default: 10)")
+    samples: int | None = options.option(None, "Budget of each model in samples seen.")
+    images: int = options.option(20_000, "Training samples that are rendered first.", min=16)
+    count: int = options.option(500, "Hold-out samples.", min=1)
+    seed: int = options.seed()
+    workers: int | None = options.workers()
+    device: DeviceChoice = options.device()
 
-    study: str
-    job: TrainingJob
-    images: int
-    count: int
+    def run(self) -> None:
+        """Run the study, or what is missing of it."""
+        from model.training.job import TrainingJob
 
+        minutes = 10.0 if self.minutes is None and self.samples is None else self.minutes
+        job = TrainingJob(**options.same_named(self, TrainingJob) | {"minutes": minutes})
+        # Late: with it comes torch.
+        from app.cli.study_models import study_models
 
-def study_models(order: StudyOrder) -> list[Path]:
-    """Render missing samples, train and measure missing models, write table and figures.
-
-    Returns
-    -------
-    list of Path
-        The files that were written.
-    """
-    require("evaluate")
-    study, job = STUDIES[order.study], order.job
-    volume = job.volume.read()
-    store = _store(order, volume, job.size)
-    device = choose_device(job.device)
-    base = TrainingPlan(
-        source=StoredSource(store),
-        preset=job.preset,
-        size=job.size,
-        options=job.options,
-        budget=job.budget,
-        folder=job.out,
-        device=device,
-        precision=choose_precision(device, job.precision),
-    )
-    plan = StudyPlan(store, volume, base, order.count, min(SENSITIVITIES, order.count))
-    with TrainingDisplay() as display:
-        result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
-    _print(study, result)
-    out = job.out / order.study
-    write_json(out.with_suffix(".json"), result)
-    write_text(out.with_suffix(".md"), markdown(study, result))
-    written = [out.with_suffix(suffix) for suffix in (".md", ".json", ".png")]
-    from app.figures.study_figures import save_error_curves, save_side_by_side
-
-    save_side_by_side(written[-1], study, result, study_pictures(study, plan))
-    if study.varied:
-        written.append(out.with_name(f"{order.study}-errors.png"))
-        save_error_curves(written[-1], study, result)
-    return written
-
-
-def _store(order: StudyOrder, volume: Volume, size: NetworkSize) -> SampleStore:
-    """Return the study's store after rendering its missing samples."""
-    scene = Scene.of(
-        volume, size.image_size, order.job.lighting, renderer="raycast", tf_family="paper"
-    )
-    counts: dict[Split, int] = {"train": order.images, "holdout": order.count}
-    try:
-        order.job.out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise TfscopeError(
-            f"{order.job.out}: the folder cannot be made ({reason(error)}); choose another place."
-        ) from error
-    path = order.job.out / "samples.zarr"
-    if path.exists():
-        stored = SampleStore(path).count("train")
-        if stored != order.images:
-            raise TfscopeError(
-                f"{path}: the studies here share {stored} training images, not {order.images}; "
-                f"give --images {stored}, or another --out."
-            )
-    store = SampleStore.create(path, scene, order.job.seed, counts)
-    missing = store.missing_samples()
-    if missing:
-        with counting("rendering", missing) as (progress, task):
-            render_store(store, volume, order.job.workers, lambda new: progress.advance(task, new))
-    return store
-
-
-def _print(study: Study, result: dict[str, object]) -> None:
-    heading, *rows = study_table(study, result)
-    print_table(study.title, heading, rows)
-    console.print(f"The paper's numbers: {study.paper}.")
-    for line in recipe_lines(study, result):
-        console.print(line)
+        for path in study_models(self.study, job, self.images, self.count):
+            print(f"{self.study}: {path}")

@@ -1,113 +1,144 @@
-"""``train``: training of a generator, with progress display."""
+"""``train``: its options, and the training job that they describe."""
 
 from __future__ import annotations
 
-import shlex
-import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from rich.console import Group
-from rich.live import Live
-from rich.progress import (
-    BarColumn,
-    Progress,
-    TaskProgressColumn,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-from rich.text import Text
-
-from app.cli.console import console
-from model.networks.card import recorded_errors
-from model.training import parallel
-from model.training.job import TrainingJob
-from model.training.plan import TrainingReport
-from model.training.running import run_job
-from model.training.state import STATE_FILE
+from app.cli import options
+from model.errors import TrainingError
+from model.networks.names import DeviceChoice, PrecisionChoice, PresetName
+from model.scene.scene import Lighting, TFFamily
+from model.scene.transfer_function import Range
+from model.volume_files.source import VolumeSource
 
 
-def train_model(job: TrainingJob) -> None:
-    """Train with a progress bar; Ctrl-C saves and ends the run."""
-    if parallel.rank_to_be():
-        run_job(job)
-        return
-    try:
-        with TrainingDisplay() as display:
-            run_job(job, display.show)
-    except KeyboardInterrupt:
-        _say_how_to_go_on(job)
-        raise
-    console.print(recorded_errors(job.out))
-    volume = [] if job.volume.path is None else ["--volume", str(job.volume.path)]
-    window = shlex.join(["python", "main.py", "--model", str(job.out), *volume])
-    console.print(f"The model is in {job.out}; open it with: {window}")
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """Train a generator of one volume's renderings."""
 
+    out: Path = options.folder(help="Folder of run and model.")
+    preset: PresetName | None = options.option(
+        None,
+        "Images of 64, 128 or 256 pixels by the paper's two networks at a quarter of their width, "
+        "with a deeper decoder of TFs and features modulated by the codes of view and TFs; or of "
+        "256 by the networks as they are in the paper. (default: compact; with --faithful, paper)",
+    )
+    volume: VolumeSource = options.volume()
+    store: Path | None = options.store()
+    minutes: float | None = options.option(None, "Budget in minutes.")
+    samples: int | None = options.option(None, "Budget in samples seen.")
+    epochs: float | None = options.option(
+        None,
+        "Budget in passes of each stage over the samples: those of --dataset, or 200000 that are "
+        "rendered. (default with --faithful: 30)",
+        min=0.001,
+    )
+    resume: bool = options.option(False, "Go on with the run in --out.")
+    start: Path | None = options.model(
+        default=None,
+        help="Begin with a trained model's weights; with another --seed it sees other samples.",
+        flag="--start-from",
+        metavar="MODEL",
+    )
+    faithful: bool = options.option(
+        False,
+        "The paper's networks, losses, TFs, batches, rates, stages and epochs, nothing added.",
+    )
+    color_attention: bool = options.option(
+        False,
+        "A variant of the networks: pixels look their colours up in the colour TF, by an attention "
+        "over scalar values.",
+    )
+    width: float | None = options.option(
+        None,
+        "Channels of the networks, as a fraction of the paper's. (default: the preset's)",
+        min=0.02,
+        max=4,
+    )
+    settings: list[str] | None = options.option(
+        None,
+        "Change one number of the recipe, such as opacity_l1_weight=50 or "
+        "joint.learning_rate=5e-4; may be repeated.",
+        flag="--set",
+        metavar="NAME=VALUE",
+    )
+    reuse: float | None = options.option(
+        None,
+        "How often each fresh sample is learned from; more takes less rendering. (default: 4, or "
+        "more when lit)",
+        min=1,
+    )
+    lighting: Lighting = options.lighting()
+    movable_light: bool = options.movable_light()
+    tf_family: TFFamily | None = options.option(
+        None, f"{options.FAMILY_HELP} (default: drawn; with --faithful, paper)"
+    )
+    window: Range | None = options.window()
+    up: str = options.up()
+    seed: int = options.seed()
+    workers: int | None = options.workers()
+    device: DeviceChoice = options.device()
+    precision: PrecisionChoice = options.option(
+        "auto", "Digits that steps are computed in. (auto: the faster one here)"
+    )
 
-def _say_how_to_go_on(job: TrainingJob) -> None:
-    if not (job.out / STATE_FILE).exists():
-        console.print("Stopped before there was anything to save.")
-        return
-    again = shlex.join([*(a for a in sys.argv[1:] if a != "--resume"), "--resume"])
-    console.print(f"Stopped; the run is saved. Go on with: python main.py {again}")
+    def run(self) -> None:
+        """Train, or go on with a run."""
+        from model.training.job import TrainingJob
 
-
-class TrainingDisplay:
-    """Progress bar over the budget with speed and remaining time, and the losses below it."""
-
-    def __init__(self) -> None:
-        self._progress = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(bar_width=20),
-            TaskProgressColumn(),
-            TextColumn("{task.fields[speed]}"),
-            TimeElapsedColumn(),
-            TimeRemainingColumn(),
-            TextColumn("left"),
-        )
-        self._losses = Text()
-        self._live = Live(Group(self._progress, self._losses), console=console)
-        self._task = self._progress.add_task("starting", total=1.0, speed="")
-        self._first: TrainingReport | None = None
-        self._metrics: dict[str, float] = {}
-
-    def __enter__(self) -> TrainingDisplay:
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        started = self._live.is_started
-        self._live.stop()
-        if started and not console.is_terminal:
-            # Into a file, rich leaves the cursor behind the last numbers.
-            console.print()
-
-    def begin(self, name: str) -> None:
-        """Print the name of the next of several runs, and reset speed and metrics."""
-        self._live.console.print(name)
-        self._first, self._metrics = None, {}
-
-    def show(self, report: TrainingReport) -> None:
-        """Show a report; a line stays for each new hold-out measurement."""
-        # Not before the first step: what cannot start is told without a bar.
-        self._live.start()
-        first = self._first = self._first or report
-        seconds = max(report.seconds - first.seconds, 1e-3)
-        speed = (report.samples - first.samples) / seconds
-        self._progress.update(
-            self._task,
-            description=f"stage {report.stage}",
-            completed=report.spent,
-            speed=f"{speed:.0f} samples/s",
-        )
-        if report.notice:
-            self._live.console.print(report.notice)
-        self._losses.plain = _numbers(report.losses)
-        if report.metrics and report.metrics != self._metrics:
-            self._metrics = report.metrics
-            self._live.console.print(
-                f"{report.seconds / 60:6.1f} min {report.samples:>9,} samples  "
-                f"hold-out {_numbers(report.metrics)}"
+        job = TrainingJob(**options.same_named(self, TrainingJob) | self._usual())
+        self.volume.check()
+        if self.resume and not self.out.is_dir():
+            raise TrainingError(
+                f"{self.out}: there is no training run to resume; start one instead."
             )
+        # Late: with it comes all that trains.
+        from app.cli.training_display import train_model
 
+        train_model(job)
 
-def _numbers(values: dict[str, float]) -> str:
-    return "  ".join(f"{name} {value:.3f}" for name, value in values.items())
+    def _usual(self) -> dict[str, Any]:
+        """Return fields of the job that depend on several options."""
+        # The TFs of a stored data set are what they are.
+        of_paper = self.faithful and self.store is None
+        budget_is_given = self.minutes is not None or self.samples is not None
+        if self.epochs is not None and budget_is_given:
+            raise TrainingError("Give one of --epochs, --minutes and --samples.")
+        found: dict[str, Any] = {
+            "preset": self.preset or ("paper" if self.faithful else "compact"),
+            "tf_family": self.tf_family or ("paper" if of_paper else "drawn"),
+            "settings": tuple(self.settings or ()),
+        }
+        if self.epochs is None and not self.faithful:
+            return found | ({} if budget_is_given else {"minutes": 60.0})
+        return found if budget_is_given else found | self._of_epochs(found["settings"])
+
+    def _of_epochs(self, changes: tuple[str, ...]) -> dict[str, Any]:
+        """Return the fields that follow from a number of epochs."""
+        from model.training.options import (
+            PAPER_EPOCHS,
+            PAPER_IMAGES,
+            TrainingOptions,
+            halvings_of_epochs,
+            samples_of_epochs,
+        )
+
+        epochs = self.epochs or PAPER_EPOCHS
+        recipe = TrainingOptions.faithful() if self.faithful else TrainingOptions()
+        images, reuse = PAPER_IMAGES, self.reuse
+        if self.store is not None:
+            # Late: with it comes Zarr.
+            from model.samples.sample_store import SampleStore
+
+            images = SampleStore(self.store).count("train")
+        elif self.faithful and reuse is None:
+            # As often as in the paper is each image learned from.
+            reuse = max(1.0, epochs)
+        return {
+            "samples": samples_of_epochs(epochs, images, recipe.with_settings(changes)),
+            # The changes that were asked for come last, and so win.
+            "settings": (halvings_of_epochs(epochs) if self.faithful else ()) + changes,
+            "reuse": reuse,
+        }

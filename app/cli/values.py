@@ -1,4 +1,7 @@
-"""Values of options, checked while the command line is read: before anything heavy is imported."""
+"""Values of options, checked while the command line is read: before anything heavy is imported.
+
+Parsers make values of texts. Checks return what they are given, or raise a `TfscopeError`.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,8 @@ from model.errors import DatasetError, TfscopeError, VolumeError
 from model.networks.card import read_header
 from model.rendering.raster import Raster
 from model.scene.axes import axis_direction
-from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
-from model.scene.region import Region
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
@@ -24,56 +23,30 @@ HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)
 """View of commands that are given none."""
 
 
-# typer also passes defaults, which are no text, to its parsers.
 def view(text: str | View) -> View:
-    """Parse a view; see :meth:`model.scene.view.View.parse`."""
+    """Parse a view; typer also passes defaults, which are no text."""
     return text if isinstance(text, View) else View.parse(text)
 
 
-def light(text: str) -> LightDirection:
-    """Parse a light direction; see :meth:`model.scene.light.LightDirection.parse`."""
-    return LightDirection.parse(text)
+def numbers(count: int, name: str) -> Callable[[str], tuple[float, ...]]:
+    """Return a parser of finite numbers between commas, for the option of a name."""
+
+    def parse(text: str) -> tuple[float, ...]:
+        try:
+            found = tuple(float(part) for part in text.split(","))
+        except ValueError:
+            found = ()
+        if len(found) != count or not all(map(math.isfinite, found)):
+            raise TfscopeError(
+                f"{name} takes {count} numbers with commas between them, not '{text}'."
+            )
+        return found
+
+    return parse
 
 
-def crop_box(text: str) -> CropBox:
-    """Parse a crop box; see :meth:`model.scene.crop.CropBox.parse`."""
-    return CropBox.parse(text)
-
-
-def region(text: str) -> Region:
-    """Parse a rectangle of pixels; see :meth:`model.scene.region.Region.parse`."""
-    return Region.parse(text)
-
-
-def numbers(text: str | None, count: int, name: str) -> tuple[float, ...] | None:
-    """Parse finite numbers between commas; None stays None.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is something else; `name` is the option's.
-    """
-    if text is None:
-        return None
-    try:
-        found = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        found = ()
-    if len(found) != count or not all(map(math.isfinite, found)):
-        raise TfscopeError(f"{name} takes {count} numbers with commas between them, not '{text}'.")
-    return found
-
-
-def scalar_window(text: str | None) -> Range | None:
-    """Parse ``"LO,HI"``; None stays None.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is not a pair of increasing numbers.
-    """
-    if text is None:
-        return None
+def scalar_window(text: str) -> Range:
+    """Parse ``"LO,HI"``, two increasing numbers."""
     try:
         lo, hi = (float(part) for part in text.split(","))
     except ValueError:
@@ -85,42 +58,28 @@ def scalar_window(text: str | None) -> Range | None:
     return lo, hi
 
 
-def window_size(text: str | None) -> tuple[int, int] | None:
-    """Parse ``"WxH"`` in pixels; None stays None.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is something else, or not from 400 to 10,000.
-    """
-    if text is None:
-        return None
+def _whole_numbers(text: str) -> list[int]:
+    """Parse ``"N"`` or ``"WxH"``; anything else is an empty list."""
     try:
-        width, height = (int(part) for part in text.lower().split("x"))
+        return [int(part) for part in text.lower().split("x")]
     except ValueError:
-        width = height = 0
-    if not all(400 <= length <= 10_000 for length in (width, height)):
+        return []
+
+
+def window_size(text: str) -> tuple[int, int]:
+    """Parse ``"WxH"``, from 400 to 10,000 pixels."""
+    sides = _whole_numbers(text)
+    if len(sides) != 2 or not all(400 <= side <= 10_000 for side in sides):
         raise TfscopeError(
             f"'{text}' is not a size of the window; give width and height from 400 to 10000 "
             "pixels, such as 1280x860."
         )
-    return width, height
+    return sides[0], sides[1]
 
 
-def pixels(text: str | None) -> Raster | None:
-    """Parse ``"N"`` or ``"WxH"``, pixels of an image from 16 to 8192; None stays None.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is something else.
-    """
-    if text is None:
-        return None
-    try:
-        sides = [int(part) for part in text.lower().split("x")]
-    except ValueError:
-        sides = []
+def pixels(text: str) -> Raster:
+    """Parse ``"N"`` or ``"WxH"``, pixels of an image from 16 to 8192."""
+    sides = _whole_numbers(text)
     if len(sides) not in (1, 2) or not all(16 <= side <= 8192 for side in sides):
         raise TfscopeError(
             f"'{text}' is not a size of an image; give its pixels from 16 to 8192, such as 512, or "
@@ -130,19 +89,12 @@ def pixels(text: str | None) -> Raster | None:
 
 
 def background(text: str) -> tuple[int, int, int] | None:
-    """Parse ``"black"``, ``"white"``, ``"transparent"`` (None) or ``"#rrggbb"``.
-
-    Raises
-    ------
-    TfscopeError
-        When the text is no colour.
-    """
+    """Parse ``"black"``, ``"white"``, ``"transparent"`` (None) or ``"#rrggbb"``."""
     named = {"black": (0, 0, 0), "white": (255, 255, 255), "transparent": None}
     if text in named:
         return named[text]
-    digits = text.removeprefix("#")
     try:
-        red, green, blue = bytes.fromhex(digits)
+        red, green, blue = bytes.fromhex(text.removeprefix("#"))
     except ValueError:
         raise TfscopeError(
             f"'{text}' is not a background; give black, white, transparent, or red, green and blue "
@@ -166,34 +118,17 @@ def volumes(paths: list[Path] | None) -> list[Path] | None:
 
 
 def scalar_range(text: str | None) -> str | None:
-    """Refuse a text that is not a scalar range; see :class:`RangeChoice`."""
+    """Refuse a text that is not a scalar range."""
     if text is not None:
         RangeChoice.parse(text)
     return text
 
 
-def up_axis(text: str | None) -> str | None:
-    """Refuse a text that names no axis; see :data:`model.scene.axes.AXES`."""
-    if text is not None:
+def up_axis(text: str) -> str:
+    """Refuse a text that names no axis."""
+    if text:
         axis_direction(text)
     return text
-
-
-def source(
-    path: Path | None,
-    raw: str | None = None,
-    component: str | None = None,
-    scalar_range: str | None = None,
-    series: str | None = None,
-    array: str | None = None,
-    time: str | None = None,
-    channel: str | None = None,
-    scale: ValueScale | None = None,
-) -> VolumeSource:
-    """Return the source of a volume, checked as far as that goes without reading it."""
-    found = VolumeSource(path, raw, component, scalar_range, series, array, time, channel, scale)
-    found.check()
-    return found
 
 
 def model(folder: Path | None) -> Path | None:
@@ -206,7 +141,7 @@ def model(folder: Path | None) -> Path | None:
 def models(folders: list[Path] | None) -> list[Path] | None:
     """Refuse folders that hold no model."""
     for folder in folders or ():
-        model(folder)
+        read_header(folder)
     return folders
 
 
@@ -239,8 +174,7 @@ def output(*suffixes: str) -> Callable[[Path | None], Path | None]:
     return check
 
 
-def output_folder(path: Path | None) -> Path | None:
+def output_folder(path: Path) -> Path:
     """Refuse a folder that can neither be written to nor made."""
-    if path is not None:
-        check_output_folder(path)
+    check_output_folder(path)
     return path

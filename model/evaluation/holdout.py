@@ -128,16 +128,7 @@ def pictures(
 
 
 def nearest_images(queries: Images, store: SampleStore) -> Images:
-    """Find the training image nearest to each query, by RMSE over RGB.
-
-    Parameters
-    ----------
-    queries : ndarray of uint8, shape (N, S, S, 4)
-
-    Returns
-    -------
-    ndarray of uint8, shape (N, S, S, 4)
-    """
+    """Find the training image nearest to each query, by RMSE over RGB."""
     require("evaluate")
     from sklearn.metrics import pairwise_distances_argmin_min
 

@@ -26,22 +26,7 @@ def suggested_mode(
     responses: NDArray[np.floating],
     not_near: GaussianMode | None = None,
 ) -> GaussianMode:
-    """Return the mode that promises most, as the paper's user reads it off the plot.
-
-    Parameters
-    ----------
-    scene : Scene
-        Modes lie in its scalar window.
-    responses : ndarray, shape (256,)
-        Sensitivity to smooth edits at each scalar value; its size counts.
-    not_near : GaussianMode, optional
-        An earlier edit, to which the new one keeps two widths of distance.
-
-    Returns
-    -------
-    GaussianMode
-        As wide as the edits that responses are for.
-    """
+    """Return the mode that promises most, as the paper's user reads it off the plot."""
     lo, hi = scene.scalar_range
     values = np.linspace(lo, hi, TF_SAMPLES)
     # A mode has no 1/2 in its exponent.

@@ -78,14 +78,7 @@ def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
 
 
 def two_regions(image: Image, fields: NDArray[np.floating]) -> tuple[Region, Region]:
-    """Choose the brightest square of an image, and one apart from it that reacts otherwise.
-
-    Parameters
-    ----------
-    image : ndarray, shape (S, S, 3)
-    fields : ndarray, shape (n, n, 256)
-        Sensitivities of its blocks.
-    """
+    """Choose the brightest square of an image, and one apart from it that reacts otherwise."""
     count = len(fields)
     block = len(image) // count
     brightness = np.square(image).mean(axis=2).reshape(count, block, count, block).mean((1, 3))

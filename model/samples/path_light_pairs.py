@@ -85,16 +85,7 @@ class Pairs:
 
 
 class PairDrawer:
-    """Draws pairs of one volume.
-
-    Parameters
-    ----------
-    volume : Volume
-    many : int
-        Samples of what is learned.
-    size : int
-        Width and height in pixels, a multiple of 16.
-    """
+    """Draws pairs of one volume."""
 
     def __init__(self, volume: Volume, many: int = MANY, size: int = SIZE) -> None:
         self._volume, self._many, self._size = volume, many, size

@@ -286,13 +286,7 @@ class SampleStore:
             raise self._damaged(split, indices, first_line(error)) from error
 
     def write_block(self, split: Split, block: range, batch: SampleBatch) -> None:
-        """Write one block and then mark it complete.
-
-        Raises
-        ------
-        DatasetError
-            When it cannot be written.
-        """
+        """Write one block and then mark it complete."""
         span = slice(block.start, block.stop)
         try:
             for name, values in batch.arrays.items():

@@ -26,15 +26,7 @@ LAYER = 32
 
 
 class CodecLoss:
-    """Decoded-TF loss (paper, Eq. 8), optionally also over TFs without rendered images.
-
-    Parameters
-    ----------
-    scene : Scene
-        Determines the distribution of random TFs.
-    options : TrainingOptions
-        Uses `unrendered_tfs`, `thick_layer_weight`, `tf_edit_weight` and `seed`.
-    """
+    """Decoded-TF loss (paper, Eq. 8), optionally also over TFs without rendered images."""
 
     def __init__(self, scene: Scene, options: TrainingOptions) -> None:
         self._scene = scene
@@ -45,16 +37,7 @@ class CodecLoss:
     def __call__(
         self, codec: LatentCodec, decoded: Tensor, batch: EncodedBatch, step: int
     ) -> Tensor:
-        """Return the loss of a batch's decoded TFs and of this step's random TFs.
-
-        Parameters
-        ----------
-        decoded : Tensor, shape (N, 256)
-            The batch's decoded TFs, in [-1, 1].
-        step : int
-            Determines the random TFs, together with the rank, so that resumed
-            runs are reproducible.
-        """
+        """Return the loss of a batch's decoded TFs and of this step's random TFs."""
         error = decoded_tf_error(decoded, batch.inputs.opacity_tf, self._options.thick_layer_weight)
         if not self._options.unrendered_tfs:
             return error
@@ -106,17 +89,7 @@ class CodecLoss:
 
 
 def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:
-    """Return the mean squared error of decoded opacity TFs.
-
-    Parameters
-    ----------
-    decoded, opacity_tf : Tensor, shape (N, 256)
-        Decoded and true TFs, in [-1, 1].
-    thick : float
-        Weight of the squared error of :func:`layer_opacity`, relative to that of
-        the TFs. A faint mode contributes little to the TF's error, but is clearly
-        visible in images of a thick region of its scalar values.
-    """
+    """Return the mean squared error of decoded opacity TFs."""
     decoded = decoded.float()
     error = (decoded - opacity_tf).square().mean()
     if thick:
@@ -126,18 +99,7 @@ def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tenso
 
 
 def edit_error(decoded: Tensor, edits: Tensor) -> Tensor:
-    """Return the mean squared difference between changes of decoded TFs and their edits.
-
-    Parameters
-    ----------
-    decoded, edits : Tensor, shape (N, 256)
-        Differences between TFs in [-1, 1], decoded and true.
-
-    Returns
-    -------
-    Tensor
-        Scalar, in units of an edit's squared height.
-    """
+    """Return the mean squared difference between changes of decoded TFs and their edits."""
     return ((decoded - edits) / (2 * EDIT_HEIGHT)).square().mean()
 
 

@@ -1,7 +1,7 @@
 """A training job: plain data that says all about a run.
 
 The command line builds one from its options. Importing it is quick: what trains is
-in :mod:`model.training.running`.
+in :mod:`model.training.trainer`.
 """
 
 from __future__ import annotations

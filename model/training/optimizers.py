@@ -17,20 +17,7 @@ LEAST_DECAY = 1e-3
 
 
 def adam(network: nn.Module, beta2: float, recorded: bool = False) -> torch.optim.Adam:
-    """Return an Adam optimizer with the paper's beta1 (section 6, implementation details).
-
-    Parameters
-    ----------
-    beta2 : float
-        Decay rate of the squared gradients' moving average.
-    recorded : bool
-        Whether its steps can be recorded as part of a CUDA graph.
-
-    Returns
-    -------
-    Adam
-        Its learning rate is set by :func:`set_rate`.
-    """
+    """Return an Adam optimizer with the paper's beta1 (section 6, implementation details)."""
     parameters = list(network.parameters())
     rate: float | Tensor = 1e-3
     if recorded:

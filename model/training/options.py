@@ -38,11 +38,6 @@ class StageOptions:
     halvings : float
         Number of halvings of the learning rate over the stage, unless it
         follows a cosine.
-
-    Raises
-    ------
-    TrainingError
-        For values outside their ranges.
     """
 
     batch_size: int
@@ -237,13 +232,7 @@ class TrainingOptions:
 
 @dataclass(frozen=True)
 class Budget:
-    """Duration of training, either in minutes of wall-clock time or in samples seen.
-
-    Raises
-    ------
-    TrainingError
-        Unless exactly one is given, and it is positive and finite.
-    """
+    """Duration of training, either in minutes of wall-clock time or in samples seen."""
 
     minutes: float | None = None
     samples: int | None = None
@@ -285,3 +274,29 @@ def _like(value: bool | int | float, setting: str, text: str) -> bool | int | fl
             f"'{setting}' is not understood; give {kind}, as now {value}."
         ) from None
     return number
+
+
+PAPER_EPOCHS = 30.0
+"""Passes of each stage of the paper's runs."""
+
+PAPER_IMAGES = 200_000
+"""Training images of the paper's runs."""
+
+OPACITY_HALVED_EVERY = 5.0
+"""Passes after which the paper halves the opacity GAN's learning rate."""
+
+TRANSLATION_HALVED_EVERY = 8.0
+"""Passes after which the paper halves the translation GAN's learning rate."""
+
+
+def samples_of_epochs(epochs: float, images: int, options: TrainingOptions) -> int:
+    """Return the budget in samples seen by all stages."""
+    return max(1, round(epochs * images * (1 if options.one_stage else 2)))
+
+
+def halvings_of_epochs(epochs: float) -> tuple[str, ...]:
+    """Return the settings by which rates halve as often as in the paper, in so many passes."""
+    return (
+        f"opacity.halvings={epochs / OPACITY_HALVED_EVERY:g}",
+        f"translation.halvings={epochs / TRANSLATION_HALVED_EVERY:g}",
+    )

@@ -24,13 +24,7 @@ MAX_STAGES = 16
 
 @contextmanager
 def process_group(device: torch.device) -> Iterator[torch.device]:
-    """Join the process group of ``torchrun``, if there is one.
-
-    Yields
-    ------
-    torch.device
-        The device of this rank; on GPUs, each local rank has its own.
-    """
+    """Join the process group of ``torchrun``, if there is one."""
     if int(os.environ.get("WORLD_SIZE", "1")) == 1:
         yield device
         return

@@ -16,7 +16,7 @@ from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.training.batch import EncodedBatch
 from model.training.options import PRESETS, TrainingOptions
-from model.training.schedule import Schedule
+from model.training.stages import Schedule
 
 NAME = "training precision"
 

@@ -8,43 +8,57 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any
 
 import torch
 from torch import Tensor, nn
+from torch.nn.functional import binary_cross_entropy_with_logits
 from torch.nn.utils import clip_grad_norm_
 
 from model.errors import TrainingError
 from model.networks.blocks import kaiming_init, place
 from model.networks.names import Precision
+from model.networks.size import NetworkSize
+from model.training.averaging import EMA
 from model.training.batch import EncodedBatch
-from model.training.ema import EMA
-from model.training.losses import adversarial
+from model.training.codec_loss import CodecLoss
 from model.training.optimizers import adam, cosine_decay, halving_decay, set_rate
 from model.training.options import StageOptions, TrainingOptions
 from model.training.parallel import average_gradients, ranks
-from model.training.recording import RecordedPass
 
 Losses = dict[str, float]
 
 
+def adversarial(logits: Tensor, target: float) -> Tensor:
+    """Binary cross-entropy of logits (N, ...) against one target, in float32."""
+    logits = logits.float()
+    return binary_cross_entropy_with_logits(logits, torch.full_like(logits, target))
+
+
 @dataclass(frozen=True)
 class StepResult:
-    """Losses and gradient norm of one optimization step.
+    """Unweighted losses by name, and the norm of the generator's gradient.
 
-    Attributes
-    ----------
-    losses : dict of float
-        Unweighted losses by name.
-    gradient : float
-        Norm of the generator's gradient. If it is not finite, the generator
-        was not updated.
+    Where the norm is not finite, the generator was not updated.
     """
 
     losses: Losses
     gradient: float
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What all stages of a run share: size and number of conditions of the networks, the recipe."""
+
+    size: NetworkSize
+    conditions: int
+    options: TrainingOptions
+    codec_loss: CodecLoss
+    device: torch.device
+    precision: Precision = "float32"
 
 
 class Stage(ABC):
@@ -55,6 +69,8 @@ class Stage(ABC):
 
     Attributes
     ----------
+    name : str
+        Also names the stage's :class:`StageOptions` in the recipe.
     image_size : int or None
         Width and height of the colour images it learns, if smaller than the scene's.
     average : EMA
@@ -74,30 +90,23 @@ class Stage(ABC):
     name: str
     image_size: int | None = None
 
-    def __init__(
-        self,
-        generator: nn.Module,
-        discriminator: nn.Module | None,
-        stage: StageOptions,
-        options: TrainingOptions,
-        device: torch.device,
-        precision: Precision = "float32",
-    ) -> None:
-        if options.kaiming_init:
-            kaiming_init(generator)
+    def __init__(self, generator: nn.Module, discriminator: nn.Module | None, setup: Setup) -> None:
+        options, device = setup.options, setup.device
+        for network in (generator, discriminator):
+            if options.kaiming_init and network is not None:
+                kaiming_init(network)
         self.generator = place(generator, device)
         self.discriminator: nn.Module | None = None
         self.discriminator_optimizer: torch.optim.Optimizer | None = None
         if discriminator is not None:
-            if options.kaiming_init:
-                kaiming_init(discriminator)
             self.discriminator = place(discriminator, device)
             self.discriminator_optimizer = adam(self.discriminator, options.beta2)
         self.average: EMA[Any] = EMA(self.generator, options.average_decay)
-        self.stage = stage
+        self.stage: StageOptions = getattr(options, self.name)
         self.options = options
         self.device = device
-        self._rounded = precision == "bfloat16"
+        self.codec_loss = setup.codec_loss
+        self._rounded = setup.precision == "bfloat16"
         self.steps = 0
         self.parts = 1
         self.recorded = device.type == "cuda"
@@ -119,19 +128,8 @@ class Stage(ABC):
     def step(self, batch: EncodedBatch, progress: float) -> StepResult:
         """Train the generator, and once it has joined the discriminator, on one batch.
 
-        Parameters
-        ----------
-        progress : float
-            Fraction of this stage's budget used, 0..1; determines the learning rate.
-
-        Returns
-        -------
-        StepResult
-
-        Raises
-        ------
-        TrainingError
-            When memory runs out even with parts of two samples, or with several ranks.
+        `progress` is the fraction of the stage's budget used, 0..1, and determines the rate. A
+        batch for which memory runs out is split, down to parts of two samples.
         """
         self._set_learning_rate(progress)
         joined = progress >= self.options.adversarial_start
@@ -268,7 +266,9 @@ class Stage(ABC):
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
         """Discriminator's logits for images of a batch."""
-        raise NotImplementedError
+        assert self.discriminator is not None
+        logits: Tensor = self.discriminator(batch.inputs, image)
+        return logits
 
     def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
         """Losses by the discriminator's features, once it has joined, by name."""
@@ -282,6 +282,56 @@ class Stage(ABC):
     def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
         """Generator's losses besides the adversarial one, by name."""
 
-    @abstractmethod
     def _weights(self) -> dict[str, float]:
-        """Weight of each of the generator's losses, by name."""
+        """Weights of losses, by name; a stage has some of them."""
+        options = self.options
+        return {
+            "adversarial": 1.0,
+            "decoded_tf": options.decoded_tf_weight,
+            "opacity_l1": options.opacity_l1_weight,
+            "feature_matching": options.feature_matching_weight,
+            "l1": options.l1_weight,
+        }
+
+
+FIRST_PASSES = 3
+"""Number of passes before the recorded one, in which libraries choose what they need."""
+
+
+class RecordedPass:
+    """A pass over batches of one size, recorded once and then repeated without Python."""
+
+    def __init__(self, run: Callable[[EncodedBatch], Tensor]) -> None:
+        self._run = run
+        self._passes = 0
+        self._recorded: tuple[torch.cuda.CUDAGraph, EncodedBatch, Tensor] | None = None
+
+    def run(self, batch: EncodedBatch) -> Tensor:
+        """Make the pass over a batch; its results are valid until the next pass."""
+        if self._recorded is not None and len(self._recorded[1]) != len(batch):
+            # Another size of batches: a run that was resumed, or its last batch.
+            self._recorded, self._passes = None, 0
+        if self._recorded is None and self._passes < FIRST_PASSES:
+            self._passes += 1
+            return self._beside(batch)
+        if self._recorded is None:
+            graph, kept = torch.cuda.CUDAGraph(), batch.map(torch.clone)
+            # Other threads prepare batches on the same GPU meanwhile.
+            with torch.cuda.graph(graph, capture_error_mode="thread_local"):
+                result = self._run(kept)
+            self._recorded = graph, kept, result
+        graph, kept, result = self._recorded
+        for ours, theirs in zip(kept.tensors, batch.tensors, strict=True):
+            ours.copy_(theirs)
+        graph.replay()
+        return result
+
+    def _beside(self, batch: EncodedBatch) -> Tensor:
+        # On a stream of its own, as recordings are.
+        stream: torch.cuda.Stream = torch.cuda.Stream()  # type: ignore[no-untyped-call]
+        current = torch.cuda.current_stream()
+        stream.wait_stream(current)
+        with torch.cuda.stream(stream):
+            result = self._run(batch)
+        current.wait_stream(stream)
+        return result

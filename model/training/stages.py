@@ -1,47 +1,47 @@
-"""The paper's two training stages: generated images, discriminators and losses."""
+"""The training stages: generated images, discriminators and losses.
+
+The paper trains its two networks one after the other, by :class:`OpacityStage` and
+:class:`TranslationStage`; :class:`SmallStage` and :class:`JointStage` train both at once.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import torch
 from torch import Tensor
+from torch.nn.functional import l1_loss
 
+from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import Precision
 from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
 from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
+from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
+from model.scene.scene import Scene
+from model.training.averaging import EMA
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
-from model.training.ema import EMA
-from model.training.losses import l1
 from model.training.options import TrainingOptions
-from model.training.stage import Stage
+from model.training.stage import Setup, Stage
+
+
+def _l1(fake: Tensor, real: Tensor) -> Tensor:
+    """Mean absolute difference of images (N, C, H, W) in float32 (paper, Eq. 9)."""
+    return l1_loss(fake.float(), real)
 
 
 class OpacityStage(Stage):
-    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 8).
-
-    Parameters
-    ----------
-    opacity : OpacityGenerator
-        The generator.
-    """
+    """Stage 1: the opacity GAN with its decoded-TF loss (paper, Eq. 8)."""
 
     name = "opacity"
     generator: OpacityGenerator
     average: EMA[OpacityGenerator]
 
-    def __init__(
-        self,
-        size: NetworkSize,
-        options: TrainingOptions,
-        opacity: OpacityGenerator,
-        codec_loss: CodecLoss,
-        device: torch.device,
-        precision: Precision = "float32",
-    ) -> None:
-        discriminator = OpacityDiscriminator(size)
-        super().__init__(opacity, discriminator, options.opacity, options, device, precision)
-        self._codec_loss = codec_loss
+    def __init__(self, setup: Setup) -> None:
+        super().__init__(OpacityGenerator(setup.size), OpacityDiscriminator(setup.size), setup)
 
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.opacity_image
@@ -50,24 +50,12 @@ class OpacityStage(Stage):
         output = self.generator(batch.inputs)
         return output.image, output.decoded_tf
 
-    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        assert self.discriminator is not None
-        logits: Tensor = self.discriminator(batch.inputs, image)
-        return logits
-
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: Tensor
     ) -> dict[str, Tensor]:
         return {
-            "decoded_tf": self._codec_loss(self.generator, extra, batch, self.steps),
-            "opacity_l1": l1(fake, batch.opacity_image),
-        }
-
-    def _weights(self) -> dict[str, float]:
-        return {
-            "adversarial": 1.0,
-            "decoded_tf": self.options.decoded_tf_weight,
-            "opacity_l1": self.options.opacity_l1_weight,
+            "decoded_tf": self.codec_loss(self.generator, extra, batch, self.steps),
+            "opacity_l1": _l1(fake, batch.opacity_image),
         }
 
 
@@ -79,11 +67,6 @@ class ColorStage(Stage):
     def _real(self, batch: EncodedBatch) -> Tensor:
         return batch.image
 
-    def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
-        assert self.discriminator is not None
-        logits: Tensor = self.discriminator(batch.inputs, image)
-        return logits
-
     def _feature_losses(self, batch: EncodedBatch, fake: Tensor) -> dict[str, Tensor]:
         if not self.options.feature_matching_weight:
             return {}
@@ -91,40 +74,21 @@ class ColorStage(Stage):
         with torch.no_grad():
             real = self.discriminator.image.features(batch.image)
         pairs = zip(self.discriminator.image.features(fake), real, strict=True)
-        return {"feature_matching": torch.stack([l1(a, b.float()) for a, b in pairs]).mean()}
+        return {"feature_matching": torch.stack([_l1(a, b.float()) for a, b in pairs]).mean()}
 
 
 class TranslationStage(ColorStage):
-    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 9), stage 1 frozen.
+    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 9).
 
-    Parameters
-    ----------
-    opacity : OpacityGenerator
-        The trained generator of stage 1; encodes opacity TFs.
-    conditions : int
-        Number of condition values.
+    The trained opacity generator of stage 1 encodes opacity TFs, and stays as it is.
     """
 
     name = "translation"
     generator: TranslationGenerator
 
-    def __init__(
-        self,
-        size: NetworkSize,
-        options: TrainingOptions,
-        opacity: OpacityGenerator,
-        conditions: int,
-        device: torch.device,
-        precision: Precision = "float32",
-    ) -> None:
-        super().__init__(
-            TranslationGenerator(size, conditions),
-            TranslationDiscriminator(size, conditions),
-            options.translation,
-            options,
-            device,
-            precision,
-        )
+    def __init__(self, setup: Setup, opacity: OpacityGenerator) -> None:
+        generator = TranslationGenerator(setup.size, setup.conditions)
+        super().__init__(generator, TranslationDiscriminator(setup.size, setup.conditions), setup)
         self.opacity = opacity
 
     def _generate(self, batch: EncodedBatch) -> tuple[Tensor, None]:
@@ -136,11 +100,139 @@ class TranslationStage(ColorStage):
     def _generator_losses(
         self, batch: EncodedBatch, fake: Tensor, extra: None
     ) -> dict[str, Tensor]:
-        return {"l1": l1(fake, batch.image)}
+        return {"l1": _l1(fake, batch.image)}
 
-    def _weights(self) -> dict[str, float]:
+
+class JointStage(ColorStage):
+    """Training of opacity and colour images together, with both stages' losses (Eqs. 8 and 9)."""
+
+    name = "joint"
+    generator: TwoStageGenerator
+    average: EMA[TwoStageGenerator]
+
+    def __init__(self, setup: Setup) -> None:
+        # The weights are drawn in this order: a recipe and its seed name one network.
+        translation = TranslationGenerator(setup.size, setup.conditions)
+        generator = TwoStageGenerator(setup.size, translation=translation)
+        super().__init__(generator, TranslationDiscriminator(setup.size, setup.conditions), setup)
+
+    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+        opacity_view, view, latent, color = self.generator.features(batch.inputs)
+        opacity_image = self.generator.opacity.decode_image(opacity_view, latent)
+        given = opacity_image
+        if self.options.true_opacity_share:
+            rendered = int(self.options.true_opacity_share * len(batch))
+            given = torch.cat([batch.opacity_image[:rendered], opacity_image[rendered:]])
+        image = self.generator.translation.decode(view, latent, color, given)
+        return image, (opacity_image, self.generator.codec.decode(latent))
+
+    def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> dict[str, Tensor]:
+        opacity_image, decoded = extra
         return {
-            "adversarial": 1.0,
-            "feature_matching": self.options.feature_matching_weight,
-            "l1": self.options.l1_weight,
+            "decoded_tf": self.codec_loss(self.generator.codec, decoded, batch, self.steps),
+            "opacity_l1": _l1(opacity_image, batch.opacity_image),
+            "l1": _l1(fake, batch.image),
         }
+
+    def _prepare(self) -> None:
+        self.codec_loss.prepare(self.steps, self.device)
+
+
+class SmallStage(JointStage):
+    """Joint training on colour images of the opacity image's size, before the full size."""
+
+    name = "small"
+
+    def __init__(self, setup: Setup) -> None:
+        self.image_size = setup.size.opacity_size
+        # The discriminator joins at the full size only.
+        options = replace(setup.options, adversarial_start=1.0)
+        size = replace(setup.size, image_size=self.image_size)
+        super().__init__(replace(setup, size=size, options=options))
+
+
+class Schedule:
+    """The stages of a run by name, in order, and the fraction of the budget used at their ends."""
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        options: TrainingOptions,
+        scene: Scene,
+        device: torch.device,
+        precision: Precision = "float32",
+    ) -> None:
+        self._size = size
+        torch.manual_seed(options.seed)
+        self.stages: dict[str, Stage] = {}
+        self.ends: dict[str, float] = {}
+        setup = Setup(
+            size, condition_numbers(scene), options, CodecLoss(scene, options), device, precision
+        )
+        if options.one_stage:
+            if options.small_time_share and size.image_size > size.opacity_size:
+                self.stages["small"] = SmallStage(setup)
+                self.ends["small"] = options.small_time_share
+            self.stages["joint"] = JointStage(setup)
+            self.ends["joint"] = 1.0
+        else:
+            opacity = OpacityStage(setup)
+            translation = TranslationStage(setup, opacity.average.network)
+            self.stages = {"opacity": opacity, "translation": translation}
+            self.ends = {"opacity": options.opacity_time_share, "translation": 1.0}
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the stages, in order."""
+        return list(self.stages)
+
+    def share(self, name: str, spent: float) -> float:
+        """Fraction of a stage's part of the budget used, from that of the whole budget.
+
+        It is 1 or more when the stage is over, and 0 also for a run that is resumed with a larger
+        budget and has not used its earlier stages' part of it.
+        """
+        number = self.names.index(name)
+        first = self.ends[self.names[number - 1]] if number else 0.0
+        return max(0.0, (spent - first) / (self.ends[name] - first))
+
+    def begun(self, name: str) -> list[Stage]:
+        """Return the stages up to and including the named one; all for "done"."""
+        if name == "done":
+            return list(self.stages.values())
+        return list(self.stages.values())[: self.names.index(name) + 1]
+
+    def generator(self) -> GeneratorNetwork:
+        """Return the averaged networks as one generator, in evaluation mode."""
+        if "joint" in self.stages:
+            begun = [s for s in self.stages.values() if s.steps] or [self.stages["joint"]]
+            network: GeneratorNetwork = begun[-1].average.network
+            return network.eval()
+        opacity, translation = self.stages["opacity"], self.stages["translation"]
+        return TwoStageGenerator(
+            self._size, opacity.average.network, translation.average.network
+        ).eval()
+
+    def start_from(self, generator: GeneratorNetwork) -> None:
+        """Copy a trained generator's weights; to be called before the first step.
+
+        The generator has the run's scene and size, or draws smaller images.
+        """
+        if "small" in self.stages:
+            # What it would learn is learned.
+            del self.stages["small"], self.ends["small"]
+        for name, stage in self.stages.items():
+            stage.start_from(generator if name == "joint" else getattr(generator, name))
+
+    def enter(self, name: str) -> None:
+        """Prepare the first step of the named stage, once those before it are over."""
+        if name == "joint" and "small" in self.stages:
+            self.stages[name].start_from(self.stages["small"].average.network)
+
+    def draws_color(self, name: str) -> bool:
+        """Return True if the named stage, or one before it, trains colour images."""
+        return name != "opacity"
+
+    def draws_whole_images(self, name: str) -> bool:
+        """Return True if the generator draws colour images of its own size in the named stage."""
+        return name not in ("opacity", "small")

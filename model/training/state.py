@@ -7,16 +7,22 @@ a process killed at any time leaves the previous or the new state.
 from __future__ import annotations
 
 import json
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import safetensors
 import safetensors.torch
 import torch
+from filelock import FileLock, Timeout
 from torch import Tensor
 
-from model.errors import TrainingError
+from model.errors import TrainingError, reason
 from model.files import write_atomically
 from model.json_files import read_json
 from model.training.stage import Stage
@@ -55,20 +61,7 @@ class Progress:
 def save_state(
     folder: Path, progress: Progress, recipe: dict[str, Any], stages: list[Stage]
 ) -> None:
-    """Write the state of a run.
-
-    Parameters
-    ----------
-    recipe : dict
-        Settings of the run as plain data; they must match when it is resumed.
-    stages : list of Stage
-        The stages begun so far.
-
-    Raises
-    ------
-    OSError
-        When the folder cannot be written.
-    """
+    """Write the state of a run."""
     tensors: dict[str, Tensor] = {}
     for stage in stages:
         for name, value in _stage_tensors(stage).items():
@@ -112,13 +105,7 @@ def load_progress(folder: Path) -> tuple[Progress, dict[str, Any]]:
 
 
 def load_stage(folder: Path, stage: Stage) -> None:
-    """Restore a stage from the saved state of a run.
-
-    Raises
-    ------
-    TrainingError
-        When the saved tensors are missing, damaged or those of another network.
-    """
+    """Restore a stage from the saved state of a run."""
     header = _header(folder)
     path = folder / header["tensors"]
     prefix = stage.name + "."
@@ -202,3 +189,70 @@ def _load_optimizer(optimizer: torch.optim.Optimizer, tensors: dict[str, Tensor]
 
 def _strip(tensors: dict[str, Tensor], prefix: str) -> dict[str, Tensor]:
     return {k.removeprefix(prefix): v for k, v in tensors.items() if k.startswith(prefix)}
+
+
+LOCK_FILE = "training.lock"
+
+
+@contextmanager
+def training_in(folder: Path) -> Iterator[None]:
+    """Keep other processes from training in a folder."""
+    lock = FileLock(folder / LOCK_FILE, timeout=0)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock.acquire()
+    except Timeout:
+        raise TrainingError(
+            f"{folder}: another process is training there; wait for it, stop it, "
+            "or choose another folder."
+        ) from None
+    except OSError as error:
+        raise unwritable(folder, error) from error
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def unwritable(folder: Path, error: OSError) -> TrainingError:
+    """Return the error for a run's folder that cannot be written."""
+    return TrainingError(
+        f"{folder}: the run cannot be written ({reason(error)}); "
+        "make room or choose another folder."
+    )
+
+
+class Interruption:
+    """Context manager that records the first Ctrl-C instead of raising.
+
+    A second Ctrl-C raises :class:`KeyboardInterrupt` at once. Outside the main
+    thread, or if SIGINT has another handler, it does nothing.
+
+    Attributes
+    ----------
+    asked : bool
+        Whether Ctrl-C has been pressed.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self._installed = False
+
+    def __enter__(self) -> Interruption:
+        main = threading.current_thread() is threading.main_thread()
+        if main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._note)
+            self._installed = True
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._release()
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self.asked = True
+        self._release()
+
+    def _release(self) -> None:
+        if self._installed:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            self._installed = False

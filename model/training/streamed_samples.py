@@ -61,33 +61,10 @@ class StreamSource(SampleSource):
     Threads share the interpreter's lock with the training. A training on a CPU holds it for
     little of its time, one on a GPU for nearly all of it.
 
-    Parameters
-    ----------
-    scene : Scene
-        Should be rendered by the ray caster, which releases the interpreter lock.
-    seed : int
-        Seed of the samples.
-    reuse : float, optional
-        Average number of uses of each sample; :data:`DEFAULT_REUSE` by default.
-    threads : int, optional
-        Number of rendering threads or processes; by default one per processor, or one for a
-        ray caster on a GPU.
-    ring_samples : int, optional
-        Number of samples in the ring.
-    device : {"cpu", "cuda"}
-        Device of the ray caster.
-    processes : bool
-        Whether processes render instead of threads.
-
     Attributes
     ----------
     rendering_seconds : float
         Processor time spent on rendering so far, summed over threads.
-
-    Raises
-    ------
-    DatasetError
-        When the volume is not the scene's.
     """
 
     def __init__(

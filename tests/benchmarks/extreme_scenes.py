@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
@@ -16,7 +18,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Point
 from model.scene.view import View
-from model.scene.volume import Triple, Volume
+from model.scene.volume import Volume
 
 SHAPE = (14, 20, 17)
 """Voxels of the volumes along z, y and x."""
@@ -39,28 +41,6 @@ class Posed:
     volume: Volume
     inputs: SceneInputs
     raster: Raster
-
-
-@dataclass(frozen=True)
-class Extreme:
-    """One extreme of one kind."""
-
-    kind: str
-    name: str
-    pose: Callable[[], Posed]
-
-
-def extremes() -> list[Extreme]:
-    """Return all that are drawn, the ordinary scene first."""
-    return [
-        Extreme("ordinary", "no extreme", posed),
-        *_opacities(),
-        *_values(),
-        *_grids(),
-        *_views(),
-        *_rasters(),
-        *_parts(),
-    ]
 
 
 def posed(
@@ -95,186 +75,174 @@ def field(shape: tuple[int, int, int] = SHAPE, dtype: Any = np.float32) -> NDArr
 
 
 def refused() -> dict[str, str]:
-    """Return the message by which each input is refused that shows nothing or cannot be drawn.
-
-    Raises
-    ------
-    AssertionError
-        When one of them is not refused.
-    """
-    ordinary = posed()
-    voxels = ordinary.volume.voxels
-    everywhere = np.ones(SHAPE, dtype=bool)
+    """Return the message by which each input is refused that shows nothing or cannot be drawn."""
+    voxels = field()
+    precise = field(dtype=np.float64)
     attempts: dict[str, Callable[[], object]] = {
-        "one voxel thick": lambda: Volume(field()[:1]),
+        "one voxel thick": lambda: Volume(voxels[:1]),
         "constant volume": lambda: Volume(np.full(SHAPE, 7.0)),
-        "missing voxels everywhere": lambda: Volume(voxels, missing=everywhere),
-        "a voxel is NaN": lambda: Volume(np.where(field() > 0.5, np.nan, field())),
-        "a voxel is infinite": lambda: Volume(np.where(field() > 0.5, np.inf, field())),
-        "range of denormal numbers": lambda: Volume(1e-320 * field(dtype=np.float64)),
-        "range beyond floating-point numbers": lambda: Volume(
-            1.7e308 * (2 * field(dtype=float) - 1)
-        ),
-        "range that float64 does not resolve": lambda: Volume(1e17 + field(dtype=np.float64)),
-        "200 whole numbers at 2^63": lambda: Volume(
-            (200 * field(dtype=float)).astype(np.uint64) + 2**63
-        ),
-        "chosen range of width 0": lambda: ordinary.volume.over((0.5, 0.5)),
-        "spacing of 0": lambda: Volume(field(), (1.0, 0.0, 1.0)),
-        "spacing that is not finite": lambda: Volume(field(), (1.0, np.inf, 1.0)),
+        "missing voxels everywhere": lambda: Volume(voxels, missing=np.ones(SHAPE, dtype=bool)),
+        "a voxel is NaN": lambda: Volume(np.where(voxels > 0.5, np.nan, voxels)),
+        "a voxel is infinite": lambda: Volume(np.where(voxels > 0.5, np.inf, voxels)),
+        "range of denormal numbers": lambda: Volume(1e-320 * precise),
+        "range beyond floating-point numbers": lambda: Volume(1.7e308 * (2 * precise - 1)),
+        "range that float64 does not resolve": lambda: Volume(1e17 + precise),
+        "200 whole numbers at 2^63": lambda: Volume((200 * precise).astype(np.uint64) + 2**63),
+        "chosen range of width 0": lambda: Volume(voxels).over((0.5, 0.5)),
+        "spacing of 0": lambda: Volume(voxels, (1.0, 0.0, 1.0)),
+        "spacing that is not finite": lambda: Volume(voxels, (1.0, np.inf, 1.0)),
         "crop of zero width": lambda: CropBox((0.5, 0.0, 0.0), (0.5, 1.0, 1.0)),
         "camera in the volume's centre": lambda: replace(VIEW, distance=0.0),
         "a view that is not finite": lambda: replace(VIEW, azimuth=np.nan),
         "a light that is not finite": lambda: LightDirection(np.nan, 0.0),
         "opacity above 1": lambda: OpacityTF((0.0, 1.0), points=((0.0, 1.5),)),
     }
-    said = {}
+    messages = {}
     for name, attempt in attempts.items():
-        try:
+        with pytest.raises(TfscopeError) as refusal:
             attempt()
-        except TfscopeError as error:
-            said[name] = str(error)
-        else:
-            raise AssertionError(f"{name}: it was not refused.")
-    return said
+        messages[name] = str(refusal.value)
+    return messages
 
 
-def _opacities() -> list[Extreme]:
-    def of(name: str, curve: tuple[Point, ...]) -> Extreme:
-        return Extreme("opacity", name, lambda: posed(curve=curve))
+def extremes() -> dict[tuple[str, str], Callable[[], Posed]]:
+    """Return all scenes that are drawn by their kind and name, the ordinary one first."""
+    # Volumes are made when they are drawn: there are many.
+    kinds: dict[str, dict[str, Callable[[], Posed]]] = {
+        "ordinary": {"no extreme": posed},
+        "opacity": {name: partial(posed, curve=curve) for name, curve in _curves().items()},
+        "values": {name: partial(_of_volume, make, VIEW) for name, make in _values().items()},
+        "grid": {name: partial(_of_volume, *given) for name, given in _grids().items()},
+        "view": {name: partial(posed, **given) for name, given in _views().items()},
+        "raster": {name: partial(posed, raster=Raster(*n)) for name, n in _RASTERS.items()},
+        "part": {name: partial(posed, **given) for name, given in _crops().items()}
+        | {name: partial(_of_volume, make, VIEW) for name, make in _missing().items()},
+    }
+    return {(kind, name): pose for kind, all_ in kinds.items() for name, pose in all_.items()}
 
+
+def _of_volume(make: Callable[[], Volume], view: View) -> Posed:
+    return posed(make(), view=view)
+
+
+def _curves() -> dict[str, tuple[Point, ...]]:
     def single(place: int) -> tuple[Point, ...]:
         around = {place - 1: 0.0, place: 1.0, place + 1: 0.0}
         return tuple((bin_ / 255, value) for bin_, value in around.items() if 0 <= bin_ <= 255)
 
-    return [
-        of("0 everywhere", ((0.0, 0.0),)),
-        of("1e-12 everywhere", ((0.0, 1e-12),)),
-        of("1e-7 everywhere", ((0.0, 1e-7),)),
-        of("1e-3 everywhere", ((0.0, 1e-3),)),
-        of("0 to 1e-6, a ramp", ((0.0, 0.0), (1.0, 1e-6))),
-        of("1 - 1e-7 everywhere", ((0.0, 1 - 1e-7),)),
-        of("1 everywhere", ((0.0, 1.0),)),
-        of("1 from the middle on", ((0.0, 0.0), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0))),
-        of("1 in the lowest bin", single(0)),
-        of("1 in a middle bin", single(128)),
-        of("1 in the highest bin", single(255)),
-    ]
+    flat = {"0": 0.0, "1e-12": 1e-12, "1e-7": 1e-7, "1e-3": 1e-3}
+    high = {"1 - 1e-7": 1 - 1e-7, "1": 1.0}
+    return {
+        **{f"{name} everywhere": ((0.0, value),) for name, value in flat.items()},
+        "0 to 1e-6, a ramp": ((0.0, 0.0), (1.0, 1e-6)),
+        **{f"{name} everywhere": ((0.0, value),) for name, value in high.items()},
+        "1 from the middle on": ((0.0, 0.0), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)),
+        "1 in the lowest bin": single(0),
+        "1 in a middle bin": single(128),
+        "1 in the highest bin": single(255),
+    }
 
 
-def _values() -> list[Extreme]:
-    def of(name: str, make: Callable[[], NDArray[Any]]) -> Extreme:
-        return Extreme("values", name, lambda: posed(Volume(make())))
-
+def _values() -> dict[str, Callable[[], Volume]]:
     precise = field(dtype=np.float64)
-    found = [
-        of(f"0 to {width:g}, float64", lambda width=width: width * precise)  # type: ignore[misc]
-        for width in (1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300)
-    ]
-    found += [
-        of(f"0 to {width:g}, float32", lambda width=width: np.float32(width) * field())  # type: ignore[misc]
-        for width in (1e-30, 1e-12, 1e12, 1e30)
-    ]
     half = precise - 0.5
-    return [
-        *found,
-        of("-8e307 to 8e307", lambda: 1.6e308 * half),
-        of("1e6 and 1e-3 more, float64", lambda: 1e6 + 1e-3 * precise),
-        of("1e15 and 1e3 more, float64", lambda: 1e15 + 1e3 * precise),
-        of("int64, all of it", lambda: (half * 1.8e19).astype(np.int64)),
-        of("two whole numbers", lambda: (precise > 0.5).astype(np.uint8)),
-    ]
+    wide = {
+        f"0 to {width:g}, float{bits}": partial(_scaled, width, bits)
+        for bits, widths in (
+            (64, (1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300)),
+            (32, (1e-30, 1e-12, 1e12, 1e30)),
+        )
+        for width in widths
+    }
+    return {
+        **wide,
+        "-8e307 to 8e307": lambda: Volume(1.6e308 * half),
+        "1e6 and 1e-3 more, float64": lambda: Volume(1e6 + 1e-3 * precise),
+        "1e15 and 1e3 more, float64": lambda: Volume(1e15 + 1e3 * precise),
+        "int64, all of it": lambda: Volume((half * 1.8e19).astype(np.int64)),
+        "two whole numbers": lambda: Volume((precise > 0.5).astype(np.uint8)),
+    }
 
 
-def _grids() -> list[Extreme]:
+def _scaled(width: float, bits: int) -> Volume:
+    dtype = np.dtype(f"float{bits}")
+    return Volume(dtype.type(width) * field(dtype=dtype))
+
+
+def _grids() -> dict[str, tuple[Callable[[], Volume], View]]:
     # A needle is narrower than a pixel from where all of it is in view.
     near = replace(VIEW, distance=0.01)
 
-    def spaced(name: str, x: float, y: float, z: float, view: View = VIEW) -> Extreme:
-        return Extreme("grid", name, lambda: posed(Volume(field(), (x, y, z)), view=view))
+    def spaced(*spacing: float) -> Callable[[], Volume]:
+        return lambda: Volume(field(), spacing)  # type: ignore[arg-type]
 
-    def shaped(name: str, z: int, y: int, x: int, view: View = VIEW) -> Extreme:
-        return Extreme("grid", name, lambda: posed(Volume(field((z, y, x))), view=view))
+    def shaped(*shape: int) -> Callable[[], Volume]:
+        return lambda: Volume(field(shape))  # type: ignore[arg-type]
 
-    return [
-        spaced("1 : 1,000 along x", 1e3, 1.0, 1.0, near),
-        spaced("1 : 1,000 along z", 1.0, 1.0, 1e3, near),
-        spaced("1,000 : 1 along z", 1.0, 1.0, 1e-3),
-        spaced("voxels of 1e-12", 1e-12, 1e-12, 1e-12),
-        spaced("voxels of 1e12", 1e12, 1e12, 1e12),
-        shaped("two voxels thick", 2, 20, 17),
-        shaped("2 x 2 x 2 voxels", 2, 2, 2),
-        shaped("1,000 x 2 x 2 voxels", 2, 2, 1000, near),
-        Extreme(
-            "grid",
-            "origin 1e12 away",
-            lambda: posed(Volume(field(), origin=(1e12, -1e12, 1e12))),
-        ),
-    ]
+    return {
+        "1 : 1,000 along x": (spaced(1e3, 1.0, 1.0), near),
+        "1 : 1,000 along z": (spaced(1.0, 1.0, 1e3), near),
+        "1,000 : 1 along z": (spaced(1.0, 1.0, 1e-3), VIEW),
+        "voxels of 1e-12": (spaced(1e-12, 1e-12, 1e-12), VIEW),
+        "voxels of 1e12": (spaced(1e12, 1e12, 1e12), VIEW),
+        "two voxels thick": (shaped(2, 20, 17), VIEW),
+        "2 x 2 x 2 voxels": (shaped(2, 2, 2), VIEW),
+        "1,000 x 2 x 2 voxels": (shaped(2, 2, 1000), near),
+        "origin 1e12 away": (lambda: Volume(field(), origin=(1e12, -1e12, 1e12)), VIEW),
+    }
 
 
-def _views() -> list[Extreme]:
-    def of(name: str, view: View, light: tuple[float, float] | None = None) -> Extreme:
-        lit = None if light is None else LightDirection(*light)
-        return Extreme("view", name, lambda: posed(view=view, light=lit))
+def _views() -> dict[str, dict[str, Any]]:
+    def lit(azimuth: float, elevation: float, view: View = VIEW) -> dict[str, Any]:
+        return {"view": view, "light": LightDirection(azimuth, elevation)}
 
-    return [
-        of("camera inside", replace(VIEW, distance=0.05)),
-        of("camera 1e-9 from the centre", replace(VIEW, distance=1e-9)),
-        Extreme(
-            "view",
-            "camera 1,000 times as far",
-            # An odd number of pixels, so that one of them meets the volume.
-            lambda: posed(view=replace(VIEW, distance=1e3), raster=Raster(25, 25)),
-        ),
-        of("along an axis", View()),
-        of("from the pole", View(0.0, 90.0, 0.0, 0.7)),
-        of("panned out of view", replace(VIEW, pan_x=1e6)),
-        of("light along the view", VIEW, (0.0, 0.0)),
-        of("light against the view", VIEW, (180.0, 0.0)),
-        of("light from straight above", VIEW, (0.0, 90.0)),
-        of("light along an axis", View(), (90.0, 0.0)),
-    ]
+    return {
+        "camera inside": {"view": replace(VIEW, distance=0.05)},
+        "camera 1e-9 from the centre": {"view": replace(VIEW, distance=1e-9)},
+        # An odd number of pixels, so that one of them meets the volume.
+        "camera 1,000 times as far": {
+            "view": replace(VIEW, distance=1e3),
+            "raster": Raster(25, 25),
+        },
+        "along an axis": {"view": View()},
+        "from the pole": {"view": View(0.0, 90.0, 0.0, 0.7)},
+        "panned out of view": {"view": replace(VIEW, pan_x=1e6)},
+        "light along the view": lit(0.0, 0.0),
+        "light against the view": lit(180.0, 0.0),
+        "light from straight above": lit(0.0, 90.0),
+        "light along an axis": lit(90.0, 0.0, View()),
+    }
 
 
-def _rasters() -> list[Extreme]:
-    def of(name: str, *numbers: int) -> Extreme:
-        return Extreme("raster", name, lambda: posed(raster=Raster(*numbers)))
-
-    return [
-        of("1 x 1", 1, 1),
-        of("3 x 2", 3, 2),
-        of("16,384 x 1", 16384, 1),
-        of("1 x 16,384", 1, 16384),
-        of("a row of 16,384 x 16,384", 16384, 16384, 0, 8000, 16384, 1),
-        of("a pixel of 16,384 x 16,384", 16384, 16384, 9000, 8000, 1, 1),
-    ]
+_RASTERS = {
+    "1 x 1": (1, 1),
+    "3 x 2": (3, 2),
+    "16,384 x 1": (16384, 1),
+    "1 x 16,384": (1, 16384),
+    "a row of 16,384 x 16,384": (16384, 16384, 0, 8000, 16384, 1),
+    "a pixel of 16,384 x 16,384": (16384, 16384, 9000, 8000, 1, 1),
+}
 
 
-def _parts() -> list[Extreme]:
-    def cropped(name: str, low: Triple, high: Triple, view: View = VIEW) -> Extreme:
-        return Extreme("part", name, lambda: posed(crop=CropBox(low, high), view=view))
-
-    def missing(name: str, where: NDArray[np.bool_]) -> Extreme:
-        garbage = np.where(where, 1e30, field())
-        return Extreme(
-            "part",
-            name,
-            lambda: posed(Volume(garbage.astype(np.float32), missing=where)),
-        )
-
+def _crops() -> dict[str, dict[str, Any]]:
     thin = 0.5 + LEAST_LENGTH
-    random = np.random.default_rng(1).random(SHAPE)
+    return {
+        "thinnest crop": {"crop": CropBox((0.5, 0.0, 0.0), (thin, 1.0, 1.0))},
+        "thinnest crop along all axes": {
+            "crop": CropBox((0.5, 0.5, 0.5), (thin, thin, thin)),
+            "view": replace(VIEW, distance=0.02),
+        },
+    }
+
+
+def _missing() -> dict[str, Callable[[], Volume]]:
+    def without(where: NDArray[np.bool_]) -> Callable[[], Volume]:
+        garbage = np.where(where, 1e30, field()).astype(np.float32)
+        return lambda: Volume(garbage, missing=where)
+
     two = np.ones(SHAPE, dtype=bool)
     two[7, 10, 8] = two[7, 10, 9] = False
-    return [
-        cropped("thinnest crop", (0.5, 0.0, 0.0), (thin, 1.0, 1.0)),
-        cropped(
-            "thinnest crop along all axes",
-            (0.5, 0.5, 0.5),
-            (thin, thin, thin),
-            replace(VIEW, distance=0.02),
-        ),
-        missing("half of the voxels missing", random < 0.5),
-        missing("all but two voxels missing", two),
-    ]
+    return {
+        "half of the voxels missing": without(np.random.default_rng(1).random(SHAPE) < 0.5),
+        "all but two voxels missing": without(two),
+    }

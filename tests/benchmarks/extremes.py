@@ -41,15 +41,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--kind", action="append", help="of extremes; may be repeated")
     asked = parser.parse_args(arguments)
     print_machine()
-    chosen = [each for each in extremes() if asked.kind is None or each.kind in asked.kind]
+    chosen = {k: v for k, v in extremes().items() if asked.kind is None or k[0] in asked.kind}
     tables: list[list[tuple[str, ...]]] = [[("", "", *columns)] for columns in TABLES]
-    with counting("extremes", len(chosen)) as (progress, task):
-        for extreme in chosen:
-            posed = extreme.pose()
+    with counting("extremes", len(chosen)) as show:
+        for number, (names, pose) in enumerate(chosen.items(), 1):
+            posed = pose()
             for columns, table in zip(TABLES, tables, strict=True):
                 found = (error_text(_found(measure, posed)) for measure in columns.values())
-                table.append((extreme.kind, extreme.name, *found))
-            progress.advance(task)
+                table.append((*names, *found))
+            show(number)
     tables.append([("input", "what is said"), *refused().items()])
     for heading, *rows in tables:
         print_rows("", heading, rows)
@@ -106,16 +106,10 @@ def _truth(posed: Posed, lighting: Lighting) -> NDArray[np.float64]:
     return reference_light.picture(posed.volume, posed.inputs, posed.raster, DISTANCE, lighting)
 
 
-def picture(lighting: Lighting) -> Callable[[Posed], float]:
-    """Return the measurement of the ray caster's pictures."""
+def picture(lighting: Lighting, name: RendererName = "raycast") -> Callable[[Posed], float]:
+    """Return the measurement of a renderer's pictures; the ray caster's error is relative."""
     return lambda posed: _error(
-        _drawn(posed, "raycast", lighting), _truth(posed, lighting), relative=True
-    )
-
-
-def _vtk(lighting: Lighting) -> Callable[[Posed], float]:
-    return lambda posed: _error(
-        _drawn(posed, "vtk", lighting), _truth(posed, lighting), relative=False
+        _drawn(posed, name, lighting), _truth(posed, lighting), relative=name == "raycast"
     )
 
 
@@ -186,20 +180,18 @@ def _field(lighting: Lighting) -> Callable[[Posed], float]:
     return measure
 
 
-LIGHTS: tuple[Lighting, ...] = ("none", "direct", "soft")
+LIGHTS: dict[str, Lighting] = {"unlit": "none", "direct": "direct", "soft": "soft"}
 
 TABLES: tuple[dict[str, Callable[[Posed], float]], ...] = (
     {
-        "unlit": picture("none"),
-        "direct": picture("direct"),
-        "soft": picture("soft"),
-        "VTK unlit": _vtk("none"),
-        "VTK direct": _vtk("direct"),
+        **{name: picture(light) for name, light in LIGHTS.items()},
+        "VTK unlit": picture("none", "vtk"),
+        "VTK direct": picture("direct", "vtk"),
         "path-traced opacity": _path_opacity,
         "path-traced light": _white_furnace,
     },
-    {f"plot, {light.replace('none', 'unlit')}": _plot(light) for light in LIGHTS}
-    | {f"field, {light.replace('none', 'unlit')}": _field(light) for light in LIGHTS},
+    {f"plot, {name}": _plot(light) for name, light in LIGHTS.items()}
+    | {f"field, {name}": _field(light) for name, light in LIGHTS.items()},
 )
 """Columns of the tables of pictures and of sensitivities."""
 

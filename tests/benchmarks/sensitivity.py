@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             rows = costs(
                 f"ray caster, {asked.size}", exact_ways(renderer, volume, asked.size), inputs
             )
-        folder = model_for(volume)
+        folder = model_for(volume.fingerprint)
         if folder is not None:
             # Derivatives go through torch, so the images are torch's, too.
             generator = Generator.load(folder, "auto")

@@ -370,7 +370,7 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(raw_file, tmp_path, cap
 
 def test_the_papers_run_is_one_command(raw_file, tmp_path, monkeypatch):
     jobs: list[TrainingJob] = []
-    monkeypatch.setattr("app.cli.train.train_model", jobs.append)
+    monkeypatch.setattr("app.cli.training_display.train_model", jobs.append)
     base = f"train --faithful --volume {raw_file} --out {tmp_path}/run"
     assert run(base.split()) == 0
     (job,) = jobs

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.cli import run, window
+from app.cli import commands, run
 from app.state.window_start import WindowStart
 from model.volume_files.shipped import DEFAULT_VOLUME, SCAN
 
@@ -14,7 +14,7 @@ def test_it_is_the_scan_whatever_else_is_asked_for(monkeypatch):
         starts.append(start)
         return 0
 
-    monkeypatch.setattr(window, "open_window", note)
+    monkeypatch.setattr(commands, "open_window", note)
     for words in ([], ["--renderer", "vtk"], [str(DEFAULT_VOLUME)]):
         assert run(words) == 0
     assert [start.volume for start in starts] == [SCAN, SCAN, DEFAULT_VOLUME]

@@ -106,8 +106,8 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(plan
 
 
 def test_a_collapse_is_a_result_and_the_study_goes_on(plan, monkeypatch):
-    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
-    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    monkeypatch.setattr("model.training.monitor.WARM_UP", 0)
+    monkeypatch.setattr("model.training.monitor.LEAST_DIVERSITY", 0)
     begun: list[str] = []
     encode = LatentCodec.encode
 

@@ -10,11 +10,11 @@ from torch import nn
 from training_runs import RECIPE, plan
 
 from model.networks.checkpoint import load_model
+from model.training.averaging import SAMPLES, BatchNormRecalibration
 from model.training.batch import encode_batch
-from model.training.batch_norm import SAMPLES, BatchNormRecalibration
 from model.training.options import Budget
-from model.training.schedule import Schedule
 from model.training.sources import StoredSource
+from model.training.stages import Schedule
 from model.training.state import load_stage
 from model.training.trainer import train
 
@@ -32,7 +32,7 @@ def generator():
 
 def test_layers_put_out_mean_0_and_variance_1(generator, store, monkeypatch):
     # In one batch: of several, each would be drawn with its own mean.
-    monkeypatch.setattr("model.training.batch_norm.BATCH", SAMPLES)
+    monkeypatch.setattr("model.training.averaging.BATCH", SAMPLES)
     before = copy.deepcopy(generator.state_dict())
     own = BatchNormRecalibration(StoredSource(store), SIZE, CPU).of(generator)
     assert not own.training

@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 import torch
 
-from model.training.guard import (
+from model.training.monitor import (
     LATEST_START,
     PATIENCE,
     WARM_UP,

@@ -15,7 +15,7 @@ from model.samples.sampling import draw_sample
 from model.scene.light import LightDirection
 from model.scene.scene import Scene
 from model.training.job import TrainingJob
-from model.training.running import run_job
+from model.training.trainer import run_job
 from model.volume_files.source import VolumeSource
 
 FULL = TrainingJob(

@@ -39,11 +39,11 @@ import torch
 from model.training.batch import EncodedBatch
 from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
-from model.networks.paper.opacity import OpacityGenerator
 from model.scene.scene import Scene
 from model.training import parallel
 from model.training.codec_loss import CodecLoss
 from model.training.options import TrainingOptions
+from model.training.stage import Setup
 from model.training.stages import OpacityStage
 import safetensors.torch
 
@@ -53,7 +53,7 @@ with parallel.process_group(torch.device("cpu")) as device:
     size = NetworkSize(0.125, 16, 16)
     options = TrainingOptions(adversarial_start=0.0)
     loss = CodecLoss(Scene('none', '', (0.0, 1.0), (0.0, 1.0), 16), options)
-    stage = OpacityStage(size, options, OpacityGenerator(size), loss, device)
+    stage = OpacityStage(Setup(size, 5, options, loss, device))
     assert parallel.from_first((3.0 + rank, rank == 0)) == (3.0, True)
     assert (parallel.own_stage(1) == 1) == (rank == 0)
     for name in ("same", "different"):

@@ -5,9 +5,8 @@ import pytest
 import torch
 from torch import nn
 
-from model.training.epochs import halvings_of_epochs, samples_of_epochs
 from model.training.optimizers import cosine_decay, halving_decay
-from model.training.options import TrainingOptions
+from model.training.options import TrainingOptions, halvings_of_epochs, samples_of_epochs
 
 
 def test_the_papers_run_sees_each_image_thirty_times_in_each_stage():

@@ -10,8 +10,8 @@ from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch
 from model.training.options import TrainingOptions
-from model.training.recording import FIRST_PASSES
-from model.training.schedule import Schedule
+from model.training.stage import FIRST_PASSES
+from model.training.stages import Schedule
 
 SCENE = Scene("none", "", (0.0, 1.0), (0.0, 1.0), 32)
 SIZE = NetworkSize(0.125, 16, 32, modulation=True, opacity_modulation=True, deep_codec=True)
@@ -49,7 +49,7 @@ def test_recorded_steps_learn_what_others_do():
 def test_the_losses_of_a_pass_are_those_of_a_step(monkeypatch):
     """Without a GPU: the pass as it would be recorded, made anew each time."""
     monkeypatch.setattr(
-        "model.training.recording.RecordedPass.run", lambda self, batch: self._run(batch)
+        "model.training.stage.RecordedPass.run", lambda self, batch: self._run(batch)
     )
     device = torch.device("cpu")
     plain = losses_of_steps(device, False, 5)

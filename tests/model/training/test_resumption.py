@@ -17,8 +17,8 @@ from training_runs import RECIPE, Stop, assert_same_state, plan
 from model.errors import TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.training.joint import JointStage
 from model.training.plan import TrainingPlan, TrainingReport
+from model.training.stages import JointStage
 from model.training.state import load_progress
 from model.training.trainer import train
 

@@ -27,13 +27,11 @@ from model.scene.light import LightDirection, LightRange
 from model.scene.scene import Scene
 from model.training import trainer
 from model.training.options import Budget, StageOptions
-from model.training.plan import TrainingReport
-from model.training.schedule import Schedule
+from model.training.plan import TrainingReport, WarmStart
 from model.training.sources import reduced
-from model.training.stages import OpacityStage
+from model.training.stages import OpacityStage, Schedule
 from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
-from model.training.warm_start import WarmStart
 
 CPU = torch.device("cpu")
 ONE_STAGE = replace(RECIPE, one_stage=True, small_time_share=0.0)
@@ -146,9 +144,9 @@ def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
 
 @pytest.mark.parametrize("ended_by", ["the guard", "Ctrl-C"])
 def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch, ended_by):
-    monkeypatch.setattr("model.training.guard.WARM_UP", 0)
+    monkeypatch.setattr("model.training.monitor.WARM_UP", 0)
     # A network of a few steps draws grey images whatever the code.
-    monkeypatch.setattr("model.training.guard.LEAST_DIVERSITY", 0)
+    monkeypatch.setattr("model.training.monitor.LEAST_DIVERSITY", 0)
     encode = LatentCodec.encode
     seen: list[TrainingReport] = []
 

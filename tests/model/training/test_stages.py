@@ -13,17 +13,15 @@ from told_codec import Told
 from torch import Tensor, nn
 
 from model.errors import TrainingError
-from model.networks.paper.opacity import OpacityGenerator
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
+from model.training.averaging import EMA
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
-from model.training.ema import EMA
-from model.training.losses import adversarial
 from model.training.optimizers import WARM_UP
 from model.training.options import TrainingOptions
-from model.training.stage import Losses
+from model.training.stage import Losses, Setup, adversarial
 from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)
@@ -40,8 +38,9 @@ def batch(store):
 
 def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
     torch.manual_seed(0)
-    opacity = OpacityStage(SIZE, options, OpacityGenerator(SIZE), CodecLoss(SCENE, PLAIN), CPU)
-    return opacity, TranslationStage(SIZE, options, opacity.average.network, 5, CPU)
+    setup = Setup(SIZE, 5, options, CodecLoss(SCENE, PLAIN), CPU)
+    opacity = OpacityStage(setup)
+    return opacity, TranslationStage(setup, opacity.average.network)
 
 
 def test_the_adversarial_loss_is_minus_log_of_the_probability():
@@ -158,7 +157,7 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(batch, advers
 
     def trained(kind: type[OpacityStage]) -> tuple[OpacityStage, Losses]:
         torch.manual_seed(0)
-        stage = kind(SIZE, options, OpacityGenerator(SIZE), LOSS, CPU)
+        stage = kind(Setup(SIZE, 5, options, LOSS, CPU))
         # Without batch statistics, parts add up to the whole.
         stage.generator.eval()
         stage.discriminator.eval()
@@ -187,9 +186,7 @@ class TightBackwards(OpacityStage):
 
 
 def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch):
-    stage = TightBackwards(
-        SIZE, TrainingOptions(adversarial_start=0.0), OpacityGenerator(SIZE), LOSS, CPU
-    )
+    stage = TightBackwards(Setup(SIZE, 5, TrainingOptions(adversarial_start=0.0), LOSS, CPU))
     losses = stage.step(batch, WARM_UP).losses
     assert stage.parts == 4
     steps = {
@@ -202,7 +199,7 @@ def test_the_discriminator_learns_once_however_often_a_step_is_tried(batch):
 
 
 def test_memory_too_small_for_any_part_is_said(batch):
-    stage = Tight(SIZE, TrainingOptions(), OpacityGenerator(SIZE), LOSS, CPU)
+    stage = Tight(Setup(SIZE, 5, TrainingOptions(), LOSS, CPU))
     stage.room = 1
     with pytest.raises(TrainingError, match="out of memory") as caught:
         stage.step(batch, 0.0)

@@ -1,0 +1,356 @@
+"""What draws the images of ``render``: a renderer, the path tracer or a generator."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.cli.captions import range_text, view_text
+from app.cli.console import warn
+from app.cli.render import Render
+from model.errors import RenderError
+from model.generator.catalog import model_for, shipped_models
+from model.networks.card import load_card
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs, outside_range
+from model.scene.light import LightDirection
+from model.scene.narrow_part import narrow_part
+from model.scene.range_fitting import fit_to_range, fit_to_volume
+from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.transfer_function import Range, TransferFunction
+from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
+from model.scene.view import View
+from model.scene.volume import Volume
+from model.volume_files.first_tf import first_transfer_function
+from model.volume_files.source import volume_of
+
+DEFAULT_SIZE = 256
+DEFAULT_SAMPLE_DISTANCE = 0.5
+
+MODEL_RANGE = (
+    "A model draws over the range and scale that it was trained on; leave --range and --scale out."
+)
+
+
+_Place = tuple[Volume, Lighting, LightDirection | None, float]
+"""Volume, lighting, direction of the light and sample distance."""
+
+_Drawing = tuple[Callable[[View], NDArray[np.float32]], Callable[[], str], Callable[[], None]]
+"""What draws a view, names itself and closes."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Drawer:
+    """A renderer with what its images show.
+
+    Attributes
+    ----------
+    draw : callable
+        From a view to its image, float32 (H, W, 4).
+    drawn_by : callable
+        Names the renderer of the last image.
+    volume : Volume or None
+        None for a generator that needs no voxels.
+    light : LightDirection or None
+        None in an unlit image.
+    """
+
+    draw: Callable[[View], NDArray[np.float32]]
+    drawn_by: Callable[[], str]
+    inputs: SceneInputs
+    raster: Raster
+    volume: Volume | None
+    volume_name: str
+    lighting: Lighting
+    light: LightDirection | None
+    close: Callable[[], None] = lambda: None
+
+    @property
+    def known_volume(self) -> Volume:
+        """The volume, which a scale bar or a turntable needs."""
+        if self.volume is None:
+            raise RenderError(
+                "The model does not know its volume's lengths, for a scale bar or a turntable; "
+                "give --volume."
+            )
+        return self.volume
+
+    def facts(self) -> dict[str, str]:
+        """Return the texts of a PNG file."""
+        tf = self.inputs.transfer_function
+        facts = {
+            "Title": f"{self.volume_name}, by {self.drawn_by()}",
+            "Volume": self.volume_name,
+            "View": view_text(self.inputs.view),
+            "Lighting": self.lighting,
+            "Renderer": self.drawn_by(),
+            "Scalar range": range_text(tf.scalar_range, tf.scale),
+            "Transfer function": json.dumps(tf.to_json()),
+        }
+        if self.light is not None:
+            facts["Light"] = f"{self.light.azimuth:g},{self.light.elevation:g}"
+        if self.inputs.crop is not None:
+            planes = zip(self.inputs.crop.low, self.inputs.crop.high, strict=True)
+            facts["Crop"] = ",".join(f"{low:g},{high:g}" for low, high in planes)
+        return facts
+
+
+def open_drawer(asked: Render) -> Drawer:
+    """Return what draws the images that are asked for."""
+    return _generator_drawer(asked) if asked.renderer == "generator" else _volume_drawer(asked)
+
+
+def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferFunction:
+    """Load a TF; fit one made for another range to this range, and print a notice."""
+    tf = TransferFunction.load(path)
+    if tf.is_relative:
+        tf = tf.on_scale(scale)
+    if tf.scale != scale:
+        raise RenderError(
+            f"{path}: this TF lies over {SCALE_NAMES[tf.scale]}, and here TFs lie over "
+            f"{SCALE_NAMES[scale]}; give one that was made on the same scale."
+        )
+    return _noticed(path, tf, fit_to_range(tf, scalar_range))
+
+
+def choose_tf(
+    path: Path | None, volume: Volume, keeps_range: bool, known: TransferFunction | None = None
+) -> tuple[TransferFunction, Volume]:
+    """Return a known TF, that of a file, or a volume's first one, and the volume over its range.
+
+    A volume that `keeps_range` has a chosen range or scale, to which the TF is fitted; otherwise
+    the TF's range, where it fits the volume, and scale are taken.
+    """
+    if known is not None:
+        if keeps_range:
+            return fit_to_range(known, volume.scalar_range), volume
+        fitted = fit_to_volume(known, volume)
+        return fitted, volume.over(fitted.scalar_range, fitted.scale)
+    if path is None:
+        return first_transfer_function(volume), volume
+    if keeps_range:
+        fitted = load_fitted(path, volume.scalar_range, volume.scale)
+    else:
+        tf = TransferFunction.load(path)
+        fitted = _noticed(path, tf, fit_to_volume(tf, volume))
+        volume = volume.over(fitted.scalar_range, fitted.scale)
+    narrow = narrow_part(fitted.opacity, fitted.color)
+    if narrow is not None:
+        low, high = values_at(narrow.remedy, narrow.scale)
+        warn(f"{path}: {narrow.sentence.rstrip('.')}; give --range {low:.10g},{high:.10g}.")
+    return fitted, volume
+
+
+def _noticed(path: Path, tf: TransferFunction, fitted: TransferFunction) -> TransferFunction:
+    """Print a notice where a TF was fitted, unless it has no range of its own."""
+    if not tf.is_relative and tf.scalar_range != fitted.scalar_range:
+        made, here = (range_text(each.scalar_range, each.scale) for each in (tf, fitted))
+        print(f"{path}: made for the scalar range {made} and fitted to {here}.")
+    return fitted
+
+
+def model_folder(model: Path | None, volume: Volume) -> Path:
+    """Return the given model's folder, or that of the model shipped for a volume."""
+    folder = model or model_for(volume.fingerprint)
+    if folder is None:
+        names = ", ".join(str(path) for path in shipped_models()) or "none"
+        raise RenderError(
+            f"No shipped model was trained on '{volume.name}' (shipped: {names}); give --model."
+        )
+    return folder
+
+
+def warn_outside(inputs: SceneInputs, scene: Scene) -> None:
+    """Say on standard error what a generator is asked for and was not trained on."""
+    outside = outside_range(inputs, scene)
+    if outside:
+        warn(f"{outside}. What the model draws there may be wrong.")
+
+
+def _volume_drawer(asked: Render) -> Drawer:
+    scene = load_card(asked.model).scene if asked.model else None
+    lighting, light = asked.lighting, None
+    if lighting is None:
+        lighting, light = (scene.lighting, scene.light) if scene else ("none", None)
+    elif lighting != "none":
+        light = LightDirection()
+    if asked.light is not None and lighting == "none":
+        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+    chosen = asked.source.is_placed
+    volume = asked.source.read() if scene is None or chosen else volume_of(scene, asked.source)
+    if asked.fingerprint and volume.fingerprint != asked.fingerprint:
+        warn(f"{volume.name}: the session was saved with other voxels than these.")
+    tf, volume = choose_tf(asked.tf, volume, chosen or scene is not None, asked.known_tf)
+    if asked.draw_missing:
+        volume = volume.drawing_missing(True)
+    _check_for_lighting(asked, lighting)
+    size = scene.image_size if scene else DEFAULT_SIZE
+    step = asked.sample_distance or (scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE)
+    inputs, raster = asked.inputs(tf), asked.size or Raster(size, size)
+    place = volume, lighting, light, step
+    draw, drawn_by, close = (_path_tracer if lighting == "path" else _renderer)(
+        asked, inputs, raster, place
+    )
+    return Drawer(
+        draw=draw,
+        drawn_by=drawn_by,
+        inputs=inputs,
+        raster=raster,
+        volume=volume,
+        volume_name=volume.name,
+        lighting=lighting,
+        light=asked.light or light,
+        close=close,
+    )
+
+
+def _check_for_lighting(asked: Render, lighting: Lighting) -> None:
+    """Refuse options of path-traced light in another light, and a sample distance in that."""
+    if lighting == "path" and asked.sample_distance is not None:
+        raise RenderError(
+            "Path-traced light has no steps along a ray; leave --sample-distance out, or give "
+            "--samples."
+        )
+    for option, what in (
+        (asked.samples, "Samples are counted"),
+        (asked.error, "Errors are estimated"),
+        (asked.denoise, "Pictures are denoised"),
+    ):
+        if option is not None and lighting != "path":
+            raise RenderError(f"{what} in path-traced light only.", lighting="path")
+
+
+def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
+    from model.rendering.fallback import FallbackRenderer
+    from model.rendering.renderer import Renderer, open_renderer
+
+    name = cast(RendererName, asked.renderer)
+    renderer: Renderer = FallbackRenderer(*place) if name == "vtk" else open_renderer(name, *place)
+    failures: list[str] = []
+
+    def draw(view: View) -> NDArray[np.float32]:
+        image = renderer.render(replace(inputs, view=view), raster)
+        failure = getattr(renderer, "reason", "")
+        if failure and not failures:
+            failures.append(failure)
+            warn(failure)
+        return image
+
+    def drawn_by() -> str:
+        return "the ray caster" if failures or name == "raycast" else "VTK"
+
+    return draw, drawn_by, renderer.close
+
+
+def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
+    from model.generator.path_light_generator import cleaning_of
+    from model.rendering.path_tracing import denoising
+    from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, drawn
+    from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
+
+    if asked.denoise and not denoising.available():
+        raise RenderError(
+            "Open Image Denoise is not installed: it has no package for this machine, or the "
+            "environment lacks pyoidn. Leave --denoise out, or give more --samples."
+        )
+    volume, _, light, step = place
+    tracer = PathTracer(volume, light, step)
+    cleaning, release = cleaning_of(volume, light, asked.denoise is not False)
+    error = asked.error or 0.0
+    samples = asked.samples or (SAMPLES if asked.error is None else MOST_SAMPLES)
+    finished: list[tuple[Refined, float]] = []
+
+    def draw(view: View) -> NDArray[np.float32]:
+        begun = time.perf_counter()
+        seen = replace(inputs, view=view)
+        last = drawn(tracer, seen, raster, samples, cleaning=cleaning, error=error)
+        finished[:] = [(last, time.perf_counter() - begun)]
+        return last.rgba
+
+    def drawn_by() -> str:
+        by = "the path tracer"
+        for last, seconds in finished:
+            samples = f"{last.samples} sample{'s' * (last.samples > 1)} a pixel"
+            by += f", {samples}{last.deed and f', {last.deed},'} in {seconds:.2g} s"
+            if last.samples > 1:
+                by += f", estimated error {last.error:.2g}".replace(" 0.", " .")
+        return by
+
+    def close() -> None:
+        tracer.close()
+        release()
+
+    return draw, drawn_by, close
+
+
+def _generator_drawer(asked: Render) -> Drawer:
+    _check_for_model(asked)
+    folder = asked.model or model_folder(None, asked.source.read())
+    scene = load_card(folder).scene
+    if asked.lighting is not None and asked.lighting != scene.lighting:
+        raise RenderError(
+            f"The model was trained with the lighting '{scene.lighting}'; "
+            "leave another one out, or train a model with it."
+        )
+    if asked.light is not None and scene.light_range is None:
+        kind = "without light" if scene.light is None else "with a fixed light"
+        raise RenderError(f"The model was trained {kind}: it cannot follow another direction.")
+    volume = None
+    if not asked.tf or asked.legend or asked.scale_bar or asked.is_movie:
+        volume = volume_of(scene, asked.source)
+    if asked.known_tf is not None:
+        tf = fit_to_range(asked.known_tf, scene.scalar_range)
+    elif asked.tf or volume is None:
+        tf = load_fitted(cast(Path, asked.tf), scene.scalar_range, scene.scale)
+    else:
+        tf = first_transfer_function(volume)
+    inputs = asked.inputs(tf)
+    warn_outside(inputs, scene)
+    from model.generator.generator import Generator
+
+    generator = Generator.load(folder, asked.device)
+    own = scene.image_size
+    raster = asked.size or Raster(own, own)
+
+    def draw(view: View) -> NDArray[np.float32]:
+        rgba = generator.render(replace(inputs, view=view))
+        if raster.shorter != own:
+            from skimage.transform import resize
+
+            side = raster.shorter
+            rgba = resize(rgba, (side, side), anti_aliasing=side < own)
+        return np.clip(rgba, 0, 1).astype(np.float32)
+
+    return Drawer(
+        draw=draw,
+        drawn_by=lambda: f"the model {folder}",
+        inputs=inputs,
+        raster=raster,
+        volume=volume,
+        volume_name=scene.volume_name,
+        lighting=scene.lighting,
+        light=asked.light or scene.light,
+    )
+
+
+def _check_for_model(asked: Render) -> None:
+    """Refuse what only renderers have."""
+    if (asked.samples, asked.denoise, asked.error) != (None, None, None):
+        raise RenderError(
+            "Samples, error and denoising are the path tracer's; leave them out, or choose its "
+            "light."
+        )
+    if asked.sample_distance is not None:
+        raise RenderError(
+            "A model's images have no samples along rays; leave --sample-distance out, or give "
+            "--renderer raycast or vtk."
+        )
+    if asked.source.is_placed:
+        raise RenderError(MODEL_RANGE)

@@ -1,0 +1,296 @@
+"""The paper's figures and tables, made anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from math import inf
+from pathlib import Path
+from typing import get_args
+
+from app.cli.console import about, counting, print_table
+from app.cli.drawers import load_fitted
+from app.cli.outputs import make_room_for, write_json, write_text
+from app.cli.paper import QUICK_COUNT, Item, Paper
+from model.errors import CheckpointError
+from model.evaluation.study import STUDIES
+from model.generator.catalog import shipped_models
+from model.latent.latent_map import LatentMap
+from model.networks.card import load_card
+from model.paper.comparison import Compared, compared_samples
+from model.paper.exploration import Exploration, detail, final_map, overview, walk
+from model.paper.overview import approach
+from model.paper.region_edits import region_edits
+from model.paper.subject import Subject, open_subject
+from model.paper.table import Table
+from model.paper.tables import (
+    HoldoutErrors,
+    holdout_errors,
+    nearest_errors,
+    table_1,
+    table_2,
+)
+from model.paper.value_edits import PAPER_R, ValueStep, value_edits
+from model.samples.sample_store import SampleStore
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.training.job import TrainingJob
+from model.training.options import TrainingOptions
+
+MAP_SAMPLES = 10_000
+QUICK_MAP_SAMPLES = 400
+PICTURE_COUNT = 200
+TABLE_COUNT = 2000
+TIMED_SAMPLES = 40
+REPEATS = 20
+QUICK_BLOCKS = 4
+
+STUDY_PRESET = "draft"
+"""64 x 64 pixels, as the paper's own study of dimensions has; a quarter of its width."""
+
+STUDY_SETTINGS = (f"joint.learning_rate={TrainingOptions().small.learning_rate}",)
+"""At 64 pixels the rate is that of a run that begins so small."""
+
+STUDY_IMAGES, STUDY_COUNT = 8000, 500
+QUICK_SAMPLES = QUICK_STUDY_IMAGES = 64
+
+
+def make_items(asked: Paper) -> None:
+    """Make one item, or all."""
+    wanted = [item for item in get_args(Item) if item != "all"]
+    if asked.item != "all":
+        wanted = [asked.item]
+    with _Maker(asked) as maker:
+        for item in wanted:
+            for path in maker.make(item):
+                print(f"{item}: {path}")
+
+
+class _Maker:
+    """Makes items, and keeps what several of them need."""
+
+    def __init__(self, asked: Paper) -> None:
+        self._asked = asked
+        self._opened: list[Subject] = []
+
+    def __enter__(self) -> _Maker:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        for subject in self._opened:
+            subject.close()
+
+    def make(self, item: Item) -> list[Path]:
+        """Make an item, and return its files."""
+        make: dict[Item, Callable[[Path], None]] = {
+            "teaser": self._teaser,
+            "overview": self._overview,
+            "sensitivity": self._sensitivity,
+            "value-fields": self._value_fields,
+            "exploration": self._exploration,
+            "interpolation": self._interpolation,
+            "qualitative": self._qualitative,
+        }
+        if item in make:
+            path = self._asked.out / f"{item}.png"
+            make_room_for(path)
+            make[item](path)
+            return [path]
+        if item == "table1":
+            return self._write(item, self._table_1())
+        if item == "table2":
+            quick = self._asked.quick
+            table = table_2(
+                self._subject, 3 if quick else REPEATS, QUICK_BLOCKS if quick else PAPER_R
+            )
+            return self._write(item, table)
+        return _make_study(self._asked, item)
+
+    @cached_property
+    def _folders(self) -> list[Path]:
+        if self._asked.models:
+            return list(self._asked.models)
+        # The pictures are of the first: of the most accurate.
+        folders = sorted(shipped_models(), key=_recorded_rmse)
+        if not folders:
+            raise CheckpointError(
+                "No model is shipped; train one with 'train', and give its folder by --model."
+            )
+        if self._asked.volume.path is None:
+            return folders
+        volume = self._asked.volume.read()
+        fitting = [
+            folder
+            for folder in folders
+            if load_card(folder).scene.volume_fingerprint == volume.fingerprint
+        ]
+        if not fitting:
+            raise CheckpointError(
+                f"No model is shipped for '{volume.name}'; train one with 'train', and give its "
+                "folder by --model."
+            )
+        return fitting
+
+    @cached_property
+    def _subjects(self) -> list[Subject]:
+        for folder in self._folders:
+            self._opened.append(open_subject(folder, self._asked.volume, self._asked.device))
+        return self._opened
+
+    @property
+    def _subject(self) -> Subject:
+        """The model of all figures that show one volume."""
+        return self._subjects[0]
+
+    @property
+    def _name(self) -> str:
+        return self._subject.volume.name
+
+    @property
+    def _units(self) -> str:
+        return self._subject.volume.units
+
+    @cached_property
+    def _inputs(self) -> SceneInputs:
+        scene = self._subject.generator.scene
+        if self._asked.tf is not None:
+            tf = load_fitted(self._asked.tf, scene.scalar_range, scene.scale)
+        else:
+            tf = default_transfer_function(self._subject.volume)
+        return SceneInputs.of(self._asked.view, tf)
+
+    @cached_property
+    def _map(self) -> LatentMap:
+        samples = QUICK_MAP_SAMPLES if self._asked.quick else MAP_SAMPLES
+        print(f"The map of {samples:,} codes, if it is new, takes a minute or two.")
+        return final_map(self._subject, samples)
+
+    @cached_property
+    def _explored(self) -> Exploration:
+        return overview(self._subject, self._map, self._inputs)
+
+    @cached_property
+    def _value_steps(self) -> list[ValueStep]:
+        return value_edits(self._subject, self._inputs)
+
+    @cached_property
+    def _compared(self) -> list[Compared]:
+        return compared_samples(self._subject, self._asked.samples(PICTURE_COUNT))
+
+    def _teaser(self, path: Path) -> None:
+        from app.figures.paper_pictures import save_teaser
+
+        save_teaser(
+            path, self._name, self._units, self._subject.window,
+            self._compared, self._value_steps[0], self._explored,
+        )  # fmt: skip
+
+    def _overview(self, path: Path) -> None:
+        from app.figures.paper_pictures import save_overview
+
+        save_overview(path, self._name, self._units, approach(self._subject, self._inputs))
+
+    def _sensitivity(self, path: Path) -> None:
+        from app.figures.paper_sensitivity import save_region_edits
+
+        steps = region_edits(self._subject, self._inputs)
+        save_region_edits(path, self._name, self._units, self._subject.window, steps)
+
+    def _value_fields(self, path: Path) -> None:
+        from app.figures.paper_sensitivity import save_value_edits
+
+        save_value_edits(path, self._name, self._units, self._subject.window, self._value_steps)
+
+    def _exploration(self, path: Path) -> None:
+        from app.figures.paper_latent import save_explorations
+
+        finer = detail(self._subject, self._map, self._explored)
+        save_explorations(path, self._name, self._units, [self._explored, finer])
+
+    def _interpolation(self, path: Path) -> None:
+        from app.figures.paper_latent import save_walk
+
+        candidates = QUICK_COUNT if self._asked.quick else 48
+        places = walk(self._subject, self._map, self._inputs, candidates=candidates)
+        save_walk(path, self._name, self._units, self._inputs, self._map, places)
+
+    def _qualitative(self, path: Path) -> None:
+        from app.figures.paper_pictures import save_qualitative
+
+        found = {self._name: self._compared}
+        for subject in self._subjects[1:]:
+            count = self._asked.samples(PICTURE_COUNT)
+            found[subject.volume.name] = compared_samples(subject, count)
+        save_qualitative(path, found)
+
+    def _table_1(self) -> Table:
+        count = self._asked.samples(TABLE_COUNT)
+        store, nearest = None, None
+        if self._asked.store is not None:
+            store = SampleStore(self._asked.store)
+            store.require_holdout(count)
+        errors = [self._errors(subject, count, store) for subject in self._subjects]
+        if store is not None:
+            with counting("nearest training images", count) as show:
+                nearest = nearest_errors(store, count, show)
+        return table_1(
+            self._subjects, errors, 4 if self._asked.quick else TIMED_SAMPLES, store, nearest
+        )
+
+    def _errors(self, subject: Subject, count: int, store: SampleStore | None) -> HoldoutErrors:
+        from time import perf_counter
+
+        if store is not None and store.scene != subject.generator.scene:
+            print(
+                f"{subject.folder.name} has another scene than the data set: it is measured on "
+                "samples of its own."
+            )
+            store = None
+        # The first images compile and load what draws them.
+        holdout_errors(subject, 1, store=store)
+        start = perf_counter()
+        holdout_errors(subject, 4, store=store)
+        seconds = (perf_counter() - start) / 4 * count
+        print(f"Measuring {subject.folder.name} takes {about(seconds)}.")
+        with counting(f"measuring {subject.folder.name}", count) as show:
+            return holdout_errors(subject, count, show, store)
+
+    def _write(self, item: Item, table: Table) -> list[Path]:
+        paths = [self._asked.out / f"{item}{suffix}" for suffix in (".md", ".json")]
+        write_text(paths[0], table.markdown())
+        write_json(paths[1], table.to_json())
+        print_table(table.title, table.heading, table.rows)
+        for note in table.notes:
+            print(note)
+        return paths
+
+
+def _recorded_rmse(folder: Path) -> float:
+    return float(load_card(folder).metrics.get("holdout", {}).get("rmse", inf))
+
+
+def _make_study(asked: Paper, item: Item) -> list[Path]:
+    """Run a study, or what is missing of it, in a folder that all studies share."""
+    from app.cli.study_models import study_models
+
+    study = STUDIES[str(item)]
+    folder = asked.out / ("studies-quick" if asked.quick else "studies")
+    job = TrainingJob(
+        out=folder,
+        volume=asked.volume,
+        preset=STUDY_PRESET,
+        settings=STUDY_SETTINGS,
+        minutes=None if asked.quick else asked.minutes,
+        samples=QUICK_SAMPLES if asked.quick else None,
+        workers=asked.workers,
+        device=asked.device,
+    )
+    missing = [v for v in study.variants if not (folder / v.name / "result.json").is_file()]
+    if missing and not asked.quick:
+        seconds = 60 * asked.minutes * len(missing)
+        print(
+            f"{item}: {len(missing)} models of {asked.minutes:g} minutes each, "
+            f"{about(seconds)}, plus rendering and measuring. It can be stopped and resumed."
+        )
+    images = QUICK_STUDY_IMAGES if asked.quick else STUDY_IMAGES
+    return study_models(str(item), job, images, asked.samples(STUDY_COUNT))
