@@ -92,7 +92,7 @@ class Latent:
         """Open or compute the map, answer the question, and write the result."""
         self._check()
         # Late: with it comes torch.
-        from app.cli.drawers import load_fitted
+        from app.cli.drawing import load_fitted
         from app.cli.outputs import make_room_for
         from model.volume_files.first_tf import first_transfer_function
 

@@ -65,10 +65,7 @@ class Paper:
 
     def run(self) -> None:
         """Make one item, or all."""
-        # Late: with it comes torch.
-        from app.cli.paper_items import make_items
-
-        make_items(self)
+        options.late("paper_items").make_items(self)
 
     def samples(self, usual: int) -> int:
         """Return the number of hold-out samples where it is usually so many."""

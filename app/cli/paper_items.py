@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from app.cli.console import about, counting, print_table
-from app.cli.drawers import load_fitted
+from app.cli.drawing import load_fitted
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
 from model.errors import CheckpointError

@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 from app.cli import options, values
-from model.errors import RenderError, reason
-from model.files import writing
+from model.errors import RenderError
 from model.networks.names import DeviceChoice
 from model.rendering.raster import Raster
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
-from model.scene.transfer_function import OpacityTF, TransferFunction
+from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
-from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QImage
-
-    from app.cli.drawers import Drawer
     from app.state.session import Session
 
 Background = tuple[int, int, int]
@@ -132,7 +122,7 @@ class Render:
     def run(self) -> None:
         """Render the image and write it, replacing an existing file."""
         asked = self if self.session is None else self._of_session(self.session)
-        asked._write()
+        options.late("drawing").render_to_file(asked)
 
     @property
     def is_array(self) -> bool:
@@ -148,31 +138,6 @@ class Render:
         """Return the inputs of the image under a TF."""
         view = self.view or values.HOME_VIEW
         return SceneInputs.of(view, tf, light=self.light, crop=self.crop)
-
-    def _write(self) -> None:
-        if self.light is not None and self.lighting == "none":
-            raise RenderError("An unlit image has no light to be moved.", lighting="direct")
-        if self.is_array and (self.legend or self.scale_bar):
-            raise RenderError(f"{self.out}: an array has no legend or scale bar; choose .png.")
-        if self.is_movie and self.background is None:
-            raise RenderError("A movie has no transparent background; choose a colour.")
-        from app.cli.drawers import open_drawer
-        from app.cli.outputs import make_room_for
-
-        drawer = open_drawer(self)
-        try:
-            if self.is_array:
-                image = drawer.draw(drawer.inputs.view)
-                make_room_for(self.out)
-                _write_array(self.out, image)
-            elif self.is_movie:
-                _write_turntable(self, drawer)
-            else:
-                _write_picture(self, drawer)
-            if self.error is not None:
-                print(f"{self.out}: by {drawer.drawn_by()}.")
-        finally:
-            drawer.close()
 
     def _of_session(self, path: Path) -> Render:
         """Fill in what was left out from a session: volume, view, TF, light, crop box, legend."""
@@ -224,90 +189,3 @@ def _session_source(given: VolumeSource, session: Session, path: Path) -> Volume
     kept = {name: getattr(given, name) or chosen for name, chosen in vars(choice).items()}
     raw = given.raw or memory.raw_layout or None
     return replace(given, path=given.path or session.volume, raw=raw, **kept)
-
-
-def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
-    try:
-        # An open file, as numpy appends a suffix to names in capitals.
-        with writing(out) as file:
-            np.save(file, rgba)
-    except OSError as error:
-        raise RenderError(f"{out}: the image cannot be written ({reason(error)}).") from error
-
-
-def _write_picture(asked: Render, drawer: Drawer) -> None:
-    """Write a picture whose texts say what it shows."""
-    from app.cli.outputs import make_room_for
-    from app.figures.picture import save_image, software
-    from model.rendering.scale_bar import DEPTH_TEXT
-
-    image = _figure(asked, drawer, drawer.inputs.view)
-    facts, brightness = drawer.facts(), _brightness(asked, drawer)
-    if brightness != 1:
-        facts["Brightness"] = f"{brightness:g}"
-    if asked.scale_bar:
-        facts["Scale bar"] = f"Holds {DEPTH_TEXT}"
-    for keyword, text in {**facts, "Software": software()}.items():
-        image.setText(keyword, text)
-    make_room_for(asked.out)
-    save_image(asked.out, image)
-
-
-def _write_turntable(asked: Render, drawer: Drawer) -> None:
-    """Write a full turn about the volume's up axis as a movie."""
-    from app.cli.console import counting
-    from app.cli.outputs import make_room_for
-    from app.window.figure import pixels_of
-    from model.rendering.movie_file import write_movie
-    from model.scene.axes import DEFAULT_UP
-    from model.scene.turntable import turntable
-
-    count = max(round(asked.seconds * asked.rate), 2)
-    volume, shown = drawer.known_volume, _shown(drawer)
-    middle = tuple((shown.min(axis=0) + shown.max(axis=0)) / 2)
-    up = asked.up or volume.up or DEFAULT_UP
-    views = turntable(drawer.inputs.view, count, up, volume.proportions, middle)
-    with counting("Drawing pictures", count) as show:
-
-        def frames() -> Iterator[NDArray[np.uint8]]:
-            for number, view in enumerate(views, 1):
-                yield pixels_of(_figure(asked, drawer, view))
-                show(number)
-
-        make_room_for(asked.out)
-        write_movie(asked.out, frames(), asked.rate)
-
-
-def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
-    from app.cli.captions import fonts
-    from app.window.figure import FigureLook, Subject, figure
-    from model.rendering.scale_bar import Scale
-
-    rgba = drawer.draw(view)
-    if asked.legend or asked.scale_bar:
-        fonts()
-    raster = drawer.raster
-    look = FigureLook(raster.width, raster.height, asked.background, asked.legend, asked.scale_bar)
-    units = "" if drawer.volume is None else drawer.volume.units
-    scale = Scale.of(drawer.known_volume, _shown(drawer)) if asked.scale_bar else None
-    images = {"reference": (rgba, _brightness(asked, drawer))}
-    inputs = replace(drawer.inputs, view=view)
-    return figure(look, images, "reference", inputs, Subject(units, scale))
-
-
-def _brightness(asked: Render, drawer: Drawer) -> float:
-    from model.rendering.brightness import usual_brightness
-
-    return usual_brightness(drawer.lighting) if asked.brightness is None else asked.brightness
-
-
-def _shown(drawer: Drawer) -> NDArray[np.float64]:
-    """Places around what the TF shows, as fractions of the volume's lengths."""
-    return _shown_points(drawer.known_volume, drawer.inputs.opacity_tf)
-
-
-@lru_cache(maxsize=1)
-def _shown_points(volume: Volume, opacity: OpacityTF) -> NDArray[np.float64]:
-    from model.scene.thinned_volume import ThinnedVolume
-
-    return ThinnedVolume.of(volume).shown_points(opacity)

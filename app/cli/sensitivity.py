@@ -107,7 +107,7 @@ class Sensitivity:
 
     def run(self) -> None:
         """Differentiate an image and write the result, replacing an existing file."""
-        from app.cli.drawers import MODEL_RANGE, choose_tf, model_folder
+        from app.cli.drawing import MODEL_RANGE, choose_tf, model_folder
         from app.cli.outputs import make_room_for
         from model.networks.card import load_card
 
@@ -178,7 +178,7 @@ def _question(asked: Sensitivity, volume: Volume, tf: TransferFunction) -> _Ques
 
 
 def _by_renderer(asked: Sensitivity, volume: Volume, question: _Question) -> _Answer:
-    from app.cli.drawers import DEFAULT_SAMPLE_DISTANCE, DEFAULT_SIZE
+    from app.cli.drawing import DEFAULT_SAMPLE_DISTANCE, DEFAULT_SIZE
     from model.networks.card import load_card
     from model.rendering.raycast.renderer import RaycastRenderer
     from model.sensitivity.exact import block_fields, region_responses
@@ -208,7 +208,7 @@ def _by_renderer(asked: Sensitivity, volume: Volume, question: _Question) -> _An
 
 
 def _by_generator(asked: Sensitivity, volume: Volume, question: _Question) -> _Answer:
-    from app.cli.drawers import model_folder, warn_outside
+    from app.cli.drawing import model_folder, warn_outside
     from model.networks.card import load_card
 
     folder = model_folder(asked.model, volume)

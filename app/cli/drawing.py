@@ -1,21 +1,24 @@
-"""What draws the images of ``render``: a renderer, the path tracer or a generator."""
+"""The images of ``render``: what draws them, and the files that they are written to."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.cli.captions import range_text, view_text
-from app.cli.console import warn
+from app.cli.console import counting, warn
+from app.cli.outputs import make_room_for
 from app.cli.render import Render
-from model.errors import RenderError
+from model.errors import RenderError, reason
+from model.files import writing
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
 from model.rendering.raster import Raster
@@ -24,12 +27,15 @@ from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
-from model.scene.transfer_function import Range, TransferFunction
+from model.scene.transfer_function import OpacityTF, Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.first_tf import first_transfer_function
 from model.volume_files.source import volume_of
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QImage
 
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
@@ -102,9 +108,28 @@ class Drawer:
         return facts
 
 
-def open_drawer(asked: Render) -> Drawer:
-    """Return what draws the images that are asked for."""
-    return _generator_drawer(asked) if asked.renderer == "generator" else _volume_drawer(asked)
+def render_to_file(asked: Render) -> None:
+    """Render an image or a movie and write it, replacing an existing file."""
+    if asked.light is not None and asked.lighting == "none":
+        raise RenderError("An unlit image has no light to be moved.", lighting="direct")
+    if asked.is_array and (asked.legend or asked.scale_bar):
+        raise RenderError(f"{asked.out}: an array has no legend or scale bar; choose .png.")
+    if asked.is_movie and asked.background is None:
+        raise RenderError("A movie has no transparent background; choose a colour.")
+    drawer = (_generator_drawer if asked.renderer == "generator" else _volume_drawer)(asked)
+    try:
+        if asked.is_array:
+            image = drawer.draw(drawer.inputs.view)
+            make_room_for(asked.out)
+            _write_array(asked.out, image)
+        elif asked.is_movie:
+            _write_turntable(asked, drawer)
+        else:
+            _write_picture(asked, drawer)
+        if asked.error is not None:
+            print(f"{asked.out}: by {drawer.drawn_by()}.")
+    finally:
+        drawer.close()
 
 
 def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferFunction:
@@ -354,3 +379,87 @@ def _check_for_model(asked: Render) -> None:
         )
     if asked.source.is_placed:
         raise RenderError(MODEL_RANGE)
+
+
+def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
+    try:
+        # An open file, as numpy appends a suffix to names in capitals.
+        with writing(out) as file:
+            np.save(file, rgba)
+    except OSError as error:
+        raise RenderError(f"{out}: the image cannot be written ({reason(error)}).") from error
+
+
+def _write_picture(asked: Render, drawer: Drawer) -> None:
+    """Write a picture whose texts say what it shows."""
+    from app.figures.picture import save_image, software
+    from model.rendering.scale_bar import DEPTH_TEXT
+
+    image = _figure(asked, drawer, drawer.inputs.view)
+    facts, brightness = drawer.facts(), _brightness(asked, drawer)
+    if brightness != 1:
+        facts["Brightness"] = f"{brightness:g}"
+    if asked.scale_bar:
+        facts["Scale bar"] = f"Holds {DEPTH_TEXT}"
+    for keyword, text in {**facts, "Software": software()}.items():
+        image.setText(keyword, text)
+    make_room_for(asked.out)
+    save_image(asked.out, image)
+
+
+def _write_turntable(asked: Render, drawer: Drawer) -> None:
+    """Write a full turn about the volume's up axis as a movie."""
+    from app.window.figure import pixels_of
+    from model.rendering.movie_file import write_movie
+    from model.scene.axes import DEFAULT_UP
+    from model.scene.turntable import turntable
+
+    count = max(round(asked.seconds * asked.rate), 2)
+    volume, shown = drawer.known_volume, _shown(drawer)
+    middle = tuple((shown.min(axis=0) + shown.max(axis=0)) / 2)
+    up = asked.up or volume.up or DEFAULT_UP
+    views = turntable(drawer.inputs.view, count, up, volume.proportions, middle)
+    with counting("Drawing pictures", count) as show:
+
+        def frames() -> Iterator[NDArray[np.uint8]]:
+            for number, view in enumerate(views, 1):
+                yield pixels_of(_figure(asked, drawer, view))
+                show(number)
+
+        make_room_for(asked.out)
+        write_movie(asked.out, frames(), asked.rate)
+
+
+def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
+    from app.cli.captions import fonts
+    from app.window.figure import FigureLook, Subject, figure
+    from model.rendering.scale_bar import Scale
+
+    rgba = drawer.draw(view)
+    if asked.legend or asked.scale_bar:
+        fonts()
+    raster = drawer.raster
+    look = FigureLook(raster.width, raster.height, asked.background, asked.legend, asked.scale_bar)
+    units = "" if drawer.volume is None else drawer.volume.units
+    scale = Scale.of(drawer.known_volume, _shown(drawer)) if asked.scale_bar else None
+    images = {"reference": (rgba, _brightness(asked, drawer))}
+    inputs = replace(drawer.inputs, view=view)
+    return figure(look, images, "reference", inputs, Subject(units, scale))
+
+
+def _brightness(asked: Render, drawer: Drawer) -> float:
+    from model.rendering.brightness import usual_brightness
+
+    return usual_brightness(drawer.lighting) if asked.brightness is None else asked.brightness
+
+
+def _shown(drawer: Drawer) -> NDArray[np.float64]:
+    """Places around what the TF shows, as fractions of the volume's lengths."""
+    return _shown_points(drawer.known_volume, drawer.inputs.opacity_tf)
+
+
+@lru_cache(maxsize=1)
+def _shown_points(volume: Volume, opacity: OpacityTF) -> NDArray[np.float64]:
+    from model.scene.thinned_volume import ThinnedVolume
+
+    return ThinnedVolume.of(volume).shown_points(opacity)
