@@ -18,7 +18,7 @@ from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.description import describe
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
-from model.volume_files.dicom_file import has_preamble, is_dicom
+from model.volume_files.dicom_tags import has_preamble, is_dicom
 from model.volume_files.finish import Component, component_of, make_volume
 from model.volume_files.foreign import (
     folder_advice,
@@ -29,7 +29,6 @@ from model.volume_files.foreign import (
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import SUFFIXES as HDF5_SUFFIXES
 from model.volume_files.hdf5 import read_hdf5
-from model.volume_files.legacy_vtk import read_legacy_vtk
 from model.volume_files.mrc import SUFFIXES as MRC_SUFFIXES
 from model.volume_files.mrc import read_mrc
 from model.volume_files.nifti import SUFFIXES as NIFTI_SUFFIXES
@@ -42,6 +41,7 @@ from model.volume_files.tiff import SUFFIXES as TIFF_SUFFIXES
 from model.volume_files.tiff import read_tiff
 from model.volume_files.tiff_folder import read_tiff_folder, tiff_slices
 from model.volume_files.vti import read_vti
+from model.volume_files.vtk_images import read_legacy_vtk
 from model.volume_files.zarr_arrays import is_zarr, read_zarr
 
 __all__ = ["SUFFIXES", "Choice", "Component", "RawLayout", "describe", "read_volume"]
@@ -71,32 +71,16 @@ def read_volume(
     component: Component | None = None,
     choice: Choice = LARGEST,
 ) -> Volume:
-    """Read a volume from a file, or from a folder of DICOM or TIFF slices.
+    """Read a volume from a file of any supported kind, or from a folder of DICOM or TIFF slices.
 
-    Parameters
-    ----------
-    path : Path
-        NRRD, MetaImage, NIfTI, VTI, legacy VTK, TIFF, DICOM or raw.
-    raw : RawLayout or None
-        Layout to read the file with as a headerless one, regardless of its suffix.
-        Without it, a .raw file must have the layout in its name, for example
-        ``engine_256x256x110_uint8.raw``.
-    component : int, "magnitude" or None
-        Component to read from a file with several components per voxel.
-    choice : Choice
-        What to read of a file or folder that holds several volumes; by default the largest.
-
-    Returns
-    -------
-    Volume
-        In index order: axis x of the volume is the file's fastest axis.
-        Assumptions and changes are recorded in its notes.
+    Without a layout, a .raw file must have one in its name, such as
+    ``engine_256x256x110_uint8.raw``. The volume is in index order: its axis x is the file's
+    fastest. Assumptions and changes are in its notes.
 
     Raises
     ------
     VolumeError
-        For every file that is not a volume or cannot be read; the message is one
-        sentence with the reason.
+        For every file that is not a volume or cannot be read, in one sentence with the reason.
     """
     path = Path(path)
     try:

@@ -51,31 +51,12 @@ _AUXILIARY = re.compile(
 
 @dataclass(frozen=True, eq=False)
 class StoredArray:
-    """An array in a file, unread.
+    """An array in a file, unread; its shape has the slowest axis first.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Slowest axis first.
-    dtype : numpy.dtype
-    read : callable
-        Reads a part, given an index or a slice for each axis.
-    axes : tuple of str
-        Names of the axes; empty if they have none.
-    attributes : dict
-        What the file says of the values, by CF's names.
-    coordinates : dict
-        Positions along axes, by name; see :data:`~model.volume_files.conventions.Coordinates`.
-    spacing, origin : tuple of float
-        Along x, y and z, where the file gives them by themselves.
-    directions : ndarray, shape (3, 3), or None
-        Row k is the unit vector along the grid's axis x, y or z.
-    channels : tuple of str
-        Names of the channels; empty if they have none.
-    is_netcdf : bool
-        Whether values that were never written have NetCDF's default fill value.
-    is_labels : bool
-        Whether the file declares the values to be labels.
+    `read` takes an index or a slice for each axis. Attributes and coordinates have CF's names.
+    `spacing`, `origin` and `directions` are along x, y and z, where a program gives them by
+    themselves; row k of the directions points along axis k. `is_netcdf` says whether values that
+    were never written have NetCDF's default fill value.
     """
 
     name: str

@@ -26,21 +26,10 @@ LONGEST_REST = 1 << 20
 
 @dataclass(frozen=True)
 class Block:
-    """Location and encoding of the voxels in a file.
+    """Location and encoding of the voxels in a file, slowest axis first.
 
-    Attributes
-    ----------
-    shape : tuple of int
-        Slowest axis first.
-    dtype : numpy.dtype
-        With the byte order of the file.
-    offset : int
-        First byte; -1 for a block at the end of the file.
-    encoding : {"raw", "deflate", "bzip2"}
-    skip : int
-        Bytes before the voxels once a compressed block is unpacked.
-    more : bool
-        Whether something may follow the voxels there.
+    The offset is -1 for a block at the end of the file. `skip` counts the bytes before the voxels
+    once a compressed block is unpacked; `more` says whether something may follow them.
     """
 
     path: Path
@@ -71,13 +60,7 @@ def part_of(block: Block, number: int) -> Block:
 
 
 def read_block(block: Block) -> NDArray[np.generic]:
-    """Read a block's voxels in native byte order.
-
-    Returns
-    -------
-    ndarray
-        Of the block's shape, C-contiguous.
-    """
+    """Read a block's voxels in native byte order, C-contiguous."""
     voxels = np.empty(block.shape, block.dtype)
     target = voxels.reshape(-1).view(np.uint8)
     with block.path.open("rb") as file:

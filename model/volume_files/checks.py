@@ -1,16 +1,19 @@
-"""Checks of a volume file's header, made before memory is allocated."""
+"""Checks of a file before memory is allocated, and the errors that say what is wrong with it."""
 
 from __future__ import annotations
 
+import logging
 import math
 import os
+import warnings
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import DTypeLike
 
-from model.errors import VolumeError, reason
+from model.errors import VolumeError, first_line, reason
 
 
 def readable_size(count: int) -> str:
@@ -39,19 +42,7 @@ def physical_memory() -> int | None:
 def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, components: int = 1) -> int:
     """Check that a header describes a volume that this machine can hold.
 
-    Parameters
-    ----------
-    dimensions : sequence of int
-        Voxels along x, y and z, as given in the header.
-    dtype : dtype-like
-        Type of one component.
-    components : int
-        Number of values per voxel.
-
-    Returns
-    -------
-    int
-        Size of the voxels in bytes.
+    `dimensions` are along x, y and z; the type is that of one component. Returns the voxels' bytes.
     """
     if any(n < 1 for n in dimensions) or components < 1:
         raise VolumeError(
@@ -95,8 +86,8 @@ def truncated(path: Path, how: str) -> VolumeError:
 def file_beside(header: Path, name: str) -> Path:
     """Return a file that a header names, in the header's folder or below it.
 
-    No other is read: a stranger's header must not have another file of the user's read, and
-    perhaps saved as a picture.
+    A stranger's header must not have other files of the user's read, and perhaps shown in a
+    picture.
     """
     folder = header.parent.resolve()
     try:
@@ -120,9 +111,8 @@ def file_beside(header: Path, name: str) -> Path:
 def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
     """Yield the files of a folder that may be slices.
 
-    Links that lead out of the folder are no slices of it, and refused where they have one of the
-    suffixes: a stranger's folder must not have other files of the user's read, and a volume must
-    not lack slices without a word.
+    Links that lead out of the folder are refused where they have one of the suffixes: a stranger's
+    folder must not have other files read, and a volume must not lack slices without a word.
     """
     own = folder.resolve()
     for path in folder.iterdir():
@@ -155,3 +145,38 @@ def unreadable(path: Path, error: OSError) -> VolumeError:
 def unsupported(path: Path, what: str, remedy: str) -> VolumeError:
     """Return the error for a valid file of an unsupported kind."""
     return VolumeError(f"{path}: {what} cannot be read here; {remedy}.")
+
+
+@contextmanager
+def log_of(*names: str) -> Iterator[list[str]]:
+    """Collect what libraries log as a warning or an error, and keep their warnings quiet."""
+    found = list[str]()
+    handler = logging.Handler(logging.WARNING)
+    handler.emit = lambda record: found.append(record.getMessage())  # type: ignore[method-assign]
+    loggers = [logging.getLogger(name) for name in names]
+    states = [(logger.propagate, logger.level) for logger in loggers]
+    for logger in loggers:
+        logger.propagate = False
+        logger.addHandler(handler)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield found
+    finally:
+        for logger, (propagated, level) in zip(loggers, states, strict=True):
+            logger.removeHandler(handler)
+            logger.propagate = propagated
+            logger.setLevel(level)
+
+
+@contextmanager
+def errors_of(path: Path, says: str, *loggers: str) -> Iterator[None]:
+    """Take what a library raises as damage of a file; `says` has a place for its first line."""
+    with log_of(*loggers):
+        try:
+            yield
+        except (OSError, MemoryError, VolumeError):
+            raise
+        except Exception as error:
+            # Libraries raise errors of many kinds.
+            raise damaged(path, says.format(first_line(error))) from None

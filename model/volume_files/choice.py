@@ -35,12 +35,8 @@ MOST_LISTED = 12
 class Choice:
     """What to read of a file or folder that holds more than one volume.
 
-    Attributes
-    ----------
-    series, array, time, channel : str or None
-        Name, or number from 0, of one of them; None for the largest or, among equals, the first.
-    component : str or None
-        Number from 0, or "magnitude", of a voxel's several values; None for their magnitude.
+    Each is a name or a number from 0, or "magnitude" of components; None for the largest or, among
+    equals, the first.
     """
 
     series: str | None = None

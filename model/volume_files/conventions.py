@@ -46,14 +46,8 @@ DEFAULT_FILLS = {
 class Axis:
     """One axis of an array.
 
-    Attributes
-    ----------
-    letter : str
-        x, y, z, t for time, c for channels; empty if unknown.
-    numbers : ndarray of float64 or None
-        Positions along it, strictly monotonic; None if unknown.
-    is_down : bool or None
-        Whether the numbers of a vertical axis grow downwards; None if the file does not say.
+    The letter is x, y, z, t for time, c for channels or empty. `numbers` are strictly monotonic
+    positions. `is_down` says whether those of a vertical axis grow downwards; None if unknown.
     """
 
     name: str
@@ -200,14 +194,7 @@ def _outside(
 def evened(
     values: NDArray[Any], missing: NDArray[np.bool_] | None, along: int, axis: Axis
 ) -> tuple[NDArray[Any], NDArray[np.bool_] | None, Axis, str]:
-    """Interpolate values at uneven positions linearly, to equal distances along one of their axes.
-
-    Returns
-    -------
-    values, missing : ndarray
-    axis : Axis
-    note : str
-    """
+    """Interpolate values linearly to equal distances along an axis; also return a note."""
     old = axis.numbers
     assert old is not None
     gaps = np.abs(np.diff(old))

@@ -15,13 +15,7 @@ from model.volume_files.choice import SINGULARS
 
 
 def describe(volume: Volume) -> list[tuple[str, str]]:
-    """List a volume's properties for display.
-
-    Returns
-    -------
-    list of (str, str)
-        Label and text; one row for each further content of the file, and per note at the end.
-    """
+    """List a volume's properties as labels and texts, one row for each content and note."""
     volume = volume.linear
     low, high = volume.data_range
     unit = f" {volume.file.spacing_unit}" if volume.file.spacing_unit else ""
@@ -62,11 +56,7 @@ def content_text(content: Content) -> str:
 def as_data(volume: Volume) -> dict[str, Any]:
     """Return a volume's properties as plain data, for programs.
 
-    Returns
-    -------
-    dict
-        Lengths along x, y and z; unknown texts are empty, unknown lists too. Values are those of
-        the file, whatever scale the volume is on.
+    Lengths are along x, y and z; what is unknown is empty. Values are on the linear scale.
     """
     volume = volume.linear
     return {

@@ -11,14 +11,19 @@ import numpy as np
 
 from model.errors import VolumeError
 from model.scene.file_facts import Content
-from model.volume_files.checks import slices_in, truncated, unsupported
+from model.volume_files.checks import log_of, slices_in, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
-from model.volume_files.dicom_file import DicomFile, is_dicom, numbers_of, read_dicom_file
-from model.volume_files.dicom_frame import Frame, frames_of
 from model.volume_files.dicom_stack import Stack, stacks_of
+from model.volume_files.dicom_tags import (
+    DicomFile,
+    Frame,
+    frames_of,
+    is_dicom,
+    numbers_of,
+    read_dicom_file,
+)
 from model.volume_files.dicom_volume import read_stack, value_type
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import log_of
 from model.volume_files.progress import counted
 
 SUFFIXES = (".dcm", ".dicom", ".ima")
@@ -35,15 +40,7 @@ def dicom_slices(folder: Path) -> list[Path]:
 
 
 def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
-    """Tell the volumes in DICOM files apart, by their tags alone.
-
-    Returns
-    -------
-    stacks : list of Stack
-        The largest first.
-    notes : tuple of str
-        On files that were left out.
-    """
+    """Tell the volumes in DICOM files apart by their tags, the largest first; also return notes."""
     read = [read_dicom_file(path) for path in counted("files listed", files)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]
@@ -73,20 +70,7 @@ def read_dicom(
     like: Path | None = None,
     choice: Choice = LARGEST,
 ) -> Grid:
-    """Read one volume from DICOM files.
-
-    Parameters
-    ----------
-    files : sequence of Path
-        Files of one folder.
-    like : Path or None
-        A file of the wanted series; None for the largest.
-
-    Returns
-    -------
-    Grid
-        Values rescaled as each image says.
-    """
+    """Read one volume from the files of a folder: that of the file `like`, or else the largest."""
     with log_of("pydicom"):
         return _read(files, like, choice)
 

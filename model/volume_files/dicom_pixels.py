@@ -8,18 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.volume_files.checks import check_present, damaged, truncated, unsupported
-from model.volume_files.dicom_file import (
+from model.volume_files.checks import check_present, damaged, log_of, truncated, unsupported
+from model.volume_files.dicom_tags import (
     BIG_ENDIAN,
     DEFLATED,
     EXPLICIT,
     IMPLICIT,
     DicomFile,
+    Frame,
     numbers_of,
     text_of,
 )
-from model.volume_files.dicom_frame import Frame
-from model.volume_files.library_log import log_of
 
 PLAIN = (IMPLICIT, EXPLICIT, DEFLATED, BIG_ENDIAN)
 DECODERS = {
@@ -67,12 +66,7 @@ def _allocated(file: DicomFile) -> int:
 
 
 def stored_pixels(frame: Frame) -> NDArray[Any]:
-    """Read a frame's pixels in native byte order, without what lies in their unused bits.
-
-    Returns
-    -------
-    ndarray, shape (rows, columns)
-    """
+    """Read a frame's pixels in native byte order, without what lies in their unused bits."""
     file, dtype = frame.file, stored_type(frame)
     if file.length < 0 or file.syntax not in PLAIN:
         pixels = _decoded(frame, dtype)
@@ -192,13 +186,7 @@ def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
 
 
 def padding_mask(frame: Frame, pixels: NDArray[Any]) -> NDArray[np.bool_] | None:
-    """Mark the pixels that are padding by what the file declares; None where it declares none.
-
-    Parameters
-    ----------
-    pixels : ndarray, shape (rows, columns)
-        As stored.
-    """
+    """Mark the stored pixels that the file declares to be padding; None where it declares none."""
     tags = frame.file.tags
     values = [
         _padding(tags, name, pixels) for name in ("PixelPaddingValue", "PixelPaddingRangeLimit")

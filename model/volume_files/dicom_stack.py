@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from model.volume_files.dicom_frame import (
+from model.volume_files.dicom_tags import (
     CHANNEL_FIELDS,
     LATE_FIELDS,
     SERIES_FIELDS,
@@ -26,12 +26,7 @@ SAME_PLACE = 1e-3
 class Stack:
     """Images that are one volume, or may be.
 
-    Attributes
-    ----------
-    series : str
-        What the series is called, told from others of the same name.
-    time, channel : str
-        What sets it apart from other stacks of its series; empty if nothing does.
+    `time` and `channel` set it apart from other stacks of its series; empty if nothing does.
     """
 
     frames: tuple[Frame, ...]
@@ -41,16 +36,11 @@ class Stack:
 
 
 def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
-    """Tell the volumes among images apart.
+    """Tell the volumes among images apart, the largest first.
 
-    Images of another series, size, type, spacing or orientation are of another stack, and so
-    are localizers. Where images lie at the same place, or acquisitions overlap, the fields that
-    identify acquisitions, time steps, echoes and the like divide them.
-
-    Returns
-    -------
-    list of Stack
-        The largest first.
+    Images of another series, size, type, spacing or orientation are of another stack, and so are
+    localizers. Where images lie at one place, or acquisitions overlap, the fields that identify
+    acquisitions, time steps, echoes and the like divide them.
     """
     groups: dict[tuple[object, ...], list[Frame]] = defaultdict(list)
     for frame in frames:

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.file_facts import FileFacts
 from model.volume_files.checks import check_grid
-from model.volume_files.dicom_file import numbers_of, value_of
-from model.volume_files.dicom_frame import Frame
 from model.volume_files.dicom_pixels import bits_stored, padding_mask, stored_pixels, stored_type
 from model.volume_files.dicom_stack import Stack, heights
+from model.volume_files.dicom_tags import Frame, numbers_of, value_of
 from model.volume_files.frame import (
     axis_labels,
     frame_notes,
@@ -42,12 +41,8 @@ MOST_GAPS = 0.2
 class _Order:
     """Images in the order of their places.
 
-    Attributes
-    ----------
-    step : float or None
-        Distance of slices; None if nothing gives it.
-    shear : tuple of float
-        Shift of each slice against the one before, along rows and columns, in mm.
+    The step is the distance of slices, None if unknown; the shear is the shift of each slice
+    against the one before, along rows and columns in mm.
     """
 
     frames: list[Frame]

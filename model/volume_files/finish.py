@@ -50,14 +50,9 @@ def component_of(text: str | None) -> Component | None:
 
 
 def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
-    """Convert a file's grid to a volume.
+    """Convert the grid of a file or folder to a volume.
 
-    Parameters
-    ----------
-    path : Path
-        File or folder of the grid.
-    component : int, "magnitude" or None
-        The component to use; None for the only one, the magnitude of up to four, or the first.
+    Without a chosen component it has the only one, the magnitude of up to four, or the first.
     """
     grid = finished(path, grid, component)
     grid = replace(grid, notes=grid.notes + _thin_notes(grid))
@@ -246,8 +241,8 @@ def _without_missing(
 def suspected_fills(scalars: NDArray[np.generic], missing: NDArray[np.bool_] | None) -> list[float]:
     """Return the lowest and the highest value, each if it is repeated and far from all others.
 
-    Such as -9999, where other voxels lie from 0 to 240. Hardly any voxels lie on the way there:
-    where a detector was saturated many do. Eight bits have no room for such values.
+    Such as -9999 where other voxels lie from 0 to 240, with hardly any voxels on the way there: a
+    saturated detector leaves many. Eight bits have no room for such values.
     """
     if scalars.dtype.itemsize < 2:
         return []

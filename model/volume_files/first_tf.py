@@ -22,11 +22,6 @@ def first_transfer_function(volume: Volume) -> TransferFunction:
 
     CT scans are shown as the shipped one is: those in Hounsfield units (HU), by their unit or
     their values, and those on another scale whose peaks tell which one.
-
-    Returns
-    -------
-    TransferFunction
-        Defined over the volume's scalar range.
     """
     designed = designed_tf(volume)
     if designed is None:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection
 from pathlib import Path
 
-from model.volume_files.dicom_file import is_dicom
+from model.volume_files.dicom_tags import is_dicom
 
 _FIJI = "open it in Fiji, which has Bio-Formats, and save it as TIFF"
 _PARAVIEW = "open it in ParaView, apply Resample To Image, and save that as .vti"

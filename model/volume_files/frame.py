@@ -49,15 +49,7 @@ def unit_name(text: str) -> str:
 def in_one_unit(
     lengths: Sequence[float | None], units: Sequence[str]
 ) -> tuple[list[float | None], str, tuple[str, ...]]:
-    """Convert lengths along the axes to the unit of the first one.
-
-    Returns
-    -------
-    lengths : list of float or None
-    unit : str
-    notes : tuple of str
-        Says it where the units differ and one of them is not known.
-    """
+    """Convert lengths to the unit of the first one; also return it, and a note if units differ."""
     names = [unit_name(unit) for unit in units]
     known = [name for name, length in zip(names, lengths, strict=True) if length is not None]
     unit = known[0] if known else ""
@@ -99,23 +91,11 @@ def in_proportion(
 def usable_spacing(
     spacing: Sequence[float | None] | None,
 ) -> tuple[Triple, tuple[str, ...]]:
-    """Convert a header's spacing to a valid one.
+    """Convert a header's spacing, None where it says nothing, to a valid one; also return notes.
 
-    A sign only gives the direction of an axis and is dropped; see :func:`unmirrored`. What the
-    file does not give along one axis is taken from another; what is zero, not finite or
-    extreme is replaced by 1; all, if they are so unlike one another that the volume would be a
-    line without any thickness.
-
-    Parameters
-    ----------
-    spacing : sequence of float or None, or None
-        None for what the file does not say.
-
-    Returns
-    -------
-    spacing : tuple of float
-    notes : tuple of str
-        Assumptions made, for the user; empty if there are none.
+    A sign is dropped; see :func:`unmirrored`. What is missing along one axis is taken from another;
+    what is zero, not finite or extreme is replaced by 1, and so are all if they are so unlike one
+    another that the volume would be a line.
     """
     given = [] if spacing is None else [s for s in spacing if s is not None]
     if spacing is None or not given:
@@ -160,23 +140,8 @@ def unmirrored(
 ) -> tuple[NDArray[np.generic], Triple, tuple[str, ...]]:
     """Reverse the axes along which a file's spacing is negative, so that nothing is mirrored.
 
-    Parameters
-    ----------
-    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
-    spacing : sequence of float or None
-        Along x, y and z, with signs.
-    origin : sequence of float
-        Position of the file's first voxel.
-    directions : ndarray of float64, shape (3, 3), or None
-        Row k is the unit vector along axis k; None for those of the space.
-
-    Returns
-    -------
-    values : ndarray
-        A view.
-    origin : tuple of float
-        Of what is now the first voxel.
-    notes : tuple of str
+    Row k of `directions` is the unit vector along axis k. Returns a view, the position of what is
+    now the first voxel, and notes.
     """
     place = np.array(usable_origin(origin))
     axes = np.eye(3) if directions is None else directions
@@ -200,13 +165,7 @@ def unmirrored(
 
 
 def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...]:
-    """Return unit vectors along the axes as plain numbers; empty where they are unusable.
-
-    Parameters
-    ----------
-    directions : ndarray of float64, shape (3, 3), or None
-        Row k is the step from one voxel to the next along the grid's axis k.
-    """
+    """Return the rows of a matrix as unit vectors in plain numbers; empty if they are unusable."""
     if directions is None or not np.isfinite(directions).all():
         return ()
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
@@ -219,16 +178,7 @@ def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...
 def frame_notes(directions: NDArray[np.float64]) -> tuple[str, ...]:
     """Describe the orientation of the grid in the file's space, unless it is the default.
 
-    Parameters
-    ----------
-    directions : ndarray of float64, shape (3, 3)
-        Row k is the step from one voxel to the next along the grid's axis k,
-        in the file's space.
-
-    Returns
-    -------
-    tuple of str
-        Notes for the user; volumes are always shown in index order.
+    Row k of `directions` is the step along axis k. Volumes are always shown in index order.
     """
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     if not np.isfinite(directions).all() or not (lengths > 0).all():
@@ -253,20 +203,10 @@ OPPOSITES = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
 
 
 def axis_labels(directions: NDArray[np.float64] | None, space: str) -> tuple[str, ...]:
-    """Name the patient's direction that each axis of a grid is closest to.
+    """Name the patient's directions that +x, -x, +y, -y, +z and -z of a grid are closest to.
 
-    Parameters
-    ----------
-    directions : ndarray of float64, shape (3, 3), or None
-        Row k is the step from one voxel to the next along the grid's axis k, in the file's
-        space; None if unknown.
-    space : str
-        Directions of that space's axes, such as ``"LPS"``; others are unknown.
-
-    Returns
-    -------
-    tuple of str
-        Labels of +x, -x, +y, -y, +z and -z, a different one each; empty when unknown.
+    Row k of `directions` is the step along axis k in a space of axes such as ``"LPS"``. Empty when
+    unknown.
     """
     if directions is None or not is_space(space) or not np.isfinite(directions).all():
         return ()

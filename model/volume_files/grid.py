@@ -13,28 +13,11 @@ from model.scene.volume import Triple
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Voxels of a file, with one or more components.
+    """Voxels of a file, with one or more components, along x, y and z.
 
-    Attributes
-    ----------
-    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
-        Any real type, native byte order, writable; NaN and infinities allowed.
-    spacing, origin : tuple of float
-        Along x, y and z.
-    units : str
-        Unit of the values, empty if unknown.
-    notes : tuple of str
-        Assumptions and changes made by the reader, for the user.
-    axis_labels : tuple of str
-        See :class:`~model.scene.volume.Volume`.
-    up : str
-        Axis that points up, where it is none of a patient's; see
-        :class:`~model.scene.volume.Volume`.
-    missing : ndarray of bool, shape (nz, ny, nx), or None
-        True where the file says that nothing was measured, as by a padding or fill value; None
-        where it says nothing. NaN and infinities are missing without it.
-    facts : FileFacts
-        What else the file says.
+    Values have any real type, native byte order and shape (nz, ny, nx) or (nz, ny, nx, components);
+    NaN and infinities are missing. `missing`, shape (nz, ny, nx), marks what the file says was not
+    measured. `up` is the axis that points up where it is none of a patient's.
     """
 
     values: NDArray[np.generic]

@@ -9,13 +9,12 @@ import numpy as np
 
 from model.errors import VolumeError, first_line
 from model.volume_files.arrays import StoredArray, grid_of_arrays
-from model.volume_files.checks import damaged, truncated, unsupported
+from model.volume_files.checks import damaged, errors_of, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import attribute_numbers, attribute_text
 from model.volume_files.foreign import foreign_advice
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5_layouts import arrays_by_program, check_kind
-from model.volume_files.library_log import errors_of
 
 if TYPE_CHECKING:
     import h5py

@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from model.errors import VolumeError, first_line
 from model.scene.file_facts import FileFacts
 from model.volume_files.blocks import read_part, unpacked_start
-from model.volume_files.checks import check_grid, damaged, unsupported
+from model.volume_files.checks import check_grid, damaged, log_of, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import usable_origin, usable_spacing
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import log_of
 
 SUFFIXES = (".mrc", ".rec", ".map", ".ccp4", ".mrcs", ".st", ".ali", ".mrc.gz", ".map.gz")
 HEAD = 1024

@@ -15,7 +15,7 @@ from model.scene.file_facts import FileFacts
 from model.scene.volume import Triple
 from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
-from model.volume_files.checks import check_grid, damaged, unsupported
+from model.volume_files.checks import check_grid, damaged, errors_of, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.frame import (
     axis_labels,
@@ -25,7 +25,6 @@ from model.volume_files.frame import (
     usable_origin,
 )
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import errors_of
 from model.volume_files.upright import placed
 
 if TYPE_CHECKING:
@@ -46,17 +45,7 @@ ALIKE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """Spacing, origin and directions of a grid.
-
-    Attributes
-    ----------
-    origin : tuple of float
-        In the patient's space (RAS).
-    directions : ndarray of float64, shape (3, 3), or None
-        Row k is the step from one voxel to the next along axis k; None if unknown.
-    notes : tuple of str
-        What disagrees.
-    """
+    """Spacing, origin (RAS) and directions of a grid, and what of it disagrees."""
 
     spacing: Triple | None
     origin: Triple = (0.0, 0.0, 0.0)
@@ -66,18 +55,7 @@ class _Frame:
 
 @dataclass(frozen=True, eq=False)
 class _Head:
-    """What a head says of the voxels.
-
-    Attributes
-    ----------
-    path : Path
-        File of the voxels.
-    offset : int
-        Of the first voxel, once the file is unpacked.
-    shape : tuple of int
-        Fastest axis first, three or more.
-    dtype : numpy.dtype
-    """
+    """What a head says of the voxels, fastest axis first; the offset is in the unpacked file."""
 
     format: str
     path: Path
@@ -332,13 +310,7 @@ def _mgh_head(path: Path) -> _Head:
 
 
 def _frame_of(header: Any) -> _Frame:
-    """Return the frame by a header's sform, else its qform, else its voxel sizes alone.
-
-    Parameters
-    ----------
-    header : nibabel.Nifti1Header
-        Or one of NIfTI-2.
-    """
+    """Return the frame by a header's sform, else its qform, else its voxel sizes alone."""
     sizes = tuple(float(size) for size in header["pixdim"][1:4])
     sform = _affine(header, "sform")
     qform = _affine(header, "qform")

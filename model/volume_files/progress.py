@@ -35,13 +35,7 @@ def watched(listener: Listener) -> Iterator[None]:
 
 
 def counted(what: str, items: Sequence[T]) -> Iterator[T]:
-    """Yield items, and tell before each how many are done.
-
-    Parameters
-    ----------
-    what : str
-        What is done, such as ``"slices read"``.
-    """
+    """Yield items, and tell before each how many are done, as with ``"slices read"``."""
     listener = _listener.get()
     for number, item in enumerate(items):
         if listener is not None:

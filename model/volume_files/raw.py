@@ -40,19 +40,7 @@ _BIG = {"be", "big", "bigendian", "msb"}
 
 @dataclass(frozen=True)
 class RawLayout:
-    """Layout of a headerless file.
-
-    Attributes
-    ----------
-    dimensions : tuple of int
-        Number of voxels along x, y and z; x is fastest in the file.
-    scalar_type : str
-        One of :data:`SCALAR_TYPES`, for example ``"uint8"``.
-    byte_order : {"little", "big"}
-    spacing : tuple of float or None
-        Voxel spacing along x, y and z; None if unknown.
-    offset : int
-        Bytes before the first voxel, as of a header.
+    """Layout of a headerless file: voxels along x, y and z, x fastest; scalar type; bytes to skip.
 
     Raises
     ------
@@ -79,15 +67,10 @@ class RawLayout:
 
     @classmethod
     def parse(cls, text: str) -> RawLayout | None:
-        """Parse a layout from a text such as ``engine_256x256x110_uint8_be``.
+        """Parse a layout such as ``engine_256x256x110_uint8_be spacing=0.5,0.5,1 offset=512``.
 
-        Returns
-        -------
-        RawLayout or None
-            None if the text lacks the dimensions or the scalar type. The byte order
-            is little unless a word after the dimensions is ``be``, ``big``,
-            ``bigendian`` or ``msb``. A spacing follows as ``spacing=0.5,0.5,1``, and bytes to
-            skip as ``offset=512``.
+        None if the text lacks the dimensions or the scalar type. The byte order is little unless a
+        word after the dimensions is ``be``, ``big``, ``bigendian`` or ``msb``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:

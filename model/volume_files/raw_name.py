@@ -37,19 +37,8 @@ _ORDERS_AFTER_TYPE: dict[str, ByteOrder] = {
 
 @dataclass(frozen=True)
 class NameFacts:
-    """What a file's name says; each part may be missing.
-
-    Attributes
-    ----------
-    dimensions : tuple of int
-        Voxels along x, y and z, or along x and y alone; empty if unknown.
-    numbers : tuple of int
-        Other numbers, each perhaps the side of a cube.
-    scalar_type : str
-        NumPy's name of the type; empty if unknown.
-    bits : int
-        Bits of one value; 0 if unknown.
-    byte_order : {"little", "big"} or None
+    """What a file's name says: two or three dimensions, numbers that may be a cube's side, a type,
+    the bits of a value, the byte order; each part may be missing.
     """
 
     dimensions: tuple[int, int, int] | tuple[int, int] | tuple[()] = ()
@@ -60,12 +49,7 @@ class NameFacts:
 
 
 def facts_of(path: Path) -> NameFacts:
-    """Read a file's name.
-
-    ``engine_256x256x110_uint8`` says all but the byte order, ``head-512x512-16bit`` says
-    two dimensions and the size of a value, and ``fuel64`` suggests a cube. Where the name
-    says something twice, the last time counts.
-    """
+    """Read a file's name, such as ``head-512x512-16bit`` or ``fuel64``; the last of two counts."""
     text = path.stem
     dimensions: tuple[int, int, int] | tuple[int, int] | tuple[()] = ()
     if triples := list(_TRIPLE.finditer(text)):
@@ -93,18 +77,10 @@ def facts_of(path: Path) -> NameFacts:
 
 
 def guess_layout(path: Path, size: int) -> RawLayout | None:
-    """Return the layout that a file's name gives, or its size where only one is possible.
+    """Return the layout that a name gives, or the file's size where only one is possible.
 
-    Parameters
-    ----------
-    size : int
-        The file's bytes.
-
-    Returns
-    -------
-    RawLayout or None
-        One that needs exactly these bytes, perhaps behind a header; or the one that the name
-        gives in full, though it does not fit. None if several fit, or none.
+    It needs exactly these bytes, perhaps behind a header; or is the one that the name gives in
+    full, though it does not fit. None if several fit, or none.
     """
     named = RawLayout.parse(path.stem)
     if named is not None and named.nbytes == size:

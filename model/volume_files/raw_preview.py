@@ -19,25 +19,10 @@ PERCENTILES = 1.0, 99.0
 
 
 def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
-    """Return a picture of the middle slice, from no more of the file than it needs.
+    """Return a picture of the middle slice across an axis, from no more of the file than it needs.
 
-    Parameters
-    ----------
-    layout : RawLayout
-        It need not fit: voxels that the file lacks are black.
-    axis : {0, 1, 2}
-        Axis across the slice: x, y or z.
-
-    Returns
-    -------
-    ndarray of uint8, shape (H, W)
-        Voxels at most 256 along each side, the others are left out. Columns run along x, or
-        along y in a slice across x; rows run along y, or along z from the bottom upwards.
-
-    Raises
-    ------
-    VolumeError
-        When the file cannot be read.
+    Voxels that the file lacks are black. At most 256 pixels along each side; columns run along x,
+    or along y in a slice across x; rows run along y, or along z from the bottom upwards.
     """
     try:
         values, usable = _slice(path, layout, axis)
@@ -47,13 +32,7 @@ def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:
 
 
 def file_size(path: Path) -> int:
-    """Return the bytes of a file.
-
-    Raises
-    ------
-    VolumeError
-        When there is no such file.
-    """
+    """Return the bytes of a file; raise VolumeError if there is none."""
     try:
         return path.stat().st_size
     except OSError as error:
@@ -99,13 +78,7 @@ def _gray(values: NDArray[np.float64], usable: NDArray[np.bool_]) -> NDArray[np.
 
 
 def fit_sentence(layout: RawLayout, present: int) -> str:
-    """Say how many bytes a layout needs against what the file has, and what would fit.
-
-    Parameters
-    ----------
-    present : int
-        The file's bytes.
-    """
+    """Say how many bytes a layout needs against what the file has, and what would fit."""
     need = layout.nbytes
     what = f"{times(layout.dimensions)} voxels of {layout.scalar_type} need {_bytes(need)}"
     if layout.offset:

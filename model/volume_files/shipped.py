@@ -20,16 +20,9 @@ SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
 
 @dataclass(frozen=True)
 class Sample:
-    """What a shipped volume is of, and how who has not seen it yet is shown it first.
+    """What a shipped volume is of, and how it is shown at first: azimuth and elevation, and light.
 
-    Its TF lies beside it, in a file that ends in ``.tf.json`` in place of ``.nrrd``.
-
-    Attributes
-    ----------
-    angles : tuple of float
-        Azimuth and elevation of the home view.
-    lighting : {"none", "direct", "soft", "path"}
-    light : LightDirection
+    Its TF lies next to it, in a file that ends in ``.tf.json`` in place of ``.nrrd``.
     """
 
     title: str

@@ -20,20 +20,9 @@ from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 class VolumeSource:
     """Source of a volume, as plain data.
 
-    Attributes
-    ----------
-    path : Path or None
-        File, or folder of slices; None for the shipped default.
-    raw : str or None
-        Layout of a headerless file, see :meth:`RawLayout.parse`; None if in the file's name.
-    component : str or None
-        "magnitude" or an index from 0, for files with several components per voxel.
-    series, array, time, channel : str or None
-        What to read of a file or folder that holds several volumes, see :class:`Choice`.
-    scalar_range : str or None
-        Range over which to look at it, see :meth:`RangeChoice.parse`; None for the robust one.
-    scale : {"linear", "log"} or None
-        Scale to look at it on; None for the linear one.
+    Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; series,
+    array, time, channel and component are those of :class:`Choice`; the range is one for
+    :meth:`RangeChoice.parse`, None for the robust one.
     """
 
     path: Path | None = None
@@ -74,12 +63,12 @@ class VolumeSource:
         )
 
     def check(self) -> None:
-        """Refuse what is no volume at first sight, without reading it.
+        """Refuse invalid options and what is no volume at first sight, without reading it.
 
         Raises
         ------
         VolumeError
-            When the options are invalid, or the file is missing or of an unknown kind.
+            In one sentence with the reason.
         """
         self._layout()
         component_of(self.component)
@@ -110,14 +99,12 @@ class VolumeSource:
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
     """Read the volume of a model's scene, from a source or from the shipped ones.
 
-    It comes over the scene's scalar range, whatever the source says, and on its scale.
+    It comes over the scene's scalar range and on its scale, whatever the source says.
 
     Raises
     ------
     VolumeError
-        When the source's scale is another one.
-        When the source's volume is another one, or when it has no path and none of
-        the shipped volumes matches.
+        When the source's scale or volume is another one, or none of the shipped volumes matches.
     """
     if source.scale not in (None, scene.scale):
         raise VolumeError(

@@ -1,20 +1,31 @@
-"""TIFF files of one or more volumes, read by tifffile."""
+"""TIFF files of one or more volumes, told apart and read by tifffile."""
 
 from __future__ import annotations
 
+import math
 import re
 import struct
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
 from model.scene.file_facts import Content, FileFacts
-from model.volume_files.checks import check_grid, damaged, times, truncated
+from model.volume_files.checks import (
+    check_grid,
+    check_present,
+    damaged,
+    log_of,
+    times,
+    truncated,
+    unsupported,
+)
 from model.volume_files.choice import (
     LARGEST,
     AskedKind,
@@ -26,12 +37,11 @@ from model.volume_files.choice import (
 )
 from model.volume_files.frame import usable_spacing
 from model.volume_files.grid import Grid
-from model.volume_files.library_log import log_of
+from model.volume_files.progress import counted
 from model.volume_files.tiff_scale import calibrated, channel_names, voxel_scale
-from model.volume_files.tiff_stack import Stack, all_series, check_pages, read_stack, stack_of
 
 if TYPE_CHECKING:
-    from tifffile import TiffFile
+    from tifffile import TiffFile, TiffPageSeries
 
 SUFFIXES = (".tif", ".tiff", ".stk", ".lsm")
 MINISWHITE, PALETTE = 0, 3
@@ -227,3 +237,177 @@ def _kind_notes(stack: Stack) -> tuple[str, ...]:
         what = {"T": "time steps", "C": "channels"}[stack.axes[stack.depth]]
         notes += (f"The file calls its images {what}; they are taken for the slices of a volume.",)
     return notes
+
+
+# --- the volumes of a file ----------------------------------------------------------------
+
+GREATEST_RATIO = 1 << 14
+"""Largest ratio of pixels to their bytes in the file that a compression is believed."""
+
+UNCOMPRESSED = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """A volume, or several of equal size, within a series of pages.
+
+    `depth` is the series' axis that is z, None for a flat image; along the others there are several
+    volumes: times, channels, positions.
+    """
+
+    series: TiffPageSeries
+    depth: int | None
+    others: tuple[int, ...]
+
+    @property
+    def axes(self) -> str:
+        """One letter for each of the series' axes, slowest first."""
+        return self.series.axes
+
+    @property
+    def dimensions(self) -> tuple[int, int, int]:
+        """Voxels along x, y and z."""
+        shape = self.series.shape
+        nz = 1 if self.depth is None else shape[self.depth]
+        return int(shape[self.axes.index("X")]), int(shape[self.axes.index("Y")]), int(nz)
+
+    @property
+    def samples(self) -> int:
+        """Number of values of each voxel."""
+        return int(self.series.shape[self.axes.index("S")]) if "S" in self.axes else 1
+
+    @property
+    def dtype(self) -> np.dtype[np.generic]:
+        """Type of the voxels once they are read, in native byte order."""
+        stored = np.dtype(self.series.dtype)
+        if stored.kind == "b":
+            return np.dtype(np.uint8)
+        return np.dtype(np.float32) if stored == np.float16 else stored.newbyteorder("=")
+
+    def count(self, letters: str) -> int:
+        """Return the number of volumes along the other axes of these letters."""
+        return math.prod(self.series.shape[k] for k in self.others if self.axes[k] in letters)
+
+    @property
+    def is_volume(self) -> bool:
+        """False for a flat image."""
+        return min(self.dimensions) > 1
+
+
+def all_series(tiff: TiffFile) -> list[TiffPageSeries]:
+    """Return tifffile's series, but those by ImageJ with the pages that the file lists.
+
+    Tifffile takes the pages of a stack by ImageJ to lie one behind the other; programs that copy
+    ImageJ's description put them elsewhere. Where all series are single images, those of the size
+    that most have are one series.
+    """
+    import tifffile
+
+    found = list(tiff.series)
+    if len(found) > 1 and all(len(series.shape) == 2 for series in found):
+        return _gathered(found)
+    if not found or found[0].kind != "imagej" or len(tiff.pages) < 2:
+        return found
+    series = found[0]
+    if series.dataoffset is None:
+        return found
+    first, second = tiff.pages.first, tiff.pages[1]
+    count = math.prod(n for n, axis in zip(series.shape, series.axes, strict=True) if axis in "TZC")
+    if not first.dataoffsets or not second.dataoffsets or len(tiff.pages) != count:
+        return found
+    if second.dataoffsets[0] == first.dataoffsets[0] + first.nbytes:
+        return found
+    return [
+        tifffile.TiffPageSeries(
+            list(tiff.pages), series.shape, series.dtype, series.axes, kind="imagej"
+        )
+    ]
+
+
+def _gathered(found: list[TiffPageSeries]) -> list[TiffPageSeries]:
+    """Put the single images of the most frequent size and type into one series, in order."""
+    import tifffile
+
+    kinds = Counter((series.shape, series.dtype) for series in found)
+    kind, count = kinds.most_common(1)[0]
+    if count < 2:
+        return found
+    alike = [series for series in found if (series.shape, series.dtype) == kind]
+    others = [series for series in found if (series.shape, series.dtype) != kind]
+    pages = [page for series in alike for page in series.pages]
+    whole = tifffile.TiffPageSeries(pages, (count, *kind[0]), kind[1], "I" + alike[0].axes)
+    return [whole, *others]
+
+
+def stack_of(series: TiffPageSeries) -> Stack:
+    """Tell which of a series' axes is z.
+
+    It is the one of that name or, where there is none, the one next to the images' own two
+    among those that are not named, then time, then channels: many programs name slices so.
+    """
+    axes, shape = series.axes, series.shape
+    inner = {axes.find(letter) for letter in "YXS"}
+    outer = [k for k in range(len(axes)) if k not in inner and shape[k] > 1]
+    depth = next((k for k in outer if axes[k] == "Z"), None)
+    for letters in ("", "T", "C"):
+        if depth is None:
+            depth = next(
+                (k for k in reversed(outer) if (axes[k] in letters or not letters)
+                 and (letters or axes[k] not in "TC")),
+                None,
+            )  # fmt: skip
+    return Stack(series, depth, tuple(k for k in outer if k != depth))
+
+
+def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
+    """Check that the file has the bytes of a stack's pixels; a flat one may be a single slice."""
+    series = stack.series
+    if np.dtype(series.dtype).kind not in "biuf":
+        raise unsupported(
+            path, f"a TIFF of {series.dtype} voxels", "save its magnitude, for example in Fiji"
+        )
+    if not flat:
+        check_grid(path, stack.dimensions, stack.dtype, stack.samples)
+    if series.dataoffset is not None:
+        size = series.keyframe.parent.filehandle.size
+        need = math.prod(series.shape) * np.dtype(series.dtype).itemsize
+        check_present(path, size - series.dataoffset, need)
+        return
+    for page in series.pages:
+        if page is None:
+            raise damaged(path, "some of its pages cannot be found")
+        size = page.parent.filehandle.size
+        offsets, lengths = page.dataoffsets, page.databytecounts
+        if len(offsets) != len(lengths) or not all(
+            offset > 0 and length > 0 for offset, length in zip(offsets, lengths, strict=True)
+        ):
+            raise damaged(path, "a page's strips do not add up")
+        if any(o + n > size for o, n in zip(offsets, lengths, strict=True)):
+            raise truncated(path, "a page's pixels lie beyond its end")
+        keyframe: Any = page.keyframe
+        is_plain = keyframe.compression == UNCOMPRESSED
+        need = keyframe.size * keyframe.bitspersample // 8
+        if sum(lengths) * (1 if is_plain else GREATEST_RATIO) < need:
+            raise damaged(path, "a page has fewer pixels than its size says")
+
+
+def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np.generic]:
+    """Read one volume of a stack, by its number along each of the other axes, slice by slice.
+
+    Returns shape (nz, ny, nx) or (nz, ny, nx, samples), in native byte order.
+    """
+    import zarr
+
+    nx, ny, nz = stack.dimensions
+    values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
+    series: Any = stack.series
+    stored = zarr.open_array(series.aszarr(level=0, maxworkers=1), mode="r")
+    inner = "".join(letter for letter in stack.axes if letter in "YXS")
+    order = [inner.index(letter) for letter in "YXS" if letter in inner]
+    for target, z in zip(values, counted("slices read", range(nz)), strict=True):
+        place = tuple(
+            slice(None) if letter in "YXS" else z if k == stack.depth else index.get(k, 0)
+            for k, letter in enumerate(stack.axes)
+        )
+        target[...] = np.transpose(stored[place], order).reshape(target.shape)
+    return values if stack.samples > 1 else values[..., 0]

@@ -28,13 +28,7 @@ NO_UNITS = ("", "pixel", "pixels")
 
 @dataclass(frozen=True)
 class Scale:
-    """Voxel size of a TIFF file, as far as it is given.
-
-    Attributes
-    ----------
-    spacing : tuple of float or None
-        Along x, y and z; None along an axis, or for all, of which the file says nothing.
-    """
+    """Voxel size of a TIFF file along x, y and z; None for that of which the file says nothing."""
 
     spacing: tuple[float | None, float | None, float | None] | None = None
     unit: str = ""
@@ -42,13 +36,7 @@ class Scale:
 
 
 def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
-    """Return the voxel size that ImageJ, OME, MetaSeries, Micro-Manager or others have written.
-
-    Parameters
-    ----------
-    series_number : int
-        Of the OME image.
-    """
+    """Return the voxel size that ImageJ, OME, MetaSeries, Micro-Manager or others have written."""
     if tiff.is_ome and tiff.ome_metadata:
         scale = _of_ome(tiff.ome_metadata, series_number)
     elif tiff.imagej_metadata is not None:
@@ -67,16 +55,10 @@ def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
 
 
 def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str, tuple[str, ...]]:
-    """Apply ImageJ's calibration of the values.
+    """Apply ImageJ's calibration of the values; also return their units and notes.
 
-    Returns
-    -------
-    values : ndarray
-        Signed 16-bit numbers, which ImageJ stores with an offset, as what they are;
-        float32 for another straight line; as stored without one.
-    units : str
-        Of the values.
-    notes : tuple of str
+    Signed 16-bit numbers, which ImageJ stores with an offset, become what they are; another
+    straight line gives float32.
     """
     data = tiff.imagej_metadata or {}
     units = str(data.get("vunit", ""))

@@ -26,14 +26,7 @@ Shear = tuple[float, float]
 class Placed:
     """A grid whose slices lie behind one another, and which is not mirrored.
 
-    Attributes
-    ----------
-    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
-    missing : ndarray of bool, shape (nz, ny, nx), or None
-    directions : ndarray of float64, shape (3, 3), or None
-        Row k is the step from one voxel to the next along axis k; None if unknown.
-    notes : tuple of str
-        What was assumed or done.
+    Row k of the directions is the step from one voxel to the next along axis k; None if unknown.
     """
 
     values: NDArray[np.generic]
@@ -55,18 +48,9 @@ def placed(
     """Put a grid where its file says it lies.
 
     Axes with negative steps and the slices of a left-handed grid are read in reverse order. Where
-    all slices are shifted by the same step against the one before, they are sheared back.
-
-    Parameters
-    ----------
-    values : ndarray, shape (nz, ny, nx) or (nz, ny, nx, components)
-        Components are not sheared.
-    steps : sequence of float or None, or None
-        Spacing along x, y and z with its sign; None for what the file does not say.
-    directions : ndarray of float64, shape (3, 3), or None
-        Row k points along axis k in the file's space, with any length.
-    handedness : int
-        -1 if the file's space is left-handed.
+    all slices are shifted by the same step against the one before, they are sheared back; not those
+    of components. Row k of the directions points along axis k, with any length. The handedness is
+    -1 if the file's space is left-handed.
     """
     spacing, notes = usable_spacing(steps)
     unit = unit_directions(directions)
@@ -120,20 +104,9 @@ def sheared_back(
 ) -> tuple[NDArray[np.generic], NDArray[np.bool_], tuple[int, int]]:
     """Move each slice by its shift, within a grid that has room for all of them.
 
-    Between voxels values are interpolated linearly; what lies in no slice is missing.
-
-    Parameters
-    ----------
-    values : ndarray, shape (nz, ny, nx)
-    missing : ndarray of bool, shape (nz, ny, nx), or None
-
-    Returns
-    -------
-    values : ndarray, shape (nz, ny + more, nx + more)
-        Of the same type.
-    missing : ndarray of bool, of the same shape
-    moved : tuple of int
-        Voxels that the first slice has moved along x and y: the grid begins so many before it.
+    Between voxels values are interpolated linearly; what lies in no slice is missing. Returns
+    values, missing voxels, and how many voxels before the first slice the grid begins along x and
+    y.
     """
     nz, ny, nx = values.shape
     more = [math.ceil(abs(step) * (nz - 1) - 1e-6) for step in shear]

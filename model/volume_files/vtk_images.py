@@ -1,8 +1,14 @@
-"""The arrays of VTK image data: at points or in cells, and what their ghost types hide."""
+"""Images by VTK: legacy files of structured points, arrays at points or in cells, ghost types.
+
+VTK's messages are raised as errors.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,33 +19,31 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.volume_files.arrays import is_auxiliary
-from model.volume_files.checks import check_grid, damaged
-from model.volume_files.choice import Choice, choice_notes, chosen_index
-from model.volume_files.frame import (
-    frame_notes,
-    unit_directions,
-)
+from model.volume_files.checks import check_grid, check_present, damaged, truncated
+from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
+from model.volume_files.frame import frame_notes, unit_directions
 from model.volume_files.grid import Grid
 from model.volume_files.upright import placed
-from model.volume_files.vtk_session import to_numpy
 
+LONGEST_HEADER = 1 << 16
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
 HIDDEN_POINT, HIDDEN_CELL = 2, 32
 """Bits of ghost types."""
 
 
+_OUTPUT_WINDOW = threading.Lock()
+"""Guards VTK's output window, of which there is one per process."""
+
+_MESSAGE = re.compile(
+    r"^(ERROR|Generic Warning): In [^\n]*\n(?:\w+ \(0x[0-9a-f]+\): )?([^\n]+)", re.MULTILINE
+)
+
+
 @dataclass(frozen=True)
 class VtkArray:
-    """An array of a file.
+    """An array of a file, of points or cells; its type is None where reading alone would tell it.
 
-    Attributes
-    ----------
-    in_cells : bool
-        Whether its values belong to the cells between the points.
-    dtype : numpy.dtype or None
-        None where it is not known without reading.
-    is_active : bool
-        Whether the file names it as its scalars.
+    The active one is what the file names as its scalars.
     """
 
     name: str
@@ -91,17 +95,7 @@ def image_grid(
     file_format: str,
     extent: Sequence[int] | None = None,
 ) -> Grid:
-    """Return an array of a VTK image as a grid.
-
-    Parameters
-    ----------
-    image : vtkImageData
-        With that array, and ghost types of the same place.
-    arrays : sequence of VtkArray
-        All of the file that can be chosen.
-    extent : sequence of int or None
-        First and last point along each axis of the part that the file has; None for all.
-    """
+    """Return an array of a VTK image as a grid, or the part of it within an extent of points."""
     attributes = image.GetCellData() if wanted.in_cells else image.GetPointData()
     array = attributes.GetArray(wanted.name) if wanted.name else attributes.GetArray(0)
     less = 1 if wanted.in_cells else 0
@@ -182,3 +176,104 @@ def _contents(
             )
         )
     return tuple(listed)
+
+
+@contextmanager
+def _captured_messages() -> Iterator[Callable[[], str | bytes]]:
+    """Capture VTK's messages; yield a function that returns them, as bytes if not UTF-8."""
+    from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
+
+    with _OUTPUT_WINDOW:
+        window, verbosity = vtkOutputWindow.GetInstance(), vtkLogger.GetCurrentVerbosityCutoff()
+        diverted = vtkStringOutputWindow()
+        vtkOutputWindow.SetInstance(diverted)
+        vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+        try:
+            yield diverted.GetOutput
+        finally:
+            vtkLogger.SetStderrVerbosity(verbosity)
+            vtkOutputWindow.SetInstance(window)
+
+
+def run_quietly(path: Path, step: Callable[[], None]) -> None:
+    """Run one step of a VTK reader, such as ``reader.Update``; its complaint is damage."""
+    with _captured_messages() as messages:
+        step()
+        text = messages()
+    if isinstance(text, bytes):
+        text = text.decode("utf-8", "replace")
+    complaint = _MESSAGE.search(text)
+    if complaint is not None:
+        reason = complaint.group(2).strip().rstrip(".!").replace(str(path), path.name)
+        raise damaged(path, f"VTK says '{reason}'")
+
+
+def to_numpy(array: Any, dimensions: tuple[int, int, int]) -> NDArray[np.generic]:
+    """View a VTK array's memory as voxels, components last; the view keeps it alive."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    values: NDArray[np.generic] = vtk_to_numpy(array)
+    return values.reshape(*dimensions[::-1], *values.shape[1:])
+
+
+# --- legacy files -------------------------------------------------------------------------
+
+
+def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
+    """Read legacy VTK structured points, binary or ASCII."""
+    from vtkmodules.vtkIOLegacy import vtkStructuredPointsReader
+
+    with path.open("rb") as file:
+        start = file.read(LONGEST_HEADER)
+    if not start.startswith(b"# vtk DataFile"):
+        raise VolumeError(
+            f"{path}: this is not a legacy VTK file; choose another or correct its suffix."
+        )
+    kind = re.search(rb"^DATASET\s+(\w+)", start, re.MULTILINE | re.IGNORECASE)
+    if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
+        raise VolumeError(
+            f"{path}: the file holds {kind.group(1).decode('latin-1').lower()}, not "
+            "structured_points; make image data of it first, as with ParaView's filter Resample To "
+            "Image, and save that as .vti."
+        )
+    sizes = re.search(
+        rb"^DIMENSIONS\s+(-?\d{1,18})\s+(-?\d{1,18})\s+(-?\d{1,18})\s",
+        start,
+        re.MULTILINE | re.IGNORECASE,
+    )
+    if kind is None or sizes is None:
+        raise truncated(path, "its header has no dimensions")
+    dimensions = [int(size) for size in sizes.groups()]
+    check_present(path, path.stat().st_size, check_grid(path, dimensions, np.uint8))
+    reader = vtkStructuredPointsReader()
+    reader.SetFileName(str(path))
+    reader.ReadAllScalarsOn()
+    reader.ReadAllVectorsOn()
+    reader.ReadAllFieldsOn()
+    run_quietly(path, reader.Update)
+    image = reader.GetOutput()
+    arrays = [
+        *_arrays(image.GetPointData(), in_cells=False),
+        *_arrays(image.GetCellData(), in_cells=True),
+    ]
+    return image_grid(path, image, *chosen_array(path, arrays, choice), "legacy VTK")
+
+
+def _arrays(attributes: Any, in_cells: bool) -> list[VtkArray]:
+    """List the arrays of points or cells."""
+    found = []
+    active = attributes.GetScalars()
+    for number in range(attributes.GetNumberOfArrays()):
+        array = attributes.GetArray(number)
+        if array is not None and array.GetNumberOfTuples():
+            dtype = to_numpy(array, (array.GetNumberOfTuples(), 1, 1)).dtype
+            found.append(
+                VtkArray(
+                    array.GetName() or "",
+                    in_cells,
+                    dtype,
+                    array.GetNumberOfComponents(),
+                    active is not None and array.GetName() == active.GetName(),
+                )
+            )
+    return found

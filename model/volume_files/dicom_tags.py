@@ -1,0 +1,468 @@
+"""DICOM files and their images: tags by pydicom, where pixels lie, what they belong to and mean."""
+
+from __future__ import annotations
+
+import io
+import os
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+
+from model.errors import VolumeError, first_line
+from model.volume_files.checks import damaged, log_of, truncated, unsupported
+
+if TYPE_CHECKING:
+    from pydicom import Dataset
+
+PREAMBLE = 128
+IMPLICIT, EXPLICIT = "1.2.840.10008.1.2", "1.2.840.10008.1.2.1"
+DEFLATED, BIG_ENDIAN = "1.2.840.10008.1.2.1.99", "1.2.840.10008.1.2.2"
+UNDEFINED = 0xFFFFFFFF
+PIXEL_TAGS = {(0x7FE0, 0x0010): "iu", (0x7FE0, 0x0008): "f4", (0x7FE0, 0x0009): "f8"}
+MOST_INFLATED = 1 << 30
+"""Bytes that a deflated file may become."""
+
+_TEXTS = ("CS", "DS", "IS", "UI", "SH", "DA", "TM", "AE", "AS")
+"""Kinds of values that are plain text in a file."""
+
+
+@dataclass(frozen=True, eq=False)
+class DicomFile:
+    """Tags of a DICOM file up to the pixels, and the place of these.
+
+    The kind is that of integers ("iu") or floating-point numbers; None without pixels. The length
+    is -1 where pixels are encapsulated, which compressed ones are. `content` is the whole file
+    where it had to be inflated.
+    """
+
+    path: Path
+    tags: Dataset
+    syntax: str
+    order: str
+    kind: str | None
+    offset: int = 0
+    length: int = 0
+    content: bytes | None = None
+
+    def text(self, name: str) -> str:
+        """Return a tag's value as text; empty if it is missing."""
+        return text_of(self.tags, name)
+
+    def meta_text(self, name: str) -> str:
+        """Return a value of the file's meta information as text; empty if it is missing."""
+        meta = getattr(self.tags, "file_meta", None)
+        return "" if meta is None else text_of(meta, name)
+
+    def open(self) -> BinaryIO:
+        """Open the file's content for reading."""
+        return self.path.open("rb") if self.content is None else io.BytesIO(self.content)
+
+
+def text_of(tags: Dataset, name: str) -> str:
+    """Return a tag's value as text; empty if it is missing or malformed."""
+    raw = _raw_text(tags, name)
+    if raw is not None:
+        return raw
+    value = value_of(tags, name)
+    if value is None:
+        return ""
+    if isinstance(value, str | int | float):
+        return str(value).strip(" \0")
+    try:
+        return "\\".join(str(each) for each in value)
+    except TypeError:
+        return str(value)
+
+
+def value_of(tags: Dataset, name: str) -> Any:
+    """Return a tag's value; None if it is missing, empty or malformed."""
+    tag = _tag(name)
+    if tag not in tags:
+        return None
+    try:
+        return tags[tag].value
+    except Exception:
+        # pydicom converts values when they are asked for, and raises errors of many kinds.
+        return None
+
+
+def numbers_of(tags: Dataset, name: str) -> list[float]:
+    """Return a tag's decimal numbers; empty if it is missing or malformed."""
+    raw = _raw_text(tags, name)
+    if raw is not None:
+        try:
+            return [float(word) for word in raw.split("\\")] if raw else []
+        except ValueError:
+            return []
+    value = value_of(tags, name)
+    if value is None or value == "":
+        return []
+    try:
+        if isinstance(value, str | int | float):
+            return [float(value)]
+        return [float(number) for number in value]
+    except (TypeError, ValueError, OverflowError):
+        return []
+
+
+@cache
+def _tag(name: str) -> int:
+    from pydicom.datadict import tag_for_keyword
+
+    tag = tag_for_keyword(name)
+    assert tag is not None
+    return tag
+
+
+def _raw_text(tags: Dataset, name: str) -> str | None:
+    """Return a text that pydicom has not converted yet, which takes it long; else None."""
+    tag = _tag(name)
+    if tag not in tags:
+        return ""
+    try:
+        element: Any = tags.get_item(tag)
+    except Exception:
+        # As for other values.
+        return None
+    if getattr(element, "is_raw", False) and element.VR in _TEXTS:
+        return "" if element.value is None else element.value.decode("latin-1").strip(" \0")
+    return None
+
+
+def is_dicom(path: Path) -> bool:
+    """Return True if a file begins as DICOM does, with its preamble or without."""
+    with path.open("rb") as file:
+        start = file.read(PREAMBLE + 4)
+    return start[PREAMBLE:] == b"DICM" or _is_bare(start)
+
+
+def has_preamble(path: Path) -> bool:
+    """Return True if a file has DICOM's mark behind a preamble, whatever its suffix is."""
+    with path.open("rb") as file:
+        return file.read(PREAMBLE + 4)[PREAMBLE:] == b"DICM"
+
+
+def _is_bare(start: bytes) -> bool:
+    """Whether bytes begin with a tag of group 2 or 8 and its length, as without a preamble."""
+    if len(start) < 12 or start[:2] not in (b"\x02\0", b"\x08\0") or start[3] != 0:
+        return False
+    if start[4:6] in (b"UL", b"UI", b"CS", b"LO", b"DA", b"SH", b"TM", b"OB"):
+        return True
+    return int.from_bytes(start[4:8], "little") <= PREAMBLE
+
+
+def read_dicom_file(path: Path) -> DicomFile:
+    """Read a DICOM file's tags."""
+    from pydicom import config
+    from pydicom.errors import InvalidDicomError
+
+    # Many files break rules of values; what is needed of them is checked here.
+    config.settings.reading_validation_mode = config.IGNORE
+    if not is_dicom(path):
+        raise VolumeError(f"{path}: this is not a DICOM file; remove it from the folder.")
+    with log_of("pydicom"), path.open("rb") as file:
+        try:
+            return _read(path, file)
+        except (OSError, MemoryError, VolumeError):
+            raise
+        except (EOFError, InvalidDicomError):
+            raise truncated(path, "a tag is cut off") from None
+        except Exception as error:
+            raise damaged(path, f"its tags cannot be read: {first_line(error)}") from None
+
+
+def _read(path: Path, file: BinaryIO) -> DicomFile:
+    from pydicom import dcmread
+    from pydicom.filereader import read_file_meta_info
+
+    file.seek(PREAMBLE)
+    has_preamble = file.read(4) == b"DICM"
+    file.seek(0)
+    if has_preamble and _is_deflated(file):
+        content = _inflated(path, read_file_meta_info(path))
+        whole: BinaryIO = io.BytesIO(content)
+        tags = dcmread(whole, stop_before_pixels=True, force=True)
+        return _located(path, tags, EXPLICIT, whole, len(content), content)
+    tags = dcmread(file, stop_before_pixels=True, force=True)
+    syntax = text_of(getattr(tags, "file_meta", tags), "TransferSyntaxUID")
+    if not syntax:
+        syntax = IMPLICIT if tags.original_encoding[0] else EXPLICIT
+        syntax = syntax if tags.original_encoding[1] is not False else BIG_ENDIAN
+    return _located(path, tags, syntax, file, os.fstat(file.fileno()).st_size, None)
+
+
+def _is_deflated(file: BinaryIO) -> bool:
+    start = file.read(2048)
+    file.seek(0)
+    return DEFLATED.encode() in start
+
+
+def _inflated(path: Path, meta: Any) -> bytes:
+    """Return a deflated file as one in the explicit little-endian syntax."""
+    with path.open("rb") as file:
+        file.seek(PREAMBLE + 4)
+        # The meta group's length is the value of its first element.
+        file.seek(PREAMBLE + 4 + 12 + int(meta.FileMetaInformationGroupLength))
+        decoder = zlib.decompressobj(-zlib.MAX_WBITS)
+        try:
+            data = decoder.decompress(file.read(), MOST_INFLATED)
+        except zlib.error as error:
+            raise damaged(path, f"its compressed stream is invalid ({error})") from None
+    if decoder.unconsumed_tail:
+        raise unsupported(path, "a deflated DICOM file of more than 1 GiB", "decompress it first")
+    if not decoder.eof:
+        raise truncated(path, "its compressed stream stops before the end")
+    return data
+
+
+def _located(
+    path: Path, tags: Dataset, syntax: str, file: BinaryIO, size: int, content: bytes | None
+) -> DicomFile:
+    """Find the pixels, before which pydicom stopped."""
+    order = ">" if syntax == BIG_ENDIAN else "<"
+    byte_order = "big" if order == ">" else "little"
+    start = file.read(8)
+    tag = tuple(int.from_bytes(start[k : k + 2], byte_order) for k in (0, 2))  # type: ignore[arg-type]
+    kind = PIXEL_TAGS.get(tag)  # type: ignore[arg-type]
+    if kind is None or len(start) < 8:
+        return DicomFile(path, tags, syntax, order, None, content=content)
+    implicit = not start[4:6].isalpha() or syntax == IMPLICIT
+    data = start[4:8] if implicit else file.read(4)
+    if len(data) < 4:
+        raise truncated(path, "a tag is cut off")
+    length = int.from_bytes(data, byte_order)  # type: ignore[arg-type]
+    offset = file.tell()
+    if length == UNDEFINED:
+        length = -1
+    elif offset + length > size:
+        raise truncated(
+            path, f"it has {size - offset} of the {length} bytes of pixels that it promises"
+        )
+    return DicomFile(path, tags, syntax, order, kind, offset, length, content)
+
+
+# --- images -------------------------------------------------------------------------------
+
+MOST_FRAMES = 100_000
+NO_UNITS = ("", "US")
+PET_UNITS = {"BQML": "Bq/ml", "CNTS": "counts", "GML": "g/ml", "PROPCNTS": "", "NONE": ""}
+
+SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")
+"""Tags of the pixels' size, the truest first."""
+
+TIME_FIELDS = (
+    "TemporalPositionIdentifier", "TemporalPositionIndex", "TriggerTime",
+    "NominalCardiacTriggerDelayTime", "NominalPercentageOfCardiacPhase", "FrameReferenceTime",
+    "ActualFrameDuration",
+)  # fmt: skip
+CHANNEL_FIELDS = (
+    "EchoNumbers", "EchoTime", "EffectiveEchoTime", "DiffusionBValue",
+    "DiffusionGradientOrientation", "ComplexImageComponent", "FrameType", "ImageType",
+    "ReferencedSegmentNumber", "StackID",
+)  # fmt: skip
+SERIES_FIELDS = ("AcquisitionNumber",)
+LATE_FIELDS = ("AcquisitionTime", "ContentTime")
+"""Times of the clock, which slices of one volume may differ in, too: asked last."""
+
+WORDS = {
+    "AcquisitionNumber": "acquisition", "EchoNumbers": "echo", "EchoTime": "echo time",
+    "EffectiveEchoTime": "echo time", "DiffusionBValue": "b",
+    "DiffusionGradientOrientation": "gradient", "ReferencedSegmentNumber": "segment",
+    "StackID": "stack",
+}  # fmt: skip
+
+_NESTED = {
+    "TemporalPositionIndex": "FrameContentSequence",
+    "StackID": "FrameContentSequence",
+    "NominalCardiacTriggerDelayTime": "CardiacSynchronizationSequence",
+    "NominalPercentageOfCardiacPhase": "CardiacSynchronizationSequence",
+    "EffectiveEchoTime": "MREchoSequence",
+    "DiffusionBValue": "MRDiffusionSequence",
+    "ComplexImageComponent": "MRImageFrameTypeSequence",
+    "FrameType": "MRImageFrameTypeSequence",
+    "ReferencedSegmentNumber": "SegmentIdentificationSequence",
+}
+"""Functional groups of multi-frame files in which fields stand."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One image of a DICOM file; what is unknown is empty.
+
+    The position is that of the first pixel's centre in mm in the patient's space (LPS), the
+    orientation that of rows and columns, and the spacing that of rows and columns in mm.
+    `thickness` is the distance of slices or else their thickness; `number` is the instance's.
+    """
+
+    file: DicomFile
+    index: int
+    groups: tuple[Dataset, ...]
+    rows: int
+    columns: int
+    position: tuple[float, ...]
+    orientation: tuple[float, ...]
+    spacing: tuple[float, ...]
+    thickness: float | None
+    slope: float
+    intercept: float
+    is_rescaled: bool
+    units: str
+    number: float
+
+    def field(self, name: str) -> str:
+        """Return an identifying field as text, of the frame or else of the file."""
+        nested = _NESTED.get(name)
+        for group in self.groups:
+            if nested and (found := _first_item(group, nested)) is not None:
+                text = text_of(found, name)
+                if name == "DiffusionGradientOrientation":
+                    item = _first_item(found, "DiffusionGradientDirectionSequence")
+                    text = "" if item is None else text_of(item, name)
+                if text:
+                    return text
+        return self.file.text(name)
+
+    @property
+    def normal(self) -> tuple[float, float, float]:
+        """Direction at right angles to the image."""
+        axes = self.orientation or (1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+        x, y, z = np.cross(axes[:3], axes[3:])
+        return float(x), float(y), float(z)
+
+
+def frames_of(file: DicomFile) -> list[Frame]:
+    """Return the images of a file; none if it has no pixels."""
+    if file.kind is None:
+        return []
+    count = int((numbers_of(file.tags, "NumberOfFrames") or [1.0])[0] or 1)
+    per_frame = value_of(file.tags, "PerFrameFunctionalGroupsSequence") or ()
+    if not 1 <= count <= MOST_FRAMES or (len(per_frame) and len(per_frame) < count):
+        raise damaged(file.path, f"it claims {count} frames")
+    shared = _first_item(file.tags, "SharedFunctionalGroupsSequence")
+    offsets = numbers_of(file.tags, "GridFrameOffsetVector")
+    return list(_frames(file, count, per_frame, shared, offsets))
+
+
+def _frames(
+    file: DicomFile,
+    count: int,
+    per_frame: Sequence[Dataset],
+    shared: Dataset | None,
+    offsets: list[float],
+) -> Iterator[Frame]:
+    tags = file.tags
+    rows, columns = (int((numbers_of(tags, name) or [0])[0]) for name in ("Rows", "Columns"))
+    position = _placed(tags, "ImagePositionPatient")
+    orientation = _placed(tags, "ImageOrientationPatient")
+    spacing = next(filter(None, (numbers_of(tags, name) for name in SPACINGS)), [])
+    number = (numbers_of(tags, "InstanceNumber") or [0.0])[0]
+    for index in range(count):
+        groups = tuple(g for g in (per_frame[index] if per_frame else None, shared) if g)
+        measures = _measures(tags, groups)
+        place = _grouped(groups, "PlanePositionSequence", "ImagePositionPatient") or position
+        axes = _grouped(groups, "PlaneOrientationSequence", "ImageOrientationPatient")
+        axes = axes or orientation
+        if count > 1 and not per_frame and len(place) == 3 and len(axes) == 6:
+            step = (measures or 1.0) * index * (-1 if _goes_down(tags) else 1)
+            if len(offsets) == count:
+                step = offsets[index] - offsets[0]
+            normal = np.cross(axes[:3], axes[3:])
+            place = (np.array(place) + step * normal).tolist()
+        slope, intercept, is_rescaled, units = _rescaling(file, groups)
+        yield Frame(
+            file,
+            index,
+            groups,
+            rows,
+            columns,
+            tuple(place) if _usable(place, 3) else (),
+            tuple(axes) if _usable(axes, 6) else (),
+            tuple(_grouped(groups, "PixelMeasuresSequence", "PixelSpacing") or spacing),
+            measures,
+            slope,
+            intercept,
+            is_rescaled,
+            units,
+            number + index if count > 1 else number,
+        )
+
+
+def _usable(values: list[float], count: int) -> bool:
+    return len(values) == count and bool(np.isfinite(values).all())
+
+
+def _placed(tags: Dataset, name: str) -> list[float]:
+    """Return position or orientation of the first image; nuclear medicine has the detector's."""
+    found = numbers_of(tags, name)
+    if found:
+        return found
+    detector = _first_item(tags, "DetectorInformationSequence")
+    return [] if detector is None else numbers_of(detector, name)
+
+
+def _goes_down(tags: Dataset) -> bool:
+    """Whether frames follow each other against their normal, as nuclear medicine may have them."""
+    found = numbers_of(tags, "SpacingBetweenSlices")
+    return text_of(tags, "Modality") == "NM" and bool(found) and found[0] < 0
+
+
+def _first_item(tags: Dataset, sequence: str) -> Dataset | None:
+    items = value_of(tags, sequence)
+    try:
+        return items[0] if items else None
+    except (TypeError, IndexError, KeyError):
+        return None
+
+
+def _grouped(groups: tuple[Dataset, ...], sequence: str, name: str) -> list[float]:
+    """Return numbers of a functional group, of the frame's own or the shared one."""
+    for group in groups:
+        item = _first_item(group, sequence)
+        if item is not None and (found := numbers_of(item, name)):
+            return found
+    return []
+
+
+def _measures(tags: Dataset, groups: tuple[Dataset, ...]) -> float | None:
+    """Return the distance of slices as it is given, or else their thickness."""
+    for name in ("SpacingBetweenSlices", "SliceThickness"):
+        found = _grouped(groups, "PixelMeasuresSequence", name) or numbers_of(tags, name)
+        if found and np.isfinite(found[0]) and found[0] != 0:
+            return abs(found[0])
+    return None
+
+
+def _rescaling(file: DicomFile, groups: tuple[Dataset, ...]) -> tuple[float, float, bool, str]:
+    """Return slope, intercept, whether they are given, and the units of the values."""
+    for tags in (*(_first_item(g, "PixelValueTransformationSequence") for g in groups), file.tags):
+        if tags is None:
+            continue
+        slope, intercept = numbers_of(tags, "RescaleSlope"), numbers_of(tags, "RescaleIntercept")
+        if not slope and not intercept:
+            continue
+        pair = (slope or [1.0])[0], (intercept or [0.0])[0]
+        if pair[0] == 0 or not np.isfinite(pair).all():
+            continue
+        return *pair, True, _units(file, text_of(tags, "RescaleType"))
+    scaling = numbers_of(file.tags, "DoseGridScaling")
+    if scaling and np.isfinite(scaling[0]) and scaling[0] > 0:
+        units = file.text("DoseUnits")
+        return scaling[0], 0.0, True, {"GY": "Gy"}.get(units, units.lower())
+    return 1.0, 0.0, False, ""
+
+
+def _units(file: DicomFile, kind: str) -> str:
+    """Return the units of rescaled values: those that are given, or Hounsfield's of a CT."""
+    if kind not in NO_UNITS:
+        return kind
+    modality = file.text("Modality")
+    if modality == "PT":
+        units = file.text("Units")
+        return PET_UNITS.get(units, units)
+    is_plain = "LOCALIZER" not in file.text("ImageType").upper()
+    return "HU" if modality == "CT" and kind == "" and is_plain else ""
