@@ -6,6 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from app.engines.channels import EngineName
 from app.engines.client import EngineClient
 from app.engines.engines import Builders
 from app.engines.exactness import STOPS
@@ -94,9 +95,8 @@ class Workspace(QObject):
         self.library = Library(preferences)
         self.model = GeneratorWork(generator, builders, device, self)
         self._scheduler = ImageScheduler(state, generator, reference, self)
-        self.sensitivity = SensitivityAsker(
-            state, sensitivity, self._analyst, generator, self._is_starting, brightness, self
-        )
+        both: dict[EngineName, EngineClient] = {"exact": analyst, "learned": generator}
+        self.sensitivity = SensitivityAsker(state, sensitivity, both, brightness, self)
         self.latent = LatentWork(
             state, latent, self._analyst, generator, brightness, builders.latent_space, self
         )
@@ -133,10 +133,6 @@ class Workspace(QObject):
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
         self.latent.pictures.allow(STOPS[choices.stop].patience)
-
-    def _is_starting(self) -> bool:
-        """Whether a volume's first pictures are still to be drawn."""
-        return not self.reference.has_drawn
 
     @property
     def opened(self) -> OpenedVolume | None:
@@ -340,7 +336,8 @@ class Workspace(QObject):
         """Ask the analyst everything anew."""
         if self._opened is not None:
             lighting = self.reference.settings.lighting
-            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "stand-in"
+            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "surrogate"
+            self.sensitivity.is_starting = not self.reference.has_drawn
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()

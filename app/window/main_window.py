@@ -145,13 +145,7 @@ class MainWindow(QMainWindow):
         self.image_error = ImageError(self.generator, self.reference, self.state, self.workspace)
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(
-            self.state,
-            self.sensitivity_state,
-            self.workspace,
-            self.generator,
-            self.reference,
-            self.editor,
-            self,
+            self.workspace, self.generator, self.reference, self.editor, self
         )
         self.crop_handles = [
             CropHandles(pane.canvas, self.state) for pane in (self.generator, self.reference)
@@ -248,7 +242,7 @@ class MainWindow(QMainWindow):
         self._show_browser(self.latent_state.choices)
         self.workspace.modelChanged.connect(self._show_model)
         self.crop_card.shownChanged.connect(self._show_crop_handles)
-        self.sensitivity_state.toolChanged.connect(self._show_crop_handles)
+        self.sensitivity_state.changed.connect(self._show_crop_handles)
         self.panes.imagesShown.connect(self.workspace.show_images)
         self.panes.arranged.connect(self._arrange)
         self.reference.canvas.resized.connect(

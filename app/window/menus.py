@@ -418,7 +418,7 @@ class Menus(QObject):
         )
         shown.setCheckable(True)
         shown.setChecked(True)
-        sensitivity.choicesChanged.connect(lambda choices: shown.setChecked(choices.shown))
+        sensitivity.changed.connect(lambda _what: shown.setChecked(sensitivity.choices.shown))
         menu.addSeparator()
         add_action(menu, "&Rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
         add_action(menu, "&Lasso", lambda: sensitivity.set_tool("lasso"), "L")

@@ -40,7 +40,7 @@ class ToolStrip(QFrame):
         self.rectangle.clicked.connect(lambda on: regions.set_tool("rectangle" if on else None))
         self.lasso.clicked.connect(lambda on: regions.set_tool("lasso" if on else None))
         self.crop.clicked.connect(crop.set_shown)
-        regions.toolChanged.connect(self._show_tool)
+        regions.changed.connect(lambda _what: self._show_tool(regions.tool))
         crop.shownChanged.connect(self.crop.setChecked)
 
     def lie_over(self, canvas: QWidget | None) -> None:

@@ -54,8 +54,7 @@ class Watched(QObject):
         self._window, self._new = window, 0
         self.begin()
         answers = window.workspace.sensitivity
-        answers.regionAnswered.connect(lambda: self._take("curve", answers.region))
-        answers.visibilityAnswered.connect(lambda: self._take("area", answers.visibility))
+        answers.answered.connect(self._take_answer)
         window.state.inputsChanged.connect(self._note_state)
         window.reference.resultShown.connect(self._note_picture)
         window.reference.canvas.installEventFilter(self)
@@ -84,6 +83,13 @@ class Watched(QObject):
 
     def _note_state(self) -> None:
         self._states.append((self._window.state.inputs, time.perf_counter()))
+
+    def _take_answer(self, what: str) -> None:
+        answers = self._window.workspace.sensitivity
+        if what == "region":
+            self._take("curve", answers.region)
+        elif what == "visibility":
+            self._take("area", answers.visibility)
 
     def _take(self, name: str, answer: Any) -> None:
         self.look()
