@@ -13,8 +13,8 @@ from app.engines.exactness import STOPS
 from app.state.brightness import Brightness
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.image_scheduler import ImageScheduler
+from app.state.latent_pictures import LatentPictures
 from app.state.latent_state import LatentState
-from app.state.latent_work import LatentWork
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
@@ -97,9 +97,7 @@ class Workspace(QObject):
         self._scheduler = ImageScheduler(state, generator, reference, self)
         both: dict[EngineName, EngineClient] = {"exact": analyst, "learned": generator}
         self.sensitivity = SensitivityAsker(state, sensitivity, both, brightness, self)
-        self.latent = LatentWork(
-            state, latent, self._analyst, generator, brightness, builders.latent_space, self
-        )
+        self.latent = LatentPictures(state, latent, both, brightness, builders.latent_space, self)
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._scheduler, preferences, self
         )
@@ -132,7 +130,7 @@ class Workspace(QObject):
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
-        self.latent.pictures.allow(STOPS[choices.stop].patience)
+        self.latent.allow(STOPS[choices.stop].patience)
 
     @property
     def opened(self) -> OpenedVolume | None:
@@ -322,7 +320,7 @@ class Workspace(QObject):
     def _relight(self) -> None:
         """Adapt the generator and the panels to another light of the reference."""
         before = self.model.draws_path, self.model.awaits_path
-        self.latent.pictures.trace(self.reference.settings.lighting == "path")
+        self.latent.trace(self.reference.settings.lighting == "path")
         self._follow_light()
         if (self.model.draws_path, self.model.awaits_path) != before:
             self._follow_scene()

@@ -84,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _from_the_click(path: Path) -> tuple[float | None, float | None]:
     """Seconds until there are 16 pictures, and until these are sharp."""
     window = opened_window(path)
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     run(
         PATIENCE_S,
         lambda: (
