@@ -21,8 +21,8 @@ from app import theme
 
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
-SIZE = 620, 560
-"""Of the glossary's window, in pixels."""
+WIDTH, MARGIN = 620, (60, 90)
+"""Width of the text of pages, and the room around it, in pixels."""
 
 _PREFIX = "gloss:"
 
@@ -62,25 +62,42 @@ def explain(label: QLabel) -> None:
 
 def open_glossary(parent: QWidget, term: str = "") -> QDialog:
     """Open the glossary, at a term if one is given."""
-    dialog = QDialog(parent)
-    dialog.setWindowTitle("Glossary")
-    page = QTextBrowser()
-    page.setMarkdown(GLOSSARY.read_text(encoding="utf-8"))
-    close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-    close.rejected.connect(dialog.reject)
-    column = QVBoxLayout(dialog)
-    column.addWidget(page)
-    column.addWidget(close)
-    dialog.resize(*SIZE)
-    dialog.finished.connect(dialog.deleteLater)
-    dialog.open()
+    page, dialog = open_page(parent, "Glossary", GLOSSARY.read_text(encoding="utf-8"))
     if term:
-        # From the end, so that the term comes to stand at the top.
+        # From the end, so that the term is at the top.
         page.moveCursor(page.textCursor().MoveOperation.End)
         cursor = page.document().find(f"{term}.", 0, QTextDocument.FindFlag.FindCaseSensitively)
         if not cursor.isNull():
             page.setTextCursor(cursor)
     return dialog
+
+
+def open_page(
+    parent: QWidget, title: str, text: str, above: QWidget | None = None
+) -> tuple[QTextBrowser, QDialog]:
+    """Open a page of HTML or Markdown in a window of its own, below another widget.
+
+    It is as high as its text, unless its parent is lower: then it scrolls.
+    """
+    dialog = QDialog(parent)
+    dialog.setWindowTitle(title)
+    page = QTextBrowser()
+    page.setOpenExternalLinks(True)
+    if text.startswith("<"):
+        page.setHtml(text)
+    else:
+        page.setMarkdown(text)
+    close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    close.rejected.connect(dialog.reject)
+    column = QVBoxLayout(dialog)
+    for widget in filter(None, (above, page, close)):
+        column.addWidget(widget)
+    page.document().setTextWidth(WIDTH)
+    height = round(page.document().size().height()) + MARGIN[1]
+    dialog.resize(WIDTH + MARGIN[0], min(height, parent.window().height()))
+    dialog.finished.connect(dialog.deleteLater)
+    dialog.open()
+    return page, dialog
 
 
 def _tell(label: QLabel, link: str) -> None:

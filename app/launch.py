@@ -123,7 +123,7 @@ def _open(window: MainWindow, start: WindowStart) -> None:
     if start.session is not None:
         window.sessions.open(start.session, start.volume)
     else:
-        window.opening.start_with(start.volume, start.scalar_range, start.choice, start.scale)
+        window.files.start_with(start.volume, start.scalar_range, start.choice, start.scale)
     if start.model is not None:
         workspace.open_model(start.model)
 
@@ -140,7 +140,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
     elif start.light is not None:
         window.notice.tell("The light is fixed here: the model was trained with another one.")
     if start.tf is not None:
-        window.opening.open_transfer_function(start.tf)
+        window.files.open_transfer_function(start.tf)
 
 
 def _end(application: QApplication, window: MainWindow) -> None:

@@ -98,14 +98,6 @@ class ReferenceControls(QObject):
         action.setDefaultWidget(BrightnessSlider(self._brightness))
         menu.addAction(action)
 
-    def fill_size(self, menu: QMenu) -> None:
-        """Add sizes of the image to a menu."""
-        self._add_choices(menu, "size", SIZES)
-
-    def fill_drawing(self, menu: QMenu) -> None:
-        """Add the renderers to a menu."""
-        self._add_choices(menu, "drawing", DRAWINGS)
-
     def _add_choices(self, menu: QMenu, name: str, texts: dict[Any, str]) -> None:
         group = QActionGroup(menu)
         actions = self._actions[name] = {}

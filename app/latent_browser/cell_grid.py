@@ -41,8 +41,10 @@ class CellGrid(KeyedWidget):
 
     chosen = Signal(int)
     """Emitted with the cell, row by row, that was clicked."""
-    zoomed = Signal(object)
-    """Emitted with the cell over which the wheel was turned to come closer, or None to go back."""
+    zoomed = Signal(int)
+    """Emitted with the cell over which the wheel was turned to come closer."""
+    widened = Signal()
+    """Emitted when the wheel was turned the other way."""
     hovered = Signal(object)
     """Emitted with the cell under the mouse, or None."""
 
@@ -193,7 +195,7 @@ class CellGrid(KeyedWidget):
             self.zoomed.emit(cell)
         elif self._turned <= -1:
             self._turned = 0.0
-            self.zoomed.emit(None)
+            self.widened.emit()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go from cell to cell by arrow keys, take one by Enter, divide it by + and return by −."""
@@ -210,7 +212,7 @@ class CellGrid(KeyedWidget):
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal) and cell is not None:
             self.zoomed.emit(cell)
         elif key == Qt.Key.Key_Minus:
-            self.zoomed.emit(None)
+            self.widened.emit()
         else:
             super().keyPressEvent(event)
 

@@ -44,7 +44,8 @@ class LatentState(QObject):
 
     choicesChanged = Signal(object)
     brushChanged = Signal(object)
-    """Emitted with the rectangle while it is drawn, moved or resized, and at the end of that."""
+    """Emitted with the rectangle while it is drawn, moved or resized."""
+    brushChangeFinished = Signal()
     hoverChanged = Signal(object)
     """Emitted with the place under the mouse on the map, or None."""
 
@@ -73,7 +74,7 @@ class LatentState(QObject):
         """End a drag of the rectangle."""
         if self.dragging:
             self.dragging = False
-            self.brushChanged.emit(self.brush)
+            self.brushChangeFinished.emit()
 
     def set_brush(self, brush: Brush) -> None:
         """Change the rectangle without a drag."""

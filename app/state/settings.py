@@ -22,6 +22,34 @@ BackgroundChoice = Literal["black", "gradient", "white"]
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 
+_Byte = Annotated[int, Meta(ge=0, le=255)]
+
+
+@dataclass(frozen=True)
+class FigureSettings:
+    """Choices of the figure or movie that was saved last.
+
+    Attributes
+    ----------
+    longer_side : int
+        In pixels.
+    background : tuple of int, "gradient" or None
+        None for a transparent one.
+    samples : int
+        Of each pixel in path-traced light; 0 for the usual number.
+    seconds, rate : float, int
+        Length of a movie, 0 for a figure, and its frames a second.
+    """
+
+    longer_side: Annotated[int, Meta(ge=0, le=8192)] = 0
+    background: tuple[_Byte, _Byte, _Byte] | Literal["gradient"] | None = (0, 0, 0)
+    legend: bool = False
+    scale_bar: bool = False
+    samples: Annotated[int, Meta(ge=0, le=4096)] = 0
+    seconds: Annotated[float, Meta(ge=0, le=600)] = 0.0
+    rate: Annotated[int, Meta(ge=1, le=60)] = 25
+
+
 @dataclass(frozen=True)
 class SessionSettings:
     """Settings that a session holds, too: how images are drawn, and what is shown over them.
@@ -68,6 +96,8 @@ class Settings(SessionSettings):
         Qt's bytes in base64; empty if unknown.
     splitters : dict of tuple of int
         Sizes by the splitter's name.
+    figure : FigureSettings or None
+        None before one was saved.
     recent_volumes, recent_models, recent_transfer_functions, recent_sessions : tuple of str
         Absolute paths, the newest first.
     places : dict of str
@@ -81,6 +111,7 @@ class Settings(SessionSettings):
     splitters: dict[str, tuple[int, ...]] = field(default_factory=dict)
     theme: ThemeChoice = "system"
     single_keys: bool = True
+    figure: FigureSettings | None = None
     recent_volumes: tuple[str, ...] = ()
     recent_models: tuple[str, ...] = ()
     recent_transfer_functions: tuple[str, ...] = ()

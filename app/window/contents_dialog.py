@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -19,7 +19,6 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app import theme
 from model.scene.file_facts import ChoiceKind, Content
 from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import Choice
@@ -42,21 +41,18 @@ MOST_ROWS = 12
 class ContentsDialog(QDialog):
     """Lists the volumes of a file or folder, and asks which of them to show.
 
-    What is shown already is chosen at first.
-
-    Parameters
-    ----------
-    name : str
-        Of the file or folder.
+    What is shown already is chosen at first; another choice is handed to `open_it`.
     """
 
-    chosen = Signal(object)
-    """Emitted with the :class:`Choice` when another volume is asked for."""
-
     def __init__(
-        self, name: str, contents: Sequence[Content], parent: QWidget | None = None
+        self,
+        name: str,
+        contents: Sequence[Content],
+        open_it: Callable[[Choice], object],
+        parent: QWidget | None = None,
     ) -> None:
         super().__init__(parent)
+        self._open = open_it
         self.setWindowTitle(f"Contents of {name}")
         self._contents = tuple(contents)
         self._kinds = list(dict.fromkeys(content.kind for content in contents))
@@ -91,7 +87,7 @@ class ContentsDialog(QDialog):
         column = QVBoxLayout(self)
         column.setContentsMargins(16, 14, 16, 14)
         column.setSpacing(12)
-        text = QLabel(f"{name} holds more than one volume. Which one do you want to look at?")
+        text = QLabel(f"{name} holds more than one volume. Which one do you want to see?")
         text.setTextFormat(Qt.TextFormat.PlainText)
         text.setWordWrap(True)
         column.addWidget(text)
@@ -162,15 +158,13 @@ class ContentsDialog(QDialog):
         is_shown, choice = self._is_shown(), self.choice()
         self.accept()
         if not is_shown:
-            self.chosen.emit(choice)
+            self._open(choice)
 
 
 def _size_label(contents: list[Content]) -> QLabel:
     """Return a line on how many there are, and how large each is."""
     first = contents[0]
-    text = (
-        f"{len(contents)} of {times(first.dimensions)} voxels, {readable_size(first.nbytes)} each"
-    )
-    label = QLabel(text)
-    label.setStyleSheet(f"color: {theme.DIM_TEXT}")
+    size = readable_size(first.nbytes)
+    label = QLabel(f"{len(contents)} of {times(first.dimensions)} voxels, {size} each")
+    label.setProperty("role", "dim")
     return label

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-from pathlib import Path
-
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout
 
 from app.engines.states import EngineState
-from app.image_view.engine_pane import EnginePane
-from app.state.workspace import Workspace
-from app.window.file_dialogs import FileDialogs
-from app.window.file_opening import FileOpening
+from app.window.context import Context
+from app.window.files import Files
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of
 
 PICTURE = 72
@@ -24,26 +19,18 @@ EDGE = 8
 
 
 class EmptyCard(QFrame):
-    """Stands in the middle of an image that has nothing to show, below what it says of that.
+    """Lies in the middle of the reference's image once a first volume could not be read."""
 
-    Parameters
-    ----------
-    pane : EnginePane
-        The card is over its canvas, once a first volume could not be read.
-    """
-
-    def __init__(
-        self, pane: EnginePane, workspace: Workspace, opening: FileOpening, files: FileDialogs
-    ) -> None:
-        super().__init__(pane.canvas)
-        self._pane, self._workspace = pane, workspace
+    def __init__(self, context: Context, files: Files) -> None:
+        super().__init__(context.reference.canvas)
+        self._pane, self._workspace = context.reference, context.workspace
         self.setProperty("role", "card")
         self.setCursor(Qt.CursorShape.ArrowCursor)
         title = QLabel("Drop a volume here, or")
         title.setProperty("role", "title")
         self.open = QPushButton("Open…")
         self.open.setToolTip("Open a volume's file (Ctrl+O)")
-        self.open.clicked.connect(files.open_volume)
+        self.open.clicked.connect(files.ask_and_open)
         head = QHBoxLayout()
         head.addWidget(title)
         head.addWidget(self.open)
@@ -57,7 +44,7 @@ class EmptyCard(QFrame):
             sample.setIcon(QIcon(str(picture_of(path))))
             sample.setIconSize(QSize(PICTURE, PICTURE))
             sample.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-            sample.clicked.connect(partial(self._open_sample, opening, path))
+            sample.clicked.connect(lambda _on=False, path=path: files.open_volume(path))
             self.samples.append(sample)
             pictures.addWidget(sample)
         column = QVBoxLayout(self)
@@ -65,9 +52,9 @@ class EmptyCard(QFrame):
         column.addLayout(head)
         column.addLayout(pictures)
         self.hide()
-        pane.canvas.installEventFilter(self)
-        pane.client.stateChanged.connect(self._follow)
-        workspace.opening.reading.connect(
+        self._pane.canvas.installEventFilter(self)
+        self._pane.client.stateChanged.connect(self._follow)
+        self._workspace.opening.reading.connect(
             lambda name: self._follow(EngineState.LOADING) if name else None
         )
 
@@ -90,6 +77,3 @@ class EmptyCard(QFrame):
         top = min(room.height() // 2 + self.height() // 4, room.height() - EDGE)
         self.move(max(room.width() // 2, 0), max(top, 0))
         self.raise_()
-
-    def _open_sample(self, opening: FileOpening, path: Path, _checked: bool = False) -> None:
-        opening.open_volume(path)

@@ -1,6 +1,6 @@
 """Figures: images as they are saved, with legend and scale bar, side by side or compared.
 
-The window's pictures and movies, and those of the command line, are made here.
+The window's figures and movies, and those of the command line, are made here.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QImage, QPainter
 
 from app.image_view.picture import Background, compose, paint_background
-from app.window.difference import difference_of, in_colors
 from app.window.image_marks import (
     paint_caption,
     paint_difference_bar,
@@ -23,8 +22,10 @@ from app.window.image_marks import (
     paint_scale_bar,
 )
 from model.errors import RenderError
+from model.rendering.resizing import at_size_of
 from model.rendering.scale_bar import Scale
 from model.scene.inputs import SceneInputs
+from model.sensitivity.display import LEAST_DIFFERENCE, overlay, scale_of
 
 Which = Literal["generator", "reference", "both", "difference"]
 """What a figure shows: one of both images, both side by side, or how far they are apart."""
@@ -34,7 +35,9 @@ TITLES = {"generator": "Generator", "reference": "Ground truth"}
 GAP = 1 / 100
 """Distance of two images, relative to the figure's width."""
 
-Rgba = NDArray[np.float32] | NDArray[np.uint8]
+Image = NDArray[np.float32]
+Rgba = Image | NDArray[np.uint8]
+Size = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,31 @@ class FigureLook:
     background: Background | None = (0, 0, 0)
     legend: bool = False
     scale_bar: bool = False
+
+
+@dataclass(frozen=True)
+class FigureChoice(FigureLook):
+    """How a figure or movie is saved.
+
+    Attributes
+    ----------
+    samples : int
+        Of each pixel of a path-traced ground truth; 0 in other light.
+    seconds : float
+        Length of a movie of one full turn; 0 for a figure.
+    rate : int
+        Its frames a second.
+    """
+
+    which: Which = "reference"
+    samples: int = 0
+    seconds: float = 0.0
+    rate: int = 25
+
+    @property
+    def frame_count(self) -> int:
+        """Number of pictures of a movie; 0 for a figure."""
+        return max(round(self.seconds * self.rate), 2) if self.seconds else 0
 
 
 @dataclass(frozen=True)
@@ -141,7 +169,8 @@ def figure(
     background: Background | None = look.background
     if which == "difference":
         background = (0, 0, 0)
-        paint_difference_bar(painter, rects[-1], largest, compared.width(), background)
+        title = difference_title(compared.width())
+        paint_difference_bar(painter, rects[-1], largest, title, background)
     elif look.legend:
         paint_legend(painter, rects[-1], inputs.transfer_function, subject.units, background)
     if look.scale_bar and subject.scale is not None:
@@ -157,6 +186,29 @@ def pixels_of(image: QImage) -> NDArray[np.uint8]:
     stored = np.frombuffer(rgb.constBits(), np.uint8).reshape(rgb.height(), rgb.bytesPerLine())
     pixels = stored[:, : 3 * rgb.width()].reshape(rgb.height(), rgb.width(), 3)
     return pixels[: rgb.height() // 2 * 2, : rgb.width() // 2 * 2].copy()
+
+
+def difference_of(drawn: Image, truth: Image) -> NDArray[np.float64]:
+    """Root mean squared difference of the colours of each of the generator's pixels: (S, S).
+
+    The truth is mostly finer: what it shows in the middle of a pixel of the generator's (S, S, 3)
+    is compared. Means would count what any image of so few pixels lacks.
+    """
+    # Not by model.metrics: it imports torch and more, without which the window starts.
+    one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (drawn, truth))
+    sampled = np.clip(at_size_of(one, other, sampled=True), 0, 1)
+    return np.sqrt(np.mean((one.astype(np.float64) - sampled) ** 2, axis=-1))
+
+
+def in_colors(drawn: Image, difference: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Return an image with a difference over it, (S, S, 3), and the value of the last colour."""
+    scale = scale_of(difference, LEAST_DIFFERENCE)
+    return overlay(drawn, difference, scale, "change"), scale
+
+
+def difference_title(pixels: int) -> str:
+    """Say what the colours of a difference of images of so many pixels a side are."""
+    return f"difference from the ground truth at {pixels} × {pixels} pixels"
 
 
 def _difference(images: Mapping[str, tuple[Rgba, float]]) -> tuple[QImage, float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QWidget
@@ -27,11 +29,6 @@ class Floating(QObject):
 
     Cards begin in the lower left corner, clear of the image's centre. They are dragged by their
     title, or wherever else no control is; a double click there puts a card back.
-
-    Parameters
-    ----------
-    area : QWidget
-        Its widgets below the floating ones keep their places.
     """
 
     def __init__(self, area: QWidget) -> None:
@@ -43,13 +40,15 @@ class Floating(QObject):
         self._moved: dict[QWidget, QPointF] = {}
         area.installEventFilter(self)
 
-    def add_top(self, widget: QWidget) -> None:
-        """Have a widget float at the top, below those that are there."""
-        self._add("top", widget)
-
-    def add_bottom(self, widget: QWidget) -> None:
-        """Have a widget float at the bottom, next to those that are there, or above them."""
-        self._add("bottom", widget)
+    def add(self, column: Literal["top", "bottom"], widget: QWidget) -> None:
+        """Have a widget float at the top, or at the bottom, below or next to those there."""
+        hidden = widget.isHidden()
+        widget.setParent(self._area)
+        # A new parent hides what it is given.
+        widget.setVisible(not hidden)
+        widget.installEventFilter(self)
+        self._columns[column].append(widget)
+        self._place()
 
     def set_corner_of(self, widget: QWidget | None) -> None:
         """Put what floats at the bottom in the corner of a widget of the area; None: of all."""
@@ -64,15 +63,6 @@ class Floating(QObject):
         if resized or event.type() in _PLACES:
             self._place()
         return False
-
-    def _add(self, column: str, widget: QWidget) -> None:
-        hidden = widget.isHidden()
-        widget.setParent(self._area)
-        # A new parent hides what it is given.
-        widget.setVisible(not hidden)
-        widget.installEventFilter(self)
-        self._columns[column].append(widget)
-        self._place()
 
     def _place(self) -> None:
         area = self._area.rect()

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import (
-    QDialog,
-    QDialogButtonBox,
-    QLineEdit,
-    QTextBrowser,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
 
+from app.glosses import open_page
 from app.window.gesture_table import help_text
 
-TEXT_WIDTH = 620
-"""Of the texts, in pixels."""
-
-MARGIN = 60, 90
-"""Of the page around its text, in pixels."""
+ABOUT = """<h3>tfscope</h3>
+<p>Volume rendering with transfer functions, next to a generative model of the
+renderings.</p>
+<p>After M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
+Rendering</i>, IEEE TVCG 2018. The ground truth is rendered by VTK or by
+ tfscope's own ray caster.</p>
+<p>BSD 3-Clause licence.</p>"""
 
 
 def show_gestures(window: QWidget) -> QDialog:
@@ -26,36 +22,12 @@ def show_gestures(window: QWidget) -> QDialog:
     wanted.setPlaceholderText("Search")
     wanted.setAccessibleName("Search keys and gestures")
     wanted.setClearButtonEnabled(True)
-    page, box = _page(window, "Keys and gestures", help_text(), wanted)
+    page, dialog = open_page(window, "Keys and gestures", help_text(), wanted)
     wanted.textChanged.connect(lambda text: page.setHtml(help_text(text)))
     wanted.setFocus()
-    return box
+    return dialog
 
 
-def show_page(window: QWidget, title: str, text: str) -> QDialog:
-    """Show a page of rich text."""
-    return _page(window, title, text)[1]
-
-
-def _page(
-    window: QWidget, title: str, text: str, above: QWidget | None = None
-) -> tuple[QTextBrowser, QDialog]:
-    box = QDialog(window)
-    box.setWindowTitle(title)
-    page = QTextBrowser()
-    page.setHtml(text)
-    page.setOpenExternalLinks(True)
-    close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-    close.rejected.connect(box.reject)
-    column = QVBoxLayout(box)
-    if above is not None:
-        column.addWidget(above)
-    column.addWidget(page)
-    column.addWidget(close)
-    # As high as its text, unless the window is lower: then it scrolls.
-    page.document().setTextWidth(TEXT_WIDTH)
-    height = round(page.document().size().height()) + MARGIN[1]
-    box.resize(TEXT_WIDTH + MARGIN[0], min(height, window.height()))
-    box.finished.connect(box.deleteLater)
-    box.open()
-    return page, box
+def show_about(window: QWidget) -> QDialog:
+    """Show what tfscope is."""
+    return open_page(window, "About tfscope", ABOUT)[1]

@@ -9,12 +9,10 @@ from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QImage, QPainter
 
 from app.glosses import SENTENCES
-from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import paint_bar
-from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
-from app.window.difference import Image, difference_of, in_colors, meaning
+from app.window.context import Context
+from app.window.figure import Image, difference_of, difference_title, in_colors
 from model.scene.inputs import SceneInputs
 
 TIP = (
@@ -32,26 +30,19 @@ class ImageError(QObject):
     are not trained for, there is nothing to compare.
     """
 
-    def __init__(
-        self,
-        generator: EnginePane,
-        reference: EnginePane,
-        state: ViewerState,
-        workspace: Workspace,
-    ) -> None:
-        super().__init__(generator)
-        self._generator = generator
-        self._state = state
-        self._workspace = workspace
+    def __init__(self, context: Context) -> None:
+        super().__init__(context.window)
+        self._generator = generator = context.generator
+        self._state, self._workspace = context.state, context.workspace
         self._shown: dict[str, tuple[SceneInputs, Image]] = {}
         self._is_wanted = False
         self._difference: QImage | None = None
         self._scale = 0.0
-        for name, pane in (("generator", generator), ("reference", reference)):
+        for name, pane in (("generator", generator), ("reference", context.reference)):
             pane.imageShown.connect(partial(self._take, name))
         generator.canvas.add_decoration(self._paint)
-        state.inputsChanged.connect(self._clear)
-        workspace.modelChanged.connect(self._forget)
+        self._state.inputsChanged.connect(self._clear)
+        self._workspace.modelChanged.connect(self._forget)
 
     @property
     def is_wanted(self) -> bool:
@@ -101,7 +92,7 @@ class ImageError(QObject):
         canvas = self._generator.canvas
         if self._difference is not None and canvas.cover is None:
             painter.drawImage(rect, self._difference)
-            text = f"0 to {self._scale:.2g}: {meaning(self._difference.width())}"
+            text = f"0 to {self._scale:.2g}: {difference_title(self._difference.width())}"
             paint_bar(painter, rect, canvas.picture_rect.right(), "change", text)
 
     def _clear(self) -> None:

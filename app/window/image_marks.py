@@ -23,7 +23,6 @@ from PySide6.QtGui import (
 
 from app.image_view.picture import Background
 from app.tf_editor.unit_axis import ticks
-from app.window.difference import meaning
 from model.rendering.scale_bar import ScaleBar
 from model.scene.transfer_function import TransferFunction
 from model.sensitivity.display import color_bar
@@ -142,13 +141,10 @@ def paint_difference_bar(
     painter: QPainter,
     rect: QRect,
     largest: float,
-    pixels: int,
+    title: str,
     background: Background | None = (0, 0, 0),
 ) -> None:
-    """Paint the colours of a difference at the lower right of an image, from 0 to the largest.
-
-    It says how many pixels along a side were compared.
-    """
+    """Paint the colours of a difference at the lower right of an image, from 0 to the largest."""
     text = text_size(rect)
     if not text:
         return
@@ -165,7 +161,7 @@ def paint_difference_bar(
     outline.addRect(bar)
     pens.stroke(outline)
     painter.drawImage(bar, strip)
-    title, last = meaning(pixels), f"{largest:.2g}"
+    last = f"{largest:.2g}"
     pens.write(
         QPointF(bar.right() - metrics.horizontalAdvance(title), bar.top() - 0.5 * text), title
     )

@@ -1,438 +1,379 @@
-"""The menu bar of the window."""
+"""The menus, and the actions of the buttons in the top bar."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
+from typing import Any
 
-from PySide6.QtCore import QObject
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QApplication, QMainWindow, QMenu
+from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
+from PySide6.QtWidgets import QMenu
 
 from app.caption_button import CaptionButton
 from app.controls import add_action
 from app.glosses import open_glossary
-from app.image_view.engine_pane import EnginePane
-from app.image_view.reference_controls import ReferenceControls
+from app.icons import IconButton
 from app.menu_tips import show_tips
-from app.sensitivity_view.sensitivity_view import SensitivityView
-from app.state.latent_state import LatentState
-from app.state.preferences import Preferences
-from app.state.sensitivity_state import SensitivityState
-from app.state.settings import BackgroundChoice, ThemeChoice
-from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
-from app.tf_editor.editor import TransferFunctionEditor
-from app.theme import apply_theme
-from app.window.crop_card import CropCard
-from app.window.file_dialogs import FileDialogs
-from app.window.file_menus import RecentMenus, SampleMenus
-from app.window.file_opening import FileOpening
-from app.window.help_pages import show_gestures, show_page
-from app.window.image_error import ImageError
-from app.window.movie_saving import MovieSaving
-from app.window.overlays import BACKGROUNDS, Overlays
+from app.state.library import KnownModel
+from app.state.settings import RecentKind
+from app.window.help_pages import show_about, show_gestures
+from app.window.overlays import BACKGROUNDS, Overlay
 from app.window.pane_layout import PaneLayout, Shown
-from app.window.picture_saving import PictureSaving
-from app.window.sessions import Sessions
-from app.window.top_bar import TopBar, show_action
+from app.window.settings_dialog import SettingsDialog, apply_single_keys
+from app.window.window_parts import WindowParts
 from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
+from model.volume_files.shipped import picture_of, shipped_volumes, title_of
+
+PICTURE = 64
+"""Side of a sample's picture, in pixels."""
+
+RECENT: dict[RecentKind, str] = {
+    "volumes": "&Recent volumes",
+    "models": "&Recent networks",
+    "transfer_functions": "Recent tra&nsfer functions",
+    "sessions": "Recent s&essions",
+}
+
+OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
+    ("legend", "Colour l&egend", "Ctrl+L"),
+    ("scale_bar", "&Scale bar", "Ctrl+Shift+L"),
+    ("opacity_images", "Opac&ity images", "O"),
+)
 
 
-@dataclass(frozen=True)
-class WindowParts:
-    """Parts of the window that menus act on."""
-
-    opening: FileOpening
-    files: FileDialogs
-    pictures: PictureSaving
-    movies: MovieSaving
-    sessions: Sessions
-    state: ViewerState
-    workspace: Workspace
-    preferences: Preferences
-    generator: EnginePane
-    reference: EnginePane
-    bar: TopBar
-    controls: ReferenceControls
-    error: ImageError
-    panes: PaneLayout
-    overlays: Overlays
-    crop: CropCard
-    editor: TransferFunctionEditor
-    sensitivity: SensitivityState
-    view: SensitivityView
-    latent: LatentState
+def build_menus(window: WindowParts) -> None:
+    """Fill the menu bar, and have the buttons of the top bar act."""
+    for title, fill in (
+        ("&File", _fill_file), ("&View", _fill_view), ("&Region", _fill_region),
+        ("&Help", _fill_help),
+    ):  # fmt: skip
+        menu = window.top_bar.menu_bar.addMenu(title)
+        show_tips(menu)
+        fill(window, menu)
+    window.top_bar.take_menus()
+    _connect_bar(window)
+    menu = _add_alone(window.generator.caption, window.panes, "generator")
+    add_action(menu, "What is the error (RMSE)?", lambda: open_glossary(window, "RMSE"))
+    _add_alone(window.reference.caption, window.panes, "reference")
+    apply_single_keys(window, window.preferences.settings.single_keys)
 
 
-class SingleKeys(QObject):
-    """Takes the keys that are letters alone from all entries of menus, or gives them back.
+def _connect_bar(window: WindowParts) -> None:
+    """Have each button of the bar do what its action does, whose keys work everywhere."""
+    bar, panes, crop = window.top_bar, window.panes, window.crop_card
+    latent, error = window.latent_state, window.image_error
 
-    Parameters
-    ----------
-    window : QObject
-        Has the entries.
-    """
+    def act(button: IconButton, slot: Callable[[], object], *keys: str) -> QAction:
+        action = QAction(button.accessibleName(), window)
+        action.setCheckable(button.isCheckable())
+        action.setShortcuts([QKeySequence(key) for key in keys])
+        action.triggered.connect(lambda _checked=False: slot())
+        window.addAction(action)
+        _show_action(button, action)
+        return action
 
-    def __init__(self, window: QObject, preferences: Preferences) -> None:
-        super().__init__(window)
-        self._window = window
-        self._preferences = preferences
-        self._all: dict[QAction, list[QKeySequence]] = {}
+    compare = act(bar.compare, panes.toggle_compare, "C")
+    difference = act(bar.difference, lambda: error.set_wanted(difference.isChecked()), "D")
+    browse = act(bar.browse, lambda: latent.choose(shown=not latent.choices.shown), "B", "Ctrl+B")
+    act(bar.save, window.saving.ask, "Ctrl+Shift+S", "Ctrl+Shift+C")
+    cropping = act(window.tools.crop, lambda: crop.set_shown(not crop.is_shown), "K", "Ctrl+K")
+    crop.shownChanged.connect(cropping.setChecked)
 
-    @property
-    def are_on(self) -> bool:
-        """Whether letters alone are keys."""
-        return self._preferences.settings.single_keys
+    def show_images() -> None:
+        bar.show_comparison(panes.can_compare)
+        compare.setEnabled(panes.can_compare)
+        compare.setChecked(len(panes.images) > 1)
+        difference.setEnabled(len(panes.images) > 1)
 
-    def toggle(self) -> None:
-        """Switch them off, or on again, and remember that."""
-        self._preferences.set(single_keys=not self.are_on)
-        self.keep()
-
-    def keep(self) -> None:
-        """Have all entries that there are keep to the choice."""
-        for action in self._window.findChildren(QAction):
-            keys = self._all.setdefault(action, action.shortcuts())
-            if any(_is_letter(key) for key in keys):
-                action.setShortcuts([key for key in keys if self.are_on or not _is_letter(key)])
-
-
-def _is_letter(keys: QKeySequence) -> bool:
-    """Whether a shortcut is a letter alone."""
-    return len(keys.toString()) == 1
+    panes.arranged.connect(show_images)
+    latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
+    show_images()
 
 
-def fill_captions(generator: CaptionButton, reference: CaptionButton, panes: PaneLayout) -> None:
-    """Offer to see one of the images alone, and what the generator's error means."""
-    menu = _add_alone(generator, panes, "generator")
-    _add_alone(reference, panes, "reference")
-    explain = partial(open_glossary, generator.window(), "RMSE")
-    add_action(menu, "What is the error (RMSE)?", explain)
+def _show_action(button: IconButton, action: QAction) -> None:
+    """Have a button do what an action does, and look as it does."""
+
+    def follow(_checked: bool = False) -> None:
+        button.setChecked(action.isChecked())
+        button.setEnabled(action.isEnabled())
+
+    button.clicked.connect(lambda _checked=False: action.trigger())
+    # Where the action changes nothing, the button stays as it was.
+    button.clicked.connect(follow)
+    action.changed.connect(follow)
+    follow()
 
 
 def _add_alone(caption: CaptionButton, panes: PaneLayout, shown: Shown) -> QMenu:
     """Add an entry that shows one image alone, or both again."""
     menu = caption.add_menu()
-    alone = add_action(
+    alone = _add_switch(
         menu,
         "Show alone",
+        lambda: panes.shown == shown,
         lambda: panes.show_images("both" if panes.shown == shown else shown),
     )
-    alone.setCheckable(True)
 
     def show_state() -> None:
-        # Of one image, there is nothing to choose.
+        # With a single image there is nothing to choose.
         caption.set_menu(menu if panes.can_compare else None)
-        alone.setChecked(panes.can_compare and panes.shown == shown)
+        alone.setChecked(panes.shown == shown)
 
     panes.arranged.connect(show_state)
     show_state()
     return menu
 
 
-THEMES: dict[ThemeChoice, str] = {"system": "As the s&ystem", "dark": "&Dark", "light": "&Light"}
-"""Colours of the window, by their menu entries."""
+def _fill_file(window: WindowParts, menu: QMenu) -> None:
+    files, workspace = window.files, window.workspace
+    keys = QKeySequence.StandardKey
+    add_action(menu, "&Open…", files.ask_and_open, keys.Open)
+    add_action(menu, "Open &DICOM folder…", files.ask_for_dicom)
+    samples = menu.addMenu("Sa&mple volumes")
+    samples.setStyleSheet(f"QMenu {{ icon-size: {PICTURE}px; }}")
+    for path in shipped_volumes():
+        action = add_action(samples, title_of(path), partial(files.open_volume, path))
+        action.setIcon(QIcon(str(picture_of(path))))
+        action.setIconVisibleInMenu(True)
+    _add_recent(window, menu, "volumes")
+    contents = add_action(menu, "Other &volumes in this file…", files.ask_for_content)
+    about = add_action(menu, "P&roperties…", files.show_properties, "Ctrl+I")
+    menu.addSeparator()
+    add_action(menu, "Open &TF…", files.ask_for_transfer_function, "Ctrl+T")
+    add_action(menu, "&Save TF…", files.save_transfer_function, keys.Save)
+    _add_recent(window, menu, "transfer_functions")
+    menu.addSeparator()
+    add_action(menu, "Save sess&ion…", window.sessions.ask_and_save, "Ctrl+Alt+S")
+    _add_recent(window, menu, "sessions")
+    menu.addSeparator()
+    settings = partial(_show_settings, window)
+    add_action(menu, "Se&ttings…", settings, "Ctrl+,")
+    add_action(menu, "&Quit", window.close, "Ctrl+Q")
 
-ABOUT = """<h3>tfscope</h3>
-<p>Volume rendering with transfer functions, next to a generative model of the
-renderings.</p>
-<p>After M. Berger, J. Li and J. A. Levine, <i>A Generative Model for Volume
-Rendering</i>, IEEE TVCG 2018. The ground truth is rendered by VTK or by
- tfscope's own ray caster.</p>
-<p>BSD 3-Clause licence.</p>"""
+    def offer() -> None:
+        opened = workspace.opened
+        about.setVisible(opened is not None)
+        contents.setVisible(opened is not None and bool(opened.volume.file.contents))
+
+    workspace.volumeStarted.connect(offer)
+    offer()
 
 
-class Menus(QObject):
-    """Builds the menus and performs their actions.
+def _show_settings(window: WindowParts) -> None:
+    SettingsDialog(window.context, window.overlays).open()
 
-    Parameters
-    ----------
-    window : QMainWindow
-        The window of the menu bar.
-    """
 
-    def __init__(self, window: QMainWindow, parts: WindowParts) -> None:
-        super().__init__(window)
-        self._window = window
-        self._parts = parts
-        self._state = parts.state
-        self._single_keys = SingleKeys(window, parts.preferences)
-        self._recent = RecentMenus(parts.opening, parts.workspace, parts.preferences)
-        self._build_file(self._menu("&File"))
-        self._build_edit(self._menu("&Edit"))
-        self._build_view(self._menu("&View"))
-        self._build_region(self._menu("&Region"))
-        self._build_help(self._menu("&Help"))
-        fill_captions(parts.generator.caption, parts.reference.caption, parts.panes)
-        self._single_keys.keep()
+def _fill_view(window: WindowParts, menu: QMenu) -> None:
+    state, panes, workspace = window.state, window.panes, window.workspace
+    overlays, editor = window.overlays, window.editor
 
-    def _menu(self, title: str) -> QMenu:
-        menu = self._parts.bar.menu_bar.addMenu(title)
-        show_tips(menu)
-        return menu
+    def draws_missing() -> bool:
+        return workspace.opened is not None and workspace.opened.volume.draws_missing
 
-    def _build_file(self, menu: QMenu) -> None:
-        files, recent = self._parts.files, self._recent
-        samples = SampleMenus(self._parts.opening, self._parts.workspace)
-        keys = QKeySequence.StandardKey
-        add_action(menu, "&Open…", files.open_volume, keys.Open)
-        add_action(menu, "Open &DICOM folder…", files.open_dicom)
-        samples.add_volumes(menu)
-        recent.add_recent(menu, "volumes")
-        self._add_volume(menu)
-        menu.addSeparator()
-        add_action(menu, "Open &model…", files.open_model, "Ctrl+M")
-        samples.add_models(menu)
-        recent.add_models(menu)
-        recent.add_recent(menu, "models")
-        menu.addSeparator()
-        add_action(menu, "Open &TF…", files.open_transfer_function, "Ctrl+T")
-        add_action(menu, "&Save TF…", files.save_transfer_function, keys.Save)
-        recent.add_recent(menu, "transfer_functions")
-        menu.addSeparator()
-        add_action(menu, "Save sess&ion…", self._parts.sessions.ask_and_save, "Ctrl+Alt+S")
-        recent.add_recent(menu, "sessions")
-        menu.addSeparator()
-        self._add_pictures(menu)
-        menu.addSeparator()
-        add_action(menu, "&Quit", self._window.close, "Ctrl+Q")
+    _add_undo(window, menu)
+    menu.addSeparator()
+    add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
+    add_action(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
+    sides = menu.addMenu("Fr&om")
+    for number, name in enumerate(STANDARD_VIEWS, start=1):
+        add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
+    axes = {axis: axis.replace("-", "−") for axis in AXES}
+    _add_choices(menu.addMenu("U&p"), axes, lambda: state.up_axis, state.set_up_axis)
+    _add_switch(
+        menu,
+        "&Free rotation",
+        lambda: state.trackball,
+        lambda: state.set_trackball(not state.trackball),
+        "Ctrl+Shift+T",
+    )
+    menu.addSeparator()
+    swap = add_action(menu, "S&wap sides", panes.swap, "Ctrl+Shift+X")
+    missing = _add_switch(
+        menu,
+        "Draw &missing voxels",
+        draws_missing,
+        lambda: workspace.opening.draw_missing(not draws_missing()),
+    )
+    for name, text, keys in OVERLAYS:
+        has, toggle = partial(overlays.has, name), partial(overlays.toggle, name)
+        _add_switch(menu, text, has, toggle, keys)
+    _add_choices(
+        menu.addMenu("Back&ground"),
+        {choice: choice.capitalize() for choice in BACKGROUNDS},
+        lambda: window.preferences.settings.background,
+        overlays.choose_background,
+    )
+    menu.addSeparator()
+    # Not remembered: whoever misses it finds it again at the next start.
+    _add_switch(
+        menu,
+        "&TF editor",
+        lambda: not editor.isHidden(),
+        lambda: editor.setVisible(editor.isHidden()),
+        "F9",
+    )
+    _add_switch(menu, "F&ull screen", window.isFullScreen, partial(_toggle_full, window), "F11")
 
-    def _add_volume(self, menu: QMenu) -> None:
-        """Add what there is to know of the open volume and its file."""
-        opening, workspace = self._parts.opening, self._parts.workspace
-        others = add_action(menu, "Other &volumes in this file…", opening.ask_for_content)
-        about = add_action(menu, "P&roperties…", opening.show_properties, "Ctrl+I")
+    def offer() -> None:
+        swap.setVisible(panes.can_compare)
+        missing.setVisible(workspace.opened is not None and workspace.opened.has_missing)
 
-        def enable() -> None:
-            opened = workspace.opened
-            about.setEnabled(opened is not None)
-            others.setEnabled(opened is not None and bool(opened.volume.file.contents))
+    menu.aboutToShow.connect(offer)
+    workspace.rangeChanged.connect(lambda _opened: offer())
+    panes.arranged.connect(offer)
+    offer()
 
-        workspace.volumeStarted.connect(enable)
-        enable()
 
-    def _add_pictures(self, menu: QMenu) -> None:
-        pictures, movies = self._parts.pictures, self._parts.movies
-        save = add_action(menu, "Save &figure…", pictures.save, "Ctrl+Shift+S")
-        self._parts.bar.save.clicked.connect(lambda _checked=False: save.trigger())
-        add_action(menu, "&Copy figure…", pictures.copy, "Ctrl+Shift+C")
-        add_action(menu, "Save mo&vie…", movies.save)
+def _toggle_full(window: WindowParts) -> None:
+    window.showNormal() if window.isFullScreen() else window.showFullScreen()
 
-    def _build_edit(self, menu: QMenu) -> None:
-        state = self._state
-        stack = state.edits.stack
-        self._undo = add_action(menu, "&Undo", state.edits.undo, QKeySequence.StandardKey.Undo)
-        self._redo = add_action(menu, "&Redo", state.edits.redo, QKeySequence.StandardKey.Redo)
-        # Both of the usual keys, whatever the system's own is.
-        usual = [*QKeySequence.keyBindings(QKeySequence.StandardKey.Redo), QKeySequence("Ctrl+Y")]
-        self._redo.setShortcuts(list(dict.fromkeys(usual)))
-        self._undo.setEnabled(False)
-        self._redo.setEnabled(False)
-        stack.canUndoChanged.connect(self._undo.setEnabled)
-        stack.canRedoChanged.connect(self._redo.setEnabled)
-        menu.aboutToShow.connect(self._name_edits)
 
-    def _name_edits(self) -> None:
-        """Update the menu with the names of the edits to undo and redo."""
-        stack = self._state.edits.stack
-        self._undo.setText(f"&Undo {stack.undoText()}".rstrip())
-        self._redo.setText(f"&Redo {stack.redoText()}".rstrip())
+def _add_undo(window: WindowParts, menu: QMenu) -> None:
+    edits = window.state.edits
+    stack, keys = edits.stack, QKeySequence.StandardKey
+    undo = add_action(menu, "&Undo", edits.undo, keys.Undo)
+    redo = add_action(menu, "Redo", edits.redo)
+    # Both of the usual keys, whatever the system's own is.
+    usual = [*QKeySequence.keyBindings(keys.Redo), QKeySequence("Ctrl+Y")]
+    redo.setShortcuts(list(dict.fromkeys(usual)))
+    for action, changed in ((undo, stack.canUndoChanged), (redo, stack.canRedoChanged)):
+        action.setEnabled(False)
+        changed.connect(action.setEnabled)
 
-    def _build_view(self, menu: QMenu) -> None:
-        controls = self._parts.controls
-        self._build_comparison(menu)
-        self._add_browsing(menu)
-        menu.addSeparator()
-        self._build_camera(menu)
-        menu.addSeparator()
-        controls.fill_size(menu.addMenu("&Size of the ground truth"))
-        controls.fill_drawing(menu.addMenu("Ren&derer of the ground truth"))
-        menu.addSeparator()
-        self._add_contents(menu)
-        self._add_overlays(menu)
-        menu.addSeparator()
-        editor = self._parts.editor
-        # Not remembered: whoever misses it finds it again at the next start.
-        editing = add_action(menu, "&TF editor", lambda: editor.setVisible(editor.isHidden()), "F9")
-        editing.setCheckable(True)
-        menu.aboutToShow.connect(lambda: editing.setChecked(not editor.isHidden()))
-        full = add_action(menu, "&Full screen", self._toggle_full_screen, "F11")
-        full.setCheckable(True)
-        menu.addSeparator()
-        self._build_backgrounds(menu.addMenu("Back&ground"))
-        self._build_themes(menu.addMenu("&Theme"))
-        single = add_action(menu, "Single-&key shortcuts", self._single_keys.toggle)
-        single.setCheckable(True)
-        single.setChecked(self._single_keys.are_on)
+    def name_edits() -> None:
+        undo.setText(f"&Undo {stack.undoText()}".rstrip())
+        redo.setText(f"Redo {stack.redoText()}".rstrip())
 
-    def _add_browsing(self, menu: QMenu) -> None:
-        latent = self._parts.latent
-        browse = add_action(
-            menu, "&Browse TFs", lambda: latent.choose(shown=not latent.choices.shown)
-        )
-        browse.setShortcuts([QKeySequence("B"), QKeySequence("Ctrl+B")])
-        browse.setCheckable(True)
-        latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))
-        show_action(self._parts.bar.browse, browse)
+    menu.aboutToShow.connect(name_edits)
 
-    def _add_contents(self, menu: QMenu) -> None:
-        """Add what of the volume is shown: a part of it, and missing voxels."""
-        crop = self._parts.crop
-        cropping = add_action(menu, "&Crop", lambda: crop.set_shown(not crop.is_shown))
-        cropping.setShortcuts([QKeySequence("K"), QKeySequence("Ctrl+K")])
-        cropping.setCheckable(True)
-        crop.shownChanged.connect(cropping.setChecked)
-        workspace = self._parts.workspace
-        missing = add_action(
-            menu,
-            "Draw &missing voxels",
-            lambda: workspace.opening.draw_missing(not missing_are_drawn()),
-        )
-        missing.setCheckable(True)
 
-        def missing_are_drawn() -> bool:
-            return workspace.opened is not None and workspace.opened.volume.draws_missing
+def _fill_region(window: WindowParts, menu: QMenu) -> None:
+    regions, view = window.sensitivity_state, window.sensitivity
+    add_action(menu, "&Rectangle", lambda: regions.set_tool("rectangle"), "R")
+    add_action(menu, "&Lasso", lambda: regions.set_tool("lasso"), "L")
+    add_action(menu, "R&emove region", regions.remove_region, "Shift+Delete")
+    add_action(menu, "&Whole image", lambda: regions.activate(None))
+    menu.addSeparator()
+    _add_switch(
+        menu,
+        "&Guidance",
+        lambda: regions.choices.shown,
+        lambda: regions.choose(shown=not regions.choices.shown),
+        "Ctrl+E",
+    )
+    add_action(menu, "&Pin the band of values", view.toggle_pin, "P")
+    save = window.files.save_sensitivity
+    add_action(menu, "Save &sensitivity as…", lambda: save(view.result()))
 
-        def show_missing(*_: object) -> None:
-            missing.setEnabled(workspace.opened is not None and workspace.opened.has_missing)
-            missing.setChecked(missing_are_drawn())
 
-        for changed in (workspace.volumeStarted, workspace.rangeChanged):
-            changed.connect(show_missing)
-        show_missing()
+def _fill_help(window: WindowParts, menu: QMenu) -> None:
+    add_action(menu, "&Keys and gestures", partial(show_gestures, window), "F1")
+    add_action(menu, "G&lossary", partial(open_glossary, window))
+    _add_networks(window, menu.addMenu("The paper's &networks"))
+    add_action(menu, "&About tfscope", partial(show_about, window))
 
-    def _add_overlays(self, menu: QMenu) -> None:
-        overlays = self._parts.overlays
-        cube = add_action(menu, "&Orientation cube", overlays.toggle_cube)
-        legend = add_action(menu, "Colour l&egend", overlays.toggle_legend, "Ctrl+L")
-        scale_bar = add_action(menu, "&Scale bar", overlays.toggle_scale_bar, "Ctrl+Shift+L")
-        opacity = add_action(menu, "Opac&ity images", overlays.toggle_opacity, "O")
 
-        def show_overlays() -> None:
-            cube.setChecked(overlays.has_cube)
-            legend.setChecked(overlays.has_legend)
-            scale_bar.setChecked(overlays.has_scale_bar)
-            opacity.setChecked(overlays.has_opacity)
+def _add_networks(window: WindowParts, menu: QMenu) -> None:
+    """Add the shipped networks, those of the open volume, and what opens and closes others."""
+    show_tips(menu)
+    files, workspace = window.files, window.workspace
+    listed: list[QAction] = []
+    first = add_action(menu, "Open &model…", files.ask_for_model, "Ctrl+M")
+    close = add_action(menu, "&Close the model", partial(workspace.open_model, None))
+    _add_recent(window, menu, "models")
 
-        for action in (cube, legend, scale_bar, opacity):
-            action.setCheckable(True)
-        overlays.changed.connect(show_overlays)
-        show_overlays()
+    def fill() -> None:
+        for action in listed:
+            menu.removeAction(action)
+        listed.clear()
+        library, opened = workspace.library, workspace.opened
+        shipped = library.shipped()
+        entries = [
+            (model, partial(files.open_model_and_volume, model.folder, volume))
+            for model, volume in shipped
+        ]
+        folders = {model.folder for model, _ in shipped}
+        others = []
+        if opened is not None:
+            known = window.preferences.volume(opened.fingerprint).models
+            others = library.models_of(opened.fingerprint, known)
+        entries += [
+            (model, partial(files.open_model, model.folder))
+            for model in others
+            if model.folder not in folders
+        ]
+        for model, open_it in entries:
+            listed.append(_network_action(menu, model, open_it))
+            listed[-1].setChecked(model.folder == workspace.model.folder)
+        if entries:
+            listed.append(menu.insertSeparator(first))
+        menu.insertActions(first, listed)
+        close.setVisible(workspace.model.is_open)
 
-    def _build_backgrounds(self, menu: QMenu) -> None:
-        overlays, group = self._parts.overlays, QActionGroup(self)
-        actions: dict[BackgroundChoice, QAction] = {}
-        for choice in BACKGROUNDS:
-            choose = partial(overlays.choose_background, choice)
-            actions[choice] = add_action(menu, f"&{choice.capitalize()}", choose)
-            actions[choice].setCheckable(True)
-            group.addAction(actions[choice])
+    menu.aboutToShow.connect(fill)
 
-        def show() -> None:
-            actions[self._parts.preferences.settings.background].setChecked(True)
 
-        overlays.changed.connect(show)
-        show()
+def _network_action(menu: QMenu, model: KnownModel, open_it: Callable[[], object]) -> QAction:
+    action = QAction(model.name, menu)
+    action.triggered.connect(lambda _checked=False: open_it())
+    action.setToolTip(model.worth or str(model.folder))
+    action.setCheckable(True)
+    return action
 
-    def _build_comparison(self, menu: QMenu) -> None:
-        """Add what is shown of the two images."""
-        panes, error, bar = self._parts.panes, self._parts.error, self._parts.bar
-        compare = add_action(menu, "&Compare", panes.toggle_compare, "C")
-        difference = add_action(
-            menu, "D&ifference", lambda: error.set_wanted(difference.isChecked()), "D"
-        )
 
-        def show_images() -> None:
-            for action in (compare, difference, swap):
-                action.setVisible(panes.can_compare)
-            bar.show_comparison(panes.can_compare)
-            compare.setEnabled(panes.can_compare)
-            compare.setChecked(len(panes.images) > 1)
-            difference.setEnabled(len(panes.images) > 1)
-            swap.setEnabled(len(panes.images) > 1)
+def _add_recent(window: WindowParts, menu: QMenu, kind: RecentKind) -> None:
+    """Add a menu of recent files, which is there once there are any."""
+    recent = menu.addMenu(RECENT[kind])
+    show_tips(recent)
 
-        swap = add_action(menu, "S&wap sides", panes.swap, "Ctrl+Shift+X")
-        for action in (compare, difference):
-            action.setCheckable(True)
-        panes.arranged.connect(show_images)
-        show_images()
-        show_action(bar.compare, compare)
-        show_action(bar.difference, difference)
-        menu.addSeparator()
+    def fill() -> None:
+        recent.clear()
+        paths = [path for path in window.preferences.recent(kind) if path.exists()]
+        for path, name in zip(paths, menu_names(paths), strict=True):
+            action = add_action(recent, name, partial(window.files.open_recent, kind, path))
+            action.setToolTip(str(path))
+        recent.menuAction().setVisible(bool(paths))
 
-    def _build_themes(self, menu: QMenu) -> None:
-        preferences, group = self._parts.preferences, QActionGroup(self)
+    menu.aboutToShow.connect(fill)
+    fill()
 
-        def choose(theme: ThemeChoice) -> None:
-            preferences.set(theme=theme)
-            application = QApplication.instance()
-            assert isinstance(application, QApplication)
-            apply_theme(application, theme)
 
-        for theme, text in THEMES.items():
-            action = add_action(menu, text, partial(choose, theme))
-            action.setCheckable(True)
-            action.setChecked(theme == preferences.settings.theme)
-            group.addAction(action)
+def menu_names(paths: Sequence[Path]) -> list[str]:
+    """Return names of files for a menu: with their folders where they are alike."""
+    alike = Counter(path.name for path in paths)
+    names = [p.name if alike[p.name] == 1 else f"{p.name}  ({p.parent.name})" for p in paths]
+    # An ampersand would mark a key.
+    return [name.replace("&", "&&") for name in names]
 
-    def _build_camera(self, menu: QMenu) -> None:
-        state = self._state
-        add_action(menu, "&Reset view", state.reset_view, "Ctrl+0")
-        add_action(menu, "Zoom to f&it", state.view_whole, "Ctrl+9")
-        sides = menu.addMenu("&From")
-        for number, name in enumerate(STANDARD_VIEWS, start=1):
-            add_action(sides, name, partial(state.look_from, name), f"Ctrl+{number}")
-        self._build_up_axes(menu.addMenu("&Up"))
-        free = add_action(
-            menu, "&Free rotation", lambda: state.set_trackball(not state.trackball), "Ctrl+Shift+T"
-        )
-        free.setCheckable(True)
-        free.setChecked(state.trackball)
-        state.navigationChanged.connect(lambda: free.setChecked(state.trackball))
 
-    def _build_up_axes(self, menu: QMenu) -> None:
-        state = self._state
-        group = QActionGroup(self)
-        actions = {}
-        for axis in AXES:
-            action = add_action(menu, axis.replace("-", "−"), partial(state.set_up_axis, axis))
-            action.setCheckable(True)
-            group.addAction(action)
-            actions[axis] = action
-        state.navigationChanged.connect(lambda: actions[state.up_axis].setChecked(True))
-        actions[state.up_axis].setChecked(True)
+def _add_switch(
+    menu: QMenu, text: str, is_on: Callable[[], bool], toggle: Callable[[], object], keys: str = ""
+) -> QAction:
+    """Add an entry that is checked, whenever the menu opens, where something is on."""
+    action = add_action(menu, text, toggle, keys or None)
+    action.setCheckable(True)
 
-    def _toggle_full_screen(self) -> None:
-        window = self._window
-        window.showNormal() if window.isFullScreen() else window.showFullScreen()
+    def refresh() -> None:
+        action.setChecked(is_on())
 
-    def _build_region(self, menu: QMenu) -> None:
-        sensitivity, view = self._parts.sensitivity, self._parts.view
-        shown = add_action(
-            menu,
-            "&Guidance",
-            lambda: sensitivity.choose(shown=not sensitivity.choices.shown),
-            "Ctrl+E",
-        )
-        shown.setCheckable(True)
-        shown.setChecked(True)
-        sensitivity.changed.connect(lambda _what: shown.setChecked(sensitivity.choices.shown))
-        menu.addSeparator()
-        add_action(menu, "&Rectangle", lambda: sensitivity.set_tool("rectangle"), "R")
-        add_action(menu, "&Lasso", lambda: sensitivity.set_tool("lasso"), "L")
-        add_action(menu, "R&emove region", sensitivity.remove_region, "Shift+Delete")
-        add_action(menu, "&Whole image", lambda: sensitivity.activate(None))
-        menu.addSeparator()
-        add_action(menu, "&Pin the band of values", view.toggle_pin, "P")
-        menu.addSeparator()
-        add_action(
-            menu, "Save &sensitivity as…", lambda: self._parts.files.save_sensitivity(view.result())
-        )
+    menu.aboutToShow.connect(refresh)
+    action.triggered.connect(lambda _checked=False: refresh())
+    refresh()
+    return action
 
-    def _build_help(self, menu: QMenu) -> None:
-        window = self._window
-        add_action(menu, "&Keys and gestures", partial(show_gestures, window), "F1")
-        add_action(menu, "G&lossary", lambda: open_glossary(window))
-        add_action(menu, "&About tfscope", partial(show_page, window, "About tfscope", ABOUT))
+
+def _add_choices(
+    menu: QMenu, texts: dict[Any, str], present: Callable[[], Any], choose: Callable[[Any], object]
+) -> None:
+    """Add entries of which one is checked."""
+    group = QActionGroup(menu)
+    actions = {}
+    for choice, text in texts.items():
+        actions[choice] = add_action(menu, text, partial(choose, choice))
+        actions[choice].setCheckable(True)
+        group.addAction(actions[choice])
+    menu.aboutToShow.connect(lambda: actions[present()].setChecked(True))
+    actions[present()].setChecked(True)

@@ -6,22 +6,15 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QFileDialog, QWidget
+from PySide6.QtCore import QObject
 
 from app.controls import Action
-from app.state.latent_state import LatentState
 from app.state.opened_volume import OpenedVolume
-from app.state.preferences import Preferences
-from app.state.sensitivity_state import SensitivityState
 from app.state.session import SUFFIX, Session, SessionContent, SessionError, session_settings
-from app.state.viewer_state import ViewerState
 from app.state.volume_memory import VolumeMemory
 from app.state.volume_opening import Wanted
-from app.state.workspace import Workspace
-from app.window.file_dialogs import FileDialogs
-from app.window.file_opening import VOLUME_FILTER, FileOpening
-from app.window.notices import Notices
+from app.window.context import Context
+from app.window.file_dialogs import VOLUME_FILTER, ask_for_file, ask_for_place, proposed_name
 from app.window.overlays import Overlays
 from app.window.window_memory import WindowMemory
 from model.volume_files.choice import Choice
@@ -30,59 +23,34 @@ from model.volume_files.raw import RawLayout
 SESSION_FILTER = f"Sessions (*{SUFFIX});;All files (*)"
 
 BEFORE = "before_session.tfscope"
-"""File, in the user's folder, of what the volume of the session opened last looked like before."""
+"""File, in the user's folder, with the volume's look before the last session was opened."""
 
-MISSED = "volume of the session"
-"""Key of the notice about a session's volume that is nowhere."""
+KEY, MISSED = "sessions", "volume of the session"
+"""Keys of notices: of errors, and about a session's volume that was not found."""
 
 
 class Sessions(QObject):
     """Saves what the window shows as sessions, and brings it back.
 
-    What is remembered of a volume is overwritten by its session; it is written to a session of
-    its own before.
-
-    Parameters
-    ----------
-    window : QWidget
-        Parent of the dialogs; its title has the session's name.
+    A session overwrites the memory of its volume, which is saved to a session of its own before.
     """
 
-    problem = Signal(str)
-    news = Signal(str)
-
-    def __init__(
-        self,
-        window: QWidget,
-        state: ViewerState,
-        sensitivity: SensitivityState,
-        latent: LatentState,
-        workspace: Workspace,
-        preferences: Preferences,
-        files: FileDialogs,
-        opening: FileOpening,
-        overlays: Overlays,
-        memory: WindowMemory,
-        notice: Notices,
-    ) -> None:
-        super().__init__(window)
-        self._window = window
-        self._state, self._sensitivity, self._latent = state, sensitivity, latent
-        self._workspace, self._preferences = workspace, preferences
-        self._files, self._overlays, self._memory = files, overlays, memory
-        self._notice = notice
-        folder = preferences.folder
+    def __init__(self, context: Context, overlays: Overlays, memory: WindowMemory) -> None:
+        super().__init__(context.window)
+        self._context, self._workspace = context, context.workspace
+        self._preferences = context.preferences
+        self._overlays, self._memory = overlays, memory
+        folder = self._preferences.folder
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
         self._is_before_kept = False
-        opening.sessionFound.connect(self.open)
-        workspace.opening.volumeRead.connect(self._volume_read)
-        workspace.volumeStarted.connect(self._volume_started)
+        self._workspace.opening.volumeRead.connect(self._volume_read)
+        self._workspace.volumeStarted.connect(self._volume_started)
 
     def ask_and_save(self) -> None:
         """Ask for a file and write what is shown to it."""
-        name = self._files.proposed_name("session", SUFFIX)
-        path = self._files.ask_for_place("Save session", SESSION_FILTER, (SUFFIX,), name)
+        name = proposed_name(self._context, "session", SUFFIX)
+        path = ask_for_place(self._context, "Save session", SESSION_FILTER, (SUFFIX,), name)
         if path is not None:
             self._memory.note()
             self.save(path)
@@ -91,56 +59,50 @@ class Sessions(QObject):
         """Write what is shown to a file."""
         session = self.session()
         if session is None:
-            self.problem.emit("No volume is open yet: there is nothing to save.")
+            self._fail("There is nothing to save yet. Open a volume first.")
             return
         try:
             session.save(path)
         except SessionError as error:
-            self.problem.emit(str(error))
+            self._fail(str(error))
             return
         self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
-        self.news.emit(f"Saved {path.name}.")
+        self._context.status.tell(f"Saved {path.name}.")
 
     def session(self) -> Session | None:
         """Return what is shown; None without a volume."""
-        opened = self._workspace.opened
+        context, opened = self._context, self._workspace.opened
         if opened is None:
             return None
-        inputs = self._state.inputs
+        inputs = context.state.inputs
         memory = replace(
             self._preferences.volume(opened.fingerprint),
             path="",
             models=(),
-            tf=self._state.transfer_function,
+            tf=context.state.transfer_function,
             view=inputs.view,
             light=inputs.light,
             crop=inputs.crop,
             # Not "auto": another machine might choose another light.
             lighting=self._workspace.reference.settings.lighting,
         )
-        band = self._sensitivity.band
+        band = context.sensitivity.band
         content = SessionContent(
             memory,
             session_settings(self._preferences.settings),
-            self._sensitivity.choices,
+            context.sensitivity.choices,
             band.values if band is not None and band.pinned else None,
-            self._latent.choices.shown,
+            context.latent.choices.shown,
         )
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
 
     def open(self, path: Path, volume: Path | None = None) -> None:
-        """Open a session.
-
-        Parameters
-        ----------
-        volume : Path, optional
-            Where its volume is now.
-        """
+        """Open a session; its volume is where it says, or at another path."""
         try:
             session = Session.load(path)
         except SessionError as error:
-            self.problem.emit(str(error))
+            self._fail(str(error))
             return
         session = session if volume is None else replace(session, volume=volume)
         if not session.volume.exists():
@@ -156,6 +118,9 @@ class Sessions(QObject):
             memory=memory,
         )
         self._workspace.opening.open(session.volume, wanted)
+
+    def _fail(self, text: str) -> None:
+        self._context.fail(text, KEY)
 
     def _volume_read(self, opened: OpenedVolume) -> None:
         if self._awaited is None or self._awaited[1].volume != opened.path:
@@ -182,7 +147,7 @@ class Sessions(QObject):
         try:
             Session(opened.path, opened.fingerprint, content).save(self._before_path)
         except SessionError as error:
-            self.problem.emit(str(error))
+            self._fail(str(error))
             return False
         return True
 
@@ -191,7 +156,7 @@ class Sessions(QObject):
             self._name_window("")
             return
         (path, session), self._awaited = self._awaited, None
-        content, reference = session.content, self._workspace.reference
+        context, content, reference = self._context, session.content, self._workspace.reference
         memory, settings = content.memory, content.settings
         self._preferences.set(**vars(settings))
         size = settings.reference_size
@@ -204,29 +169,29 @@ class Sessions(QObject):
             denoises=settings.denoises,
             size="pane" if size is None else size,
         )
-        if memory.light is not None and self._state.light is not None:
+        if memory.light is not None and context.state.light is not None:
             reference.light.place(memory.light)
         if not memory.regions:
             # Those of the volume before stay for another time step, and for the same volume.
-            self._sensitivity.start_volume(None, count=memory.region_count)
-        self._sensitivity.choose(**vars(content.sensitivity))
+            context.sensitivity.start_volume(None, count=memory.region_count)
+        context.sensitivity.choose(**vars(content.sensitivity))
         if content.band is not None:
-            self._sensitivity.pin(*sorted(content.band))
-        self._latent.choose(shown=content.browsing)
+            context.sensitivity.pin(*sorted(content.band))
+        context.latent.choose(shown=content.browsing)
         if path != self._before_path:
             self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
         self._overlays.refresh()
         self._memory.restore_panes()
-        self._tell(path, session)
+        self._say_what_differs(path, session)
 
-    def _tell(self, path: Path, session: Session) -> None:
+    def _say_what_differs(self, path: Path, session: Session) -> None:
         """Say what is not as it was saved, and offer what was there before."""
         opened = self._workspace.opened
         said = [f"{path.name} is open."]
         if opened is not None and opened.fingerprint != session.fingerprint:
             name = session.volume.name
-            said.append(f"{name} is not the file that it was saved with: its voxels differ.")
+            said.append(f"The voxels of {name} differ from those of the saved session.")
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
             said.append(f"Its {names} could not be read.")
@@ -235,15 +200,16 @@ class Sessions(QObject):
             said.append("The volume's earlier look is kept.")
             back.append(Action("Go back", partial(self.open, self._before_path)))
         if said[1:]:
-            self._notice.tell(" ".join(said), *back)
+            self._context.notices.tell(" ".join(said), *back)
 
     def _name_window(self, session: str) -> None:
-        title = self._window.windowTitle().rpartition(" | ")[2]
-        self._window.setWindowTitle(f"{session} | {title}" if session else title)
+        window = self._context.window
+        title = window.windowTitle().rpartition(" | ")[2]
+        window.setWindowTitle(f"{session} | {title}" if session else title)
 
     def _ask_for_volume(self, path: Path, volume: Path) -> None:
-        self._notice.tell(
-            f"{path.name} shows {volume.name}, which is neither in {volume.parent} "
+        self._context.notices.tell(
+            f"{path.name} shows {volume.name}. That file is neither in {volume.parent} "
             "nor in the session's folder.",
             Action("Locate it…", partial(self._locate, path, volume.name)),
             key=MISSED,
@@ -251,9 +217,6 @@ class Sessions(QObject):
         )
 
     def _locate(self, path: Path, name: str) -> None:
-        folder = self._preferences.settings.last_folder
-        found, _ = QFileDialog.getOpenFileName(
-            self._window, f"Locate '{name}'", folder, VOLUME_FILTER
-        )
-        if found:
-            self.open(path, Path(found))
+        found = ask_for_file(self._context, f"Locate '{name}'", VOLUME_FILTER)
+        if found is not None:
+            self.open(path, found)

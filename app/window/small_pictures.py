@@ -1,67 +1,52 @@
-"""Small pictures of the open volume for buttons and menus."""
+"""Small pictures of the open volume: on buttons that ask which way is up, and under presets."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, QTimer
+from PySide6.QtGui import QImage
 
-from app.engines.client import Channel, EngineClient
+from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
 from app.image_view.image_canvas import to_qimage
-from app.state.brightness import Brightness
+from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
 COARSENESS = 2.0
 """Factor of the sample distance in the pictures."""
 
 PATIENCE_MS = 1000
-"""Time after which the reference draws what the ray caster cannot draw yet.
-
-On the first start the ray caster is compiled, for some 10 s; otherwise it is ready before.
-"""
+"""Time after which the reference draws them if the ray caster is still compiled."""
 
 
 class SmallPictures(QObject):
-    """Has pictures drawn, and emits those asked for last.
+    """Has pictures drawn by the ray caster, and hands over those that were asked for last.
 
     Parameters
     ----------
     name : str
-        What they are for: the name of the channels on which they are asked for.
+        Of the channels on which they are asked for.
     size : int
         Sides of the pictures, in pixels.
-    analyst : EngineClient
-        The ray caster, which draws them.
-    reference : EngineClient
-        Draws them while the ray caster is compiled.
-    brightness : Brightness
-        Of the pictures, too.
+    show : callable
+        Takes the pictures in the order asked for: first those in the light of the preview, then
+        path-traced ones in path-traced light, where these do not take long.
     """
 
-    drawn = Signal(object)
-    """Emitted with a list of QImage, in the order asked for."""
-
     def __init__(
-        self,
-        name: str,
-        size: int,
-        analyst: EngineClient,
-        reference: EngineClient,
-        brightness: Brightness,
-        parent: QObject,
+        self, name: str, size: int, context: Context, show: Callable[[list[QImage]], object]
     ) -> None:
-        super().__init__(parent)
+        super().__init__(context.window)
+        self._context, self._show = context, show
         self._quality = Quality(size, COARSENESS)
-        self._analyst, self._reference = (
-            Channel(client, name, self) for client in (analyst, reference)
-        )
-        self._brightness = brightness
+        clients = context.analyst, context.reference.client
+        self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None
         self._traced = self._is_tracing = False
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
@@ -69,24 +54,18 @@ class SmallPictures(QObject):
         for channel in (self._analyst, self._reference):
             channel.answered.connect(partial(self._take, channel))
 
-    def ask(self, wanted: Sequence[SceneInputs], traced: bool = False) -> None:
-        """Ask for the pictures of some inputs.
-
-        Parameters
-        ----------
-        traced : bool
-            Whether those of the ray caster, in the light of the preview, are
-            followed by path-traced ones, where these do not take long.
-        """
+    def ask(self, wanted: Sequence[SceneInputs]) -> None:
+        """Ask for the pictures of some inputs."""
         first, *more = wanted
-        self._traced, self._is_tracing = traced, False
+        self._traced = self._context.workspace.reference.settings.lighting == "path"
+        self._is_tracing = False
         self._wanted = BatchRequest(first, self._quality, tuple(more))
         self._reference.cancel()
         self._analyst.ask(self._wanted)
         self._patience.start()
 
-    def trace_no_more(self) -> None:
-        """Leave out the traced ones: nobody looks any more."""
+    def stop_tracing(self) -> None:
+        """Leave out the path-traced pictures: nobody looks any more."""
         self._traced = False
         if self._is_tracing:
             self._analyst.cancel()
@@ -101,8 +80,8 @@ class SmallPictures(QObject):
             return
         # Nobody needs to draw them a second time.
         self._reference.cancel()
-        brightness = self._brightness.of("exact")
-        self.drawn.emit([to_qimage(np.asarray(image), brightness) for image in result.value])
+        brightness = self._context.brightness.of("exact")
+        self._show([to_qimage(np.asarray(image), brightness) for image in result.value])
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True
             request = result.request

@@ -48,7 +48,8 @@ class KeyHints(QObject):
         for each in maps:
             each.setStatusTip(status_keys(MAP))
         panel.setStatusTip(status_keys(PANEL))
-        regions.changed.connect(lambda _what: self._follow())
+        for changed in (regions.regionsChanged, regions.bandChanged, regions.toolChanged):
+            changed.connect(lambda *_: self._follow())
         self._follow()
         self.show("")
 

@@ -1,23 +1,28 @@
-"""The bar at the window's upper edge: menus, the volume, the light, and what is asked for often."""
+"""The bar at the window's upper edge, and the strip of tools over the left image."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QAction, QKeySequence, QResizeEvent, QShortcut
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenuBar, QToolButton, QWidget
+from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QMenuBar, QToolButton, QVBoxLayout, QWidget
 
+from app import theme
 from app.caption_button import CaptionButton
 from app.icons import IconButton
 from app.image_view.exactness_slider import ExactnessSlider
 from app.image_view.light_ball import LightBall
+from app.state.sensitivity_state import SensitivityState
 
-HEIGHT = 36
+HEIGHT, TOOLS_WIDTH = 36, 36
 
 FOLD_WIDTH = 1180
 """Width in pixels below which the menus fold into one, and words into their icons."""
 
 LINE_HEIGHT = 20
 """Of the lines between groups, in pixels."""
+
+TOOLS_PLACE = 8, 40
+"""Distance of the tools to the image's left and upper edge, below its caption, in pixels."""
 
 
 class TopBar(QWidget):
@@ -42,24 +47,30 @@ class TopBar(QWidget):
         self.menus.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.volume = CaptionButton()
         self.volume.set_title("No volume")
-        self.ball, self.light, self.exactness = ball, light, exactness
+        self.light, self.exactness = light, exactness
         self.compare = IconButton("compare", "Compare", "C", "Generator and ground truth together")
         self.difference = IconButton(
-            "difference",
-            "Difference",
-            "D",
-            "Where the generator's image differs from the ground truth",
+            "difference", "Difference", "D", "Where the generator's image differs from the truth"
         )
         self.browse = IconButton(
-            "browse", "Browse TFs", "B", "A map of TFs, with a picture of each"
+            "browse", "Browse TFs", "B", "Pictures of this volume under many TFs"
         )
-        self.save = IconButton("camera", "Save figure", "Ctrl+Shift+S")
+        self.save = IconButton("camera", "Save figure", "Ctrl+Shift+S", "An image or a movie")
         for button in (self.compare, self.difference, self.browse):
             button.setCheckable(True)
         QShortcut(QKeySequence("F10"), self).activated.connect(self.open_menus)
         self._comparison = [self.compare, self.difference, _line()]
         self._is_folded: bool | None = None
-        self._lay_out()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 0, 8, 0)
+        row.setSpacing(4)
+        left: list[QWidget] = [self.menus, self.menu_bar, _line(), self.volume]
+        for widget in left:
+            row.addWidget(widget, 0, Qt.AlignmentFlag.AlignVCenter)
+        row.addStretch(1)
+        right = [ball, light, _line(), exactness, _line(), *self._comparison, self.browse, _line()]
+        for widget in (*right, self.save):
+            row.addWidget(widget)
         self._fold(False)
 
     @property
@@ -90,26 +101,6 @@ class TopBar(QWidget):
         super().resizeEvent(event)
         self._fold(self.width() < FOLD_WIDTH)
 
-    def _lay_out(self) -> None:
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 8, 0)
-        row.setSpacing(4)
-        row.addWidget(self.menus)
-        row.addWidget(self.menu_bar, 0, Qt.AlignmentFlag.AlignVCenter)
-        row.addWidget(_line())
-        row.addWidget(self.volume)
-        row.addStretch(1)
-        row.addWidget(self.exactness)
-        row.addWidget(_line())
-        row.addWidget(self.ball)
-        row.addWidget(self.light)
-        row.addWidget(_line())
-        for widget in self._comparison:
-            row.addWidget(widget)
-        row.addWidget(self.browse)
-        row.addWidget(_line())
-        row.addWidget(self.save)
-
     def _fold(self, folded: bool) -> None:
         if folded == self._is_folded:
             return
@@ -118,7 +109,6 @@ class TopBar(QWidget):
         # Hidden, the bar's keys would be dead; the one button has its menus' keys as well.
         self.menu_bar.setVisible(not folded)
         self.volume.set_folded(folded)
-        self.light.set_title(self.light.title)
         self.exactness.set_folded(folded)
         self.browse.set_caption("" if folded else "Browse TFs")
         # At once: what has become wider would be cut until the next event.
@@ -128,19 +118,44 @@ class TopBar(QWidget):
                 layout.activate()
 
 
-def show_action(button: IconButton, action: QAction) -> None:
-    """Have a button do what an action does, and look as it does."""
-    button.setCheckable(action.isCheckable())
+class ToolStrip(QFrame):
+    """Chooses what a drag in the images draws, and shows the planes of the crop box."""
 
-    def follow(_checked: bool = False) -> None:
-        button.setChecked(action.isChecked())
-        button.setEnabled(action.isEnabled())
+    def __init__(self, regions: SensitivityState) -> None:
+        super().__init__()
+        self.setProperty("role", "tools")
+        self.setFixedWidth(TOOLS_WIDTH)
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        colors = theme.ON_IMAGE
+        self.rectangle = IconButton(
+            "rectangle", "Rectangle", "R", "Draw a region in either image", colors=colors
+        )
+        self.lasso = IconButton(
+            "lasso", "Lasso", "L", "Draw around something in either image", colors=colors
+        )
+        self.crop = IconButton("crop", "Crop", "K", "Cut the volume by six planes", colors=colors)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(4, 4, 4, 4)
+        column.setSpacing(2)
+        for button in (self.rectangle, self.lasso, self.crop):
+            button.setCheckable(True)
+            column.addWidget(button)
+        self.rectangle.clicked.connect(lambda on: regions.set_tool("rectangle" if on else None))
+        self.lasso.clicked.connect(lambda on: regions.set_tool("lasso" if on else None))
+        regions.toolChanged.connect(self._show_tool)
 
-    button.clicked.connect(lambda _checked=False: action.trigger())
-    # Where the action changes nothing, the button stands as it stood.
-    button.clicked.connect(follow)
-    action.changed.connect(follow)
-    follow()
+    def lie_over(self, canvas: QWidget | None) -> None:
+        """Lie over a canvas; over none, be hidden."""
+        if canvas is not None and self.parentWidget() is not canvas:
+            self.setParent(canvas)
+            self.move(*TOOLS_PLACE)
+        self.setVisible(canvas is not None)
+        if canvas is not None:
+            self.raise_()
+
+    def _show_tool(self, tool: object) -> None:
+        self.rectangle.setChecked(tool == "rectangle")
+        self.lasso.setChecked(tool == "lasso")
 
 
 def _line() -> QFrame:

@@ -36,30 +36,14 @@ def size_on(screen: QScreen) -> QSize:
 
 
 def first_size(free: QSize) -> QSize:
-    """Return the size at which the window opens.
-
-    Parameters
-    ----------
-    free : QSize
-        Of the screen, without bars of the system.
-    """
+    """Return the size at which the window opens on a screen with so much free room."""
     part = QSize(round(SHARE * free.width()), round(SHARE * free.height()))
     inside = QSize(free.width(), free.height() - FRAME)
     return part.boundedTo(LARGEST).expandedTo(LEAST).boundedTo(inside)
 
 
 def fitting_place(window: QRect, screens: Sequence[QRect], here: QRect) -> QRect:
-    """Return where a window lies that was there before, if that still is on a screen.
-
-    Parameters
-    ----------
-    window : QRect
-        Its place when it was seen last.
-    screens : sequence of QRect
-        Free areas of the screens that are there.
-    here : QRect
-        The one of them where a window is put that is on none: in its middle.
-    """
+    """Return a window's last place if that is on one of the screens, else the middle of here."""
     top = QRect(window.left(), window.top(), window.width(), 1)
     for screen in screens:
         seen = screen.intersected(top)
@@ -85,19 +69,12 @@ IMAGES: dict[tuple[str, ...], Shown] = {
 }
 """Images to show, by what is hidden."""
 
-
 PARTS = 1000
 """Parts of the window's height in which the TF editor's is kept, once it was dragged."""
 
 
 class WindowMemory(QObject):
-    """Restores the window's size, its panes and its switches, and remembers them.
-
-    Parameters
-    ----------
-    splitter : DockSplitter
-        Between the images and the TF editor.
-    """
+    """Restores the window's size, its panes and its switches, and remembers them."""
 
     def __init__(
         self,
@@ -114,7 +91,7 @@ class WindowMemory(QObject):
         self._preferences = preferences
         self._restore()
         state.navigationChanged.connect(lambda: preferences.set(trackball=state.trackball))
-        panes.wanted.connect(lambda _shown: self._note_panes())
+        panes.wanted.connect(self._note_panes)
         splitter.shareChanged.connect(self.note)
         window.installEventFilter(self)
 
@@ -126,20 +103,25 @@ class WindowMemory(QObject):
 
     def note(self) -> None:
         """Remember the size of the window and of its parts."""
-        geometry = bytes(self._window.saveGeometry().toBase64().data()).decode()
+        share = self._splitter.share
         self._preferences.set(
-            window_geometry=geometry,
-            splitters={"editor": self._editor_share()},
+            window_geometry=bytes(self._window.saveGeometry().toBase64().data()).decode(),
+            splitters={"editor": () if share is None else (round(PARTS * share),)},
             colors_follow_modes=self._moves.colors_follow,
             swapped=self._panes.is_swapped,
         )
 
-    def _editor_share(self) -> tuple[int, ...]:
-        share = self._splitter.share
-        return () if share is None else (round(PARTS * share),)
+    def restore_panes(self) -> None:
+        """Show the images that are remembered, where they were."""
+        values = self._preferences.settings
+        if values.swapped != self._panes.is_swapped:
+            self._panes.swap()
+        shown = IMAGES.get(values.hidden_panes)
+        if shown is not None:
+            self._panes.show_images(shown)
 
-    def _note_panes(self) -> None:
-        hidden = next(hidden for hidden, shown in IMAGES.items() if shown == self._panes.shown)
+    def _note_panes(self, wanted: str) -> None:
+        hidden = next(hidden for hidden, shown in IMAGES.items() if shown == wanted)
         self._preferences.set(hidden_panes=hidden)
 
     def _restore(self) -> None:
@@ -153,15 +135,6 @@ class WindowMemory(QObject):
         self._moves.colors_follow = values.colors_follow_modes
         self._state.set_trackball(values.trackball)
         self.restore_panes()
-
-    def restore_panes(self) -> None:
-        """Show the images that are remembered, where they were."""
-        values = self._preferences.settings
-        if values.swapped != self._panes.is_swapped:
-            self._panes.swap()
-        shown = IMAGES.get(values.hidden_panes)
-        if shown is not None:
-            self._panes.show_images(shown)
 
     def _bring_back(self) -> None:
         """Move the window to a screen that is there, if the one that it was on is gone."""

@@ -29,8 +29,15 @@ STAGES = ("opacity", "translation", "small", "joint")
 class StageOptions:
     """Optimization of one stage (paper, section 6, implementation details).
 
-    The learning rate is Adam's for generator and discriminator; it is halved so many times over
-    the stage, unless it follows a cosine.
+    Attributes
+    ----------
+    batch_size : int
+        At least 2.
+    learning_rate : float
+        Adam's learning rate for generator and discriminator.
+    halvings : float
+        Number of halvings of the learning rate over the stage, unless it
+        follows a cosine.
     """
 
     batch_size: int
@@ -106,6 +113,11 @@ class TrainingOptions:
         rendered colour images (Salimans et al. 2016), once it has joined; 0 in the paper.
     opacity_time_share : float
         Fraction of the budget for stage 1 of the paper's two.
+
+    Raises
+    ------
+    TrainingError
+        For values outside their ranges.
     """
 
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
@@ -180,7 +192,18 @@ class TrainingOptions:
         )
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:
-        """Return the options with some of them changed, by settings like "joint.batch_size=8"."""
+        """Return the options with some of them changed.
+
+        Parameters
+        ----------
+        settings : sequence of str
+            "name=value"; a stage's options are named like "joint.batch_size".
+
+        Raises
+        ------
+        TrainingError
+            For an unknown name, or a value of the wrong type or outside its range.
+        """
         data = self.to_json()
         for setting in settings:
             name, _, text = setting.partition("=")

@@ -60,18 +60,26 @@ def train(
 ) -> None:
     """Train until the budget is used.
 
-    `on_report` is called after each optimization step. If it raises :class:`KeyboardInterrupt`,
-    the run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved.
+    Parameters
+    ----------
+    resume : bool
+        Whether to resume the run in the folder; otherwise the folder must hold none.
+    on_report : callable
+        Called after each optimization step. If it raises
+        :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
 
     Raises
     ------
     CollapseError
         When a loss is no longer finite, or when codes or images collapse.
     TrainingError
-        When the folder holds a run (or, resuming, none or another one), when another process
-        trains there, or when the folder cannot be written.
+        When the folder holds a run (or, resuming, none or another one), when
+        another process trains there, or when the folder cannot be written.
     DatasetError
         When there are too few samples.
+    KeyboardInterrupt
+        After Ctrl-C, once the current step is done and the run is saved; at
+        once and unsaved if it is pressed again.
     """
     try:
         with nullcontext() if parallel.rank() else training_in(plan.folder):
@@ -336,9 +344,19 @@ def run_job(
     job: TrainingJob,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
 ) -> None:
-    """Train as a job says; with several processes, each calls this.
+    """Train; with several processes, each calls this.
 
-    `on_report` is called in the first process; see :func:`train`.
+    Parameters
+    ----------
+    on_report : callable
+        Called in the first process after each optimization step.
+
+    Raises
+    ------
+    TrainingError, DatasetError, VolumeError, CheckpointError, DeviceError
+        When the run cannot start; see :func:`model.training.trainer.train`.
+    KeyboardInterrupt
+        When it was stopped, and is saved.
     """
     if job.resume:
         _check_resumption(job)

@@ -61,15 +61,15 @@ def open_browser(qtbot: QtBot, window: MainWindow) -> None:
     QTest.keyClick(window, Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
     if not window.latent_state.choices.shown:
         # Without a window system, shortcuts of menus are not delivered.
-        window.browse.click()
+        window.top_bar.browse.click()
     work = window.workspace.latent
-    qtbot.waitUntil(lambda: work.session.map is not None and work.grid is not None)
+    qtbot.waitUntil(lambda: work.session.map is not None and work.pictures.grid is not None)
     assert work.session.overview is not None
 
 
 def open_map(qtbot: QtBot, window: MainWindow) -> None:
     window.browser.bar.map.click()
-    pictures = window.workspace.latent
+    pictures = window.workspace.latent.pictures
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells is not None)
     qtbot.waitUntil(lambda: window.workspace.latent.session.different is not None)
 
@@ -113,11 +113,11 @@ def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builde
     with qtbot.waitSignal(window.workspace.settled):
         window.state.set_view(View(50, 10, 0, 1))
     assert len(builders.generators[-1].requests) == asked
-    window.browse.click()
+    window.top_bar.browse.click()
     assert not window.browser.isVisible()
     assert window.generator.isVisible()
     qtbot.waitUntil(lambda: builders.generators[-1].requests[-1].inputs.view == View(50, 10, 0, 1))
-    window.browse.click()
+    window.top_bar.browse.click()
     QTest.keyClick(window.browser.map, Qt.Key.Key_Escape)
     assert not window.browser.isVisible() and window.generator.isVisible()
     widths = [pane.canvas.width() for pane in (window.generator, window.reference)]
@@ -125,7 +125,7 @@ def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builde
 
 
 def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
-    grid = window.workspace.latent.grid
+    grid = window.workspace.latent.pictures.grid
     latent_map = window.workspace.latent.session.map
     for cell, tf in enumerate(grid.tfs):
         row, column = divmod(cell, 4)
@@ -150,7 +150,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     window = make_window()
     open_browser(qtbot, window)
     browser, latent = window.browser, window.workspace.latent
-    session, grid = latent.session, latent.grid
+    session, grid = latent.session, latent.pictures.grid
     assert grid is not None and session.map is not None and session.space is not None
     assert session.different is not None and len(set(session.different)) == 16
     assert not browser.map.isVisible() and not browser.bar.reset.isVisible()
@@ -189,7 +189,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     open_map(qtbot, window)
     assert browser.map.isVisible() and browser.map.width() == browser.grid.width()
     browser.bar.map.click()
-    qtbot.waitUntil(lambda: latent.grid is not None and not latent.grid.cells)
+    qtbot.waitUntil(lambda: latent.pictures.grid is not None and not latent.pictures.grid.cells)
 
 
 def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, builders):
@@ -205,14 +205,14 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
     move(qtbot, window.browser.map, (-0.3, 0.2))
     qtbot.waitUntil(lambda: traced("hover")[-2:] == [False, True])
     # They are shown, and not asked for again.
-    pictures = window.workspace.latent
+    pictures = window.workspace.latent.pictures
     qtbot.waitUntil(lambda: not any(c.is_pending for c in pictures._hovers.values()))
     qtbot.wait(50)
     assert traced("hover").count(True) == 1
 
 
 def test_hovering_shows_picture_and_tf(qtbot, window, builders):
-    pictures = window.workspace.latent
+    pictures = window.workspace.latent.pictures
     caption = window.reference.caption
     before = caption.title, caption.detail
     move(qtbot, window.browser.map, (0.2, 0.1))
@@ -275,7 +275,7 @@ def test_the_brush_is_moved_resized_and_drawn_anew(qtbot, window):
     drag(map_view, pixel(map_view, (-0.9, -0.9)), pixel(map_view, (-0.5, -0.6)), modifier=NO_KEY)
     assert latent.brush == pytest.approx((-0.9, -0.9, -0.5, -0.6), abs=0.02)
     assert window.state.edits.stack.count() == 0
-    pictures = window.workspace.latent
+    pictures = window.workspace.latent.pictures
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells.count.sum() < 40)
     # Another button does not interrupt a drag.
     latent.set_brush((-0.4, -0.4, 0.4, 0.4))
@@ -335,7 +335,7 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot, window):
 
 
 def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, builders, monkeypatch):
-    pictures = window.workspace.latent
+    pictures = window.workspace.latent.pictures
     first = pictures.grid
     window.state.set_view(View(77, 0, 0, 1))
     assert window.browser.grid.is_stale
@@ -407,7 +407,7 @@ def test_bands_are_read(text, band):
 def test_the_map_is_computed_shown_and_kept(qtbot, make_window, builders, tmp_path):
     builders.map_folder = tmp_path
     window = make_window()
-    window.browse.click()
+    window.top_bar.browse.click()
     session = window.workspace.latent.session
     qtbot.waitUntil(lambda: session.map is not None)
     assert not session.map.is_final
@@ -428,7 +428,7 @@ def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
     )
     for close in (False, True):
         window = make_window()
-        window.browse.click()
+        window.top_bar.browse.click()
         session = window.workspace.latent.session
         qtbot.waitUntil(lambda s=session: s.is_embedding)
         if close:
@@ -445,7 +445,7 @@ def test_the_map_is_cancelled_or_the_window_closed_meanwhile(
 def test_a_space_that_cannot_be_opened_is_explained(qtbot, make_window, builders):
     builders.space_error = LatentError("The codec has collapsed.")
     window = make_window()
-    window.browse.click()
+    window.top_bar.browse.click()
     session = window.workspace.latent.session
     with qtbot.waitSignal(session.problem, check_params_cb=lambda text: "collapsed" in text):
         session.reset()
@@ -456,7 +456,7 @@ def test_another_volume_has_its_own_map(qtbot, window, builders):
     session = window.workspace.latent.session
     tf, _ = session.tf_at((0.3, 0.3))
     builders.volumes["other"] = make_volume("other", 300.0)
-    with qtbot.waitSignal(session.mapChanged, check_params_cb=lambda map_: map_ is not None):
+    with qtbot.waitSignal(session.mapOpened):
         window.workspace.opening.open(Path("other"))
     assert session.space.frame.scalar_range == (100.0, 300.0)
     # A TF of the map before cannot be taken.
@@ -506,6 +506,6 @@ def test_a_map_that_fails_leaves_the_principal_components(
 
     monkeypatch.setattr(EmbeddingProcess, "run", fail)
     window = make_window()
-    window.browse.click()
+    window.top_bar.browse.click()
     qtbot.waitUntil(lambda: "cannot be computed" in window.notice.text)
     assert window.workspace.latent.session.map is not None

@@ -141,9 +141,9 @@ def test_a_reading_that_is_cancelled_leaves_all_as_it_was(
 ) -> None:
     builders.held["tall"] = threading.Event()
     before, title = window.state.inputs, window.windowTitle()
-    window.opening._slow.setInterval(1)
+    window.files._slow.setInterval(1)
     drop(window, "tall")
-    qtbot.waitUntil(lambda: "tall.nrrd is being read" in window.notice.text)
+    qtbot.waitUntil(lambda: "Reading tall.nrrd" in window.notice.text)
     buttons = window.notice.findChildren(QPushButton)
     (cancel,) = (each for each in buttons if each.text() == "Cancel" and not each.isHidden())
     cancel.click()

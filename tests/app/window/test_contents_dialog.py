@@ -22,7 +22,8 @@ CHANNELS = tuple(Content("channel", str(k), (4, 5, 6), "uint8", 120, k == 0) for
 
 
 def test_what_is_shown_is_chosen_at_first(qtbot):
-    dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS)
+    chosen: list[Choice] = []
+    dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS, chosen.append)
     qtbot.addWidget(dialog)
     assert dialog.choice() == Choice(array="density", channel="0")
     assert not dialog.open_button.isEnabled()
@@ -32,9 +33,8 @@ def test_what_is_shown_is_chosen_at_first(qtbot):
 
     dialog.tables["array"].setCurrentCell(1, 0)
     dialog.boxes["channel"].setCurrentIndex(2)
-    with qtbot.waitSignal(dialog.chosen) as chosen:
-        dialog.open_button.click()
-    assert chosen.args == [Choice(array="ids", channel="2")]
+    dialog.open_button.click()
+    assert chosen == [Choice(array="ids", channel="2")]
 
 
 @pytest.fixture
@@ -60,20 +60,22 @@ def several(window, monkeypatch):
 
 
 def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, monkeypatch):
+
+    def asking() -> list[ContentsDialog]:
+        return [dialog for dialog in window.findChildren(ContentsDialog) if dialog.isVisible()]
+
     path, read = tmp_path / "cells.tif", window.workspace.opening._read_volume
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open(path)
-    dialog = window.opening._asking
-    assert dialog is not None and dialog.isVisible()
+        window.files.open(path)
+    (dialog,) = asking()
     dialog.boxes["channel"].setCurrentIndex(2)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         dialog.open_button.click()
-    window.opening._asking = None
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open(path)
+        window.files.open(path)
     # It is not asked for again.
-    assert window.opening._asking is None
+    assert not asking()
     assert several == [None, Choice(channel="2"), Choice(channel="2")]
     # A choice that is gone gives way.
     several.clear()
@@ -86,7 +88,7 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
 
     monkeypatch.setattr(window.workspace.opening, "_read_volume", refuse)
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open(path)
+        window.files.open(path)
     assert several == [Choice(channel="2"), None]
     # What is kept is not asked for again, either.
     monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
@@ -94,10 +96,9 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
     path = tmp_path / "others.tif"
     path.write_bytes(b"?")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open(path)
-    window.opening._asking.keep_button.click()
-    window.opening._asking = None
+        window.files.open(path)
+    asking()[0].keep_button.click()
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open(path)
-    assert window.opening._asking is None
+        window.files.open(path)
+    assert not asking()
     assert several == [None, Choice(channel="0")]

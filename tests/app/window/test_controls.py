@@ -24,10 +24,11 @@ from pytestqt.qtbot import QtBot
 from superqt import QDoubleRangeSlider
 
 from app.image_view.image_canvas import ImageCanvas
+from app.window.figure import FigureChoice
+from app.window.figure_dialog import FigureDialog
 from app.window.main_window import MainWindow
-from app.window.movie_saving import MovieDialog
-from app.window.picture_dialog import PictureDialog
 from app.window.raw_dialog import RawDialog
+from app.window.settings_dialog import SettingsDialog
 from model.scene.region import Outline
 
 CONTROLS = QAbstractButton, QAbstractSpinBox, QAbstractSlider, QComboBox, QLineEdit, ImageCanvas
@@ -177,15 +178,16 @@ def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
     assert not window.brightness.is_chosen
 
 
-def test_nor_do_those_of_the_dialogs(qtbot, tmp_path):
+def test_nor_do_those_of_the_dialogs(qtbot, window, tmp_path):
     path = tmp_path / "data.raw"
     path.write_bytes(bytes(1000))
     raw = RawDialog(path)
-    movie = MovieDialog(640, 480)
-    picture = PictureDialog({"reference": (640, 480)})
-    for dialog, least in ((raw, 3), (picture, 4), (movie, 4)):
+    movie = FigureDialog({"reference": (640, 480)}, FigureChoice(0, 0, samples=16, seconds=3.0))
+    settings = SettingsDialog(window.context, window.overlays)
+    for dialog, least in ((raw, 3), (movie, 7), (settings, 3)):
         qtbot.addWidget(dialog)
         dialog.show()
         qtbot.waitExposed(dialog)
         assert assert_wheel_changes_nothing(dialog) >= least
     raw.done(0)
+    settings.done(0)

@@ -25,6 +25,6 @@ def test_a_window_without_a_volume_offers_some(qtbot, make_window, builders):
     assert window.status.keys.startswith("[Drag] turn")
     assert any(cube.isVisible() for cube in window.findChildren(OrientationCube))
     # One that is there stays when another one cannot be read.
-    window.opening.open_volume(Path("lost"))
+    window.files.open_volume(Path("lost"))
     qtbot.waitUntil(lambda: "missing" in window.notice.text)
     assert card.isHidden()

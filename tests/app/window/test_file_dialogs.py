@@ -6,18 +6,13 @@ import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from ramp import make_tf, make_volume
 
-from app.window.file_dialogs import FileDialogs
+from app.window.file_dialogs import ask_for_place, file_name
 from model.scene.transfer_function import TransferFunction
 
 
 @pytest.fixture
 def window(make_window):
     return make_window()
-
-
-@pytest.fixture
-def dialogs(window):
-    return window.findChildren(FileDialogs)[0]
 
 
 @pytest.fixture
@@ -39,17 +34,18 @@ def answer(monkeypatch):
 
 
 def test_files_are_opened_and_saved_unless_that_is_cancelled(
-    qtbot, window, dialogs, answer, builders, tmp_path, monkeypatch
+    qtbot, window, answer, builders, tmp_path, monkeypatch
 ):
+    files = window.files
     answer("")
     before = window.state.transfer_function
     for ask in (
-        dialogs.open_volume,
-        dialogs.open_dicom,
-        dialogs.open_model,
-        dialogs.open_transfer_function,
-        dialogs.save_transfer_function,
-        lambda: dialogs.ask_for_place("Save", "", (".png",)),
+        files.ask_and_open,
+        files.ask_for_dicom,
+        files.ask_for_model,
+        files.ask_for_transfer_function,
+        files.save_transfer_function,
+        lambda: ask_for_place(window.context, "Save", "", (".png",)),
     ):
         ask()
     assert window.state.transfer_function == before
@@ -58,10 +54,10 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     assert list(tmp_path.iterdir()) == []
     answer(tmp_path / "mine.json")
     window.state.tf_input.set(make_tf(123.0), "edit")
-    dialogs.save_transfer_function()
+    files.save_transfer_function()
     assert TransferFunction.load(tmp_path / "mine.json") == make_tf(123.0)
     window.state.reset_transfer_function()
-    dialogs.open_transfer_function()
+    files.ask_for_transfer_function()
     assert window.state.transfer_function == make_tf(123.0)
     assert window.preferences.settings.last_folder == str(tmp_path)
     assert window.preferences.recent("transfer_functions") == [tmp_path / "mine.json"]
@@ -70,11 +66,11 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
     for content in ("", "{}", "[1, 2]"):
         foreign.write_text(content)
         window.notice.clear()
-        dialogs.open_transfer_function()
+        files.ask_for_transfer_function()
         assert str(foreign) in window.notice.text
         assert window.state.transfer_function == make_tf(123.0)
     answer(tmp_path / "missing" / "tf.json")
-    dialogs.save_transfer_function()
+    files.save_transfer_function()
     assert "tf.json" in window.notice.text
     # An ending is added, and replaces no file unasked.
     buttons = QMessageBox.StandardButton
@@ -83,17 +79,25 @@ def test_files_are_opened_and_saved_unless_that_is_cancelled(
         path = tmp_path / f"{name}.json"
         path.write_text("mine")
         monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.No)
-        dialogs.save_transfer_function()
+        files.save_transfer_function()
         assert path.read_text() == "mine"
         monkeypatch.setattr(QMessageBox, "question", lambda *_: buttons.Yes)
-        dialogs.save_transfer_function()
+        files.save_transfer_function()
         assert TransferFunction.load(path) == window.state.transfer_function
     window.notice.clear()
     builders.volumes["other"] = make_volume("other", top=300.0)
     answer("other.nrrd")
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        dialogs.open_volume()
+        files.ask_and_open()
     assert window.state.scalar_range == (100.0, 300.0)
-    dialogs.open_model()
+    files.ask_for_model()
     assert "no such folder" in window.notice.text
     assert len(builders.generators) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("engine", "engine"), ("CT: head/neck (2)", "CT_head_neck_2"), ("../..", ""), ("", "")],
+)
+def test_the_volumes_name_becomes_a_files(name, expected):
+    assert file_name(name) == expected

@@ -35,8 +35,8 @@ def area(qtbot):
 
 def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot, area):
     floating, notice, card = Floating(area), Card(480, 60), Card(320, 100)
-    floating.add_top(notice)
-    floating.add_bottom(card)
+    floating.add("top", notice)
+    floating.add("bottom", card)
     for widget in (notice, card):
         assert not widget.isVisible()
         widget.show()
@@ -53,10 +53,10 @@ def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_ther
     floating = Floating(area)
     notices, cards = [Card(480, 50), Card(300, 40)], [Card(400, 120), Card(320, 100)]
     for notice in notices:
-        floating.add_top(notice)
+        floating.add("top", notice)
         notice.show()
     for card in cards:
-        floating.add_bottom(card)
+        floating.add("bottom", card)
         card.show()
     assert notices[1].y() > notices[0].geometry().bottom()
     assert cards[0].geometry().bottom() == cards[1].geometry().bottom()
@@ -69,7 +69,7 @@ def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_ther
 
 def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
     floating, card = Floating(area), Card(320, 100)
-    floating.add_bottom(card)
+    floating.add("bottom", card)
     card.show()
     begun, left = card.geometry(), Qt.MouseButton.LeftButton
     grip = QPoint(20, 10)

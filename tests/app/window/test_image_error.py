@@ -7,7 +7,7 @@ from PySide6.QtCore import QPoint
 from PySide6.QtGui import QColor, QImage
 
 from app.image_view.image_canvas import to_qimage
-from app.window.picture_dialog import PictureChoice
+from app.window.figure import FigureChoice
 from model.scene.view import View
 
 
@@ -84,7 +84,7 @@ def test_a_saved_difference_is_that_of_the_screen(qtbot, make_window, tmp_path):
     assert float(window.generator.note.removeprefix("error ")) == pytest.approx(0.071, abs=0.001)
     window.image_error.set_wanted(True)
     place = tmp_path / "difference.png"
-    window.pictures.draw(PictureChoice(512, 512, which="difference"), place)
+    window.saving.draw(FigureChoice(512, 512, which="difference"), place)
     qtbot.waitUntil(place.exists)
     saved, screen, rect = QImage(str(place)), canvas.grab().toImage(), canvas.image_rect
     for x, y in ((0.2, 0.3), (0.4, 0.6), (0.6, 0.3), (0.8, 0.7)):
@@ -97,6 +97,6 @@ def test_a_saved_difference_is_that_of_the_screen(qtbot, make_window, tmp_path):
     window.state.set_view(View(80.0))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     window.generator.imageShown.emit(inputs, image(32, 0.1))
-    assert "difference" not in window.pictures._shown.sizes()
-    window.pictures.draw(PictureChoice(512, 512, which="difference"), tmp_path / "none.png")
+    assert "difference" not in window.saving.sizes()
+    window.saving.draw(FigureChoice(512, 512, which="difference"), tmp_path / "none.png")
     assert "no difference" in window.notice.text

@@ -37,7 +37,7 @@ def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders,
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
     qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
     window.state.set_view(View(azimuth=50.0))
-    qtbot.waitUntil(lambda: "without light" in notice.text)
+    qtbot.waitUntil(lambda: "has no light" in notice.text)
     assert work.settings.lighting == "none"
     assert window.reference_controls.light.title == "None (too slow)"
     buttons: dict[str, Any] = {b.text(): b for b in notice.findChildren(QPushButton)}

@@ -97,11 +97,11 @@ def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, hal
     window.state.save_transfer_function(tmp_path / "log.json")
     log = window.state.transfer_function
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.opening.open_transfer_function(tmp_path / "linear.json")
+        window.files.open_transfer_function(tmp_path / "linear.json")
     assert shown(window).scale == "linear"
     assert window.state.transfer_function == TransferFunction.load(tmp_path / "linear.json")
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.opening.open_transfer_function(tmp_path / "log.json")
+        window.files.open_transfer_function(tmp_path / "log.json")
     assert shown(window).scale == "log" and window.state.transfer_function == log
     opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(1.0, 0.5, 0.5),))
     window.state.tf_input.set(replace(window.state.transfer_function, opacity=opacity), "edit")

@@ -211,12 +211,13 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
         box.done(0)
     ramp = builders.volumes["ramp"]
     switch = action(window, "Draw missing voxels")
-    assert not switch.isEnabled()
+    assert not switch.isVisible()
     missing = ramp.voxels > ramp.voxels.mean()
     builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.opening.open(Path("patchy"))
     settle(qtbot, window)
+    assert switch.isVisible()
     assert "voxels are missing, and not drawn" in window.status.news
     tf = window.state.transfer_function
     with qtbot.waitSignal(window.workspace.rangeChanged):

@@ -12,12 +12,11 @@ from PySide6.QtWidgets import QMessageBox, QPushButton
 from window_fakes import FakeEngine
 
 from app.engines.requests import PictureRequest
-from app.window.movie_saving import MovieChoice
-from app.window.picture_dialog import PictureChoice
+from app.window.figure import FigureChoice
 from model.errors import RenderError
 from model.scene.view import View
 
-TURN = MovieChoice(64, 48, 0.5, 8)
+TURN = FigureChoice(64, 48, seconds=0.5, rate=8)
 
 
 @pytest.fixture
@@ -63,13 +62,13 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
         asked.clear()
         window.status.tell("")
         window.state.set_view(View(10.0, 20.0))
-        window.movies.draw(TURN, place)
-        assert window.movies.progress is not None
+        window.saving.draw(TURN, place)
+        assert window.saving.progress is not None
         # The user may go on meanwhile.
         window.state.set_view(View(200.0, -50.0))
         qtbot.waitUntil(lambda: "Saved" in window.status.news, timeout=20_000)
-        assert window.movies.progress is None and not window.movies.is_running
-        views = [request.inputs.view for request in asked if request.channel == "movie"]
+        assert window.saving.progress is None and not window.saving.unfinished
+        views = [request.inputs.view for request in asked if request.channel == "figure"]
         assert [view.azimuth for view in views] == pytest.approx([10.0, 280.0, 190.0, 100.0])
         assert {view.elevation for view in views} == {20.0}
         movie = frames_of(place)
@@ -87,40 +86,40 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     qtbot, window, builders, tmp_path, monkeypatch
 ):
     gate = builders.references[-1].gate = threading.Semaphore(1)
-    window.movies.draw(TURN, tmp_path / "turn.mp4")
-    progress = window.movies.progress
+    window.saving.draw(TURN, tmp_path / "turn.mp4")
+    progress = window.saving.progress
     qtbot.waitUntil(lambda: progress.value() == 1)
     (cancel,) = progress.findChildren(QPushButton)
     assert cancel.text() == "Cancel"
     QTest.mouseClick(cancel, Qt.MouseButton.LeftButton)
     gate.release(10)
-    qtbot.waitUntil(lambda: not window.movies.is_running)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
     assert "cancelled" in window.status.news
     assert not [*tmp_path.iterdir()]
     builders.references[-1].gate = None
-    window.movies.draw(TURN, tmp_path / "missing" / "turn.gif")
+    window.saving.draw(TURN, tmp_path / "missing" / "turn.gif")
     qtbot.waitUntil(lambda: "cannot be written" in window.notice.text, timeout=20_000)
-    qtbot.waitUntil(lambda: not window.movies.is_running)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
     builders.references[-1].error = RenderError("It is broken; mend it.")
-    window.movies.draw(TURN, tmp_path / "turn.gif")
+    window.saving.draw(TURN, tmp_path / "turn.gif")
     qtbot.waitUntil(lambda: "It is broken; mend it." in window.notice.text)
-    qtbot.waitUntil(lambda: not window.movies.is_running)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
     builders.references[-1].error = None
     gate = builders.references[-1].gate = threading.Semaphore(0)
-    window.movies.draw(TURN, tmp_path / "turn.gif")
+    window.saving.draw(TURN, tmp_path / "turn.gif")
     window.workspace.reference.choose(lighting="none")
     qtbot.waitUntil(lambda: "was cancelled" in window.notice.text)
     gate.release(10)
-    qtbot.waitUntil(lambda: not window.movies.is_running)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
     gate = builders.references[-1].gate = threading.Semaphore(0)
-    window.pictures.draw(PictureChoice(20, 20), tmp_path / "figure.png")
-    assert window.pictures.unfinished == "figure.png is being drawn"
+    window.saving.draw(FigureChoice(20, 20), tmp_path / "figure.png")
+    assert window.saving.unfinished == "figure.png is being drawn"
     window.notice.clear()
     window.workspace.reference.choose(lighting="direct")
     qtbot.waitUntil(lambda: "was cancelled" in window.notice.text)
     gate.release(10)
-    assert not window.pictures.unfinished
-    assert not [*tmp_path.iterdir()] and window.movies.progress is None
+    assert not window.saving.unfinished
+    assert not [*tmp_path.iterdir()] and window.saving.progress is None
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     # A window is closed with a movie only where that is meant.
     asked: list[str] = []
@@ -128,8 +127,8 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
         gate = builders.references[-1].gate = threading.Semaphore(1)
         window.status.tell("")
         (tmp_path / answer).mkdir()
-        window.movies.draw(TURN, tmp_path / answer / "turn.mp4")
-        progress = window.movies.progress
+        window.saving.draw(TURN, tmp_path / answer / "turn.mp4")
+        progress = window.saving.progress
         qtbot.waitUntil(lambda progress=progress: progress.value() == 1)
 
         def question(

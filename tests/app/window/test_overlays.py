@@ -27,7 +27,7 @@ def test_opacity_images_lie_in_the_corner(make_window, builders):
     assert not opacity.isChecked() and generator.picture is None
     before = window.generator.canvas.grab().toImage()
     opacity.trigger()
-    assert opacity.isChecked() and window.overlays.has_opacity
+    assert opacity.isChecked() and window.overlays.has("opacity_images")
     # The fakes' images are opaque everywhere.
     assert grays(generator.picture) == grays(reference.picture) == {255}
     square = window.generator.canvas.picture_rect
@@ -49,10 +49,10 @@ def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window):
     pane, rgba = window.reference, np.zeros((16, 16, 4), np.float32)
     # The left half is empty, the right half is opaque and red.
     rgba[:, 8:] = (1.0, 0.0, 0.0, 1.0)
-    (black,) = [a for a in window.findChildren(QAction) if a.text() == "&Black"]
+    (black,) = [a for a in window.findChildren(QAction) if a.text() == "Black"]
     assert black.isChecked() and pane.canvas.background == (0, 0, 0)
     found = {}
-    for name in ("&White", "&Gradient"):
+    for name in ("White", "Gradient"):
         (choice,) = [a for a in window.findChildren(QAction) if a.text() == name]
         choice.trigger()
         assert choice.isChecked()
@@ -62,6 +62,6 @@ def test_a_background_lies_behind_the_images_and_behind_a_figure(make_window):
         ys = rect.top() + rect.height() // 3, rect.top() + 3 * rect.height() // 4
         assert all(shown.pixelColor(xs[1], y).getRgb()[:3] == (255, 0, 0) for y in ys)
         found[name] = [shown.pixelColor(xs[0], y).value() for y in ys]
-        assert window.pictures.first_choice().background == pane.canvas.background
-    assert found["&White"] == [255, 255]
-    assert 20 < found["&Gradient"][1] < found["&Gradient"][0] < 130
+        assert window.saving.first_choice().background == pane.canvas.background
+    assert found["White"] == [255, 255]
+    assert 20 < found["Gradient"][1] < found["Gradient"][0] < 130

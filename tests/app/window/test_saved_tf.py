@@ -105,7 +105,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, mak
     window = make_window("shells", model=None)
     tf = TransferFunction(KINDS["a narrow mode of a wide range"], colors(WIDE))
     tf.save(tmp_path / "tf.json")
-    open_over(qtbot, window, lambda: window.opening.open_transfer_function(tmp_path / "tf.json"))
+    open_over(qtbot, window, lambda: window.files.open_transfer_function(tmp_path / "tf.json"))
     assert "narrower than 256 steps over 0 to 65,535" in window.notice.text
     (button,) = (b for text, b in notice_buttons(window).items() if text.startswith("Show "))
     before = picture(window)
@@ -140,6 +140,6 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, mak
         window.state.save_transfer_function(saved)
         open_over(qtbot, window, window.state.reset_transfer_function)
         assert window.state.transfer_function != tf, kind
-        open_over(qtbot, window, lambda: window.opening.open_transfer_function(saved))
+        open_over(qtbot, window, lambda: window.files.open_transfer_function(saved))
         assert window.state.transfer_function == tf, kind
         np.testing.assert_array_equal(picture(window), before, err_msg=kind)

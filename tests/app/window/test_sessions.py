@@ -50,15 +50,15 @@ def change_all(window: MainWindow, tf: TransferFunction) -> None:
     window.sensitivity_state.rename_region("ribs")
     window.sensitivity_state.choose(measure="change", width=9.0)
     window.sensitivity_state.pin(120.0, 140.0)
-    window.overlays.toggle_legend()
-    window.overlays.toggle_cube()
+    window.overlays.toggle("legend")
+    window.overlays.toggle("cube")
     window.brightness.set(1.5)
     window.brightness.finish()
 
 
 def open_session(qtbot: QtBot, window: MainWindow, path: Path) -> None:
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open(path)
+        window.files.open(path)
 
 
 def texts_of(window: MainWindow) -> list[str]:
@@ -81,12 +81,12 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     window.sensitivity_state.remove_region()
     window.sensitivity_state.unpin()
     window.sensitivity_state.choose(measure="signed", width=6.0)
-    window.overlays.toggle_legend()
+    window.overlays.toggle("legend")
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
     assert window.state.transfer_function == other and window.state.view == VIEW
-    assert window.overlays.has_legend and not window.overlays.has_cube
+    assert window.overlays.has("legend") and not window.overlays.has("cube")
     assert "a.tfscope" in window.windowTitle()
     # What was there before is a click away.
     (notice,) = [text for text in texts_of(window) if "is kept" in text]
@@ -123,11 +123,11 @@ def test_what_is_not_as_it_was_is_told(qtbot, open_window, builders, volume, tmp
     window.sessions.save(path)
     builders.volumes["ramp"] = make_volume(top=201.0)
     open_session(qtbot, window, path)
-    assert any("voxels differ" in text for text in texts_of(window))
+    assert any("voxels of ramp differ" in text for text in texts_of(window))
     window.notice.clear()
     before = window.sessions.session()
     path.write_text('{"tfscope_session": 1, "volume": []}')
-    window.opening.open(path)
+    window.files.open(path)
     assert window.sessions.session() == before
     (notice,) = texts_of(window)
     assert "a.tfscope" in notice and "nothing was changed" in notice
@@ -139,7 +139,7 @@ def test_what_is_not_as_it_was_is_told(qtbot, open_window, builders, volume, tmp
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     volume.rename(elsewhere / "ramp")
-    window.opening.open(path)
+    window.files.open(path)
     assert window.workspace.opened is opened
     (notice,) = texts_of(window)
     assert "ramp" in notice and "neither" in notice

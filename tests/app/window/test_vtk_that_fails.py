@@ -8,11 +8,11 @@ from PIL import Image
 from ramp import make_tf, make_volume
 
 from app.engines.engines import REAL_BUILDERS
+from app.image_view.picture import BLACK
 from app.state import reference_work
 from app.state.slow_lights import SlowLights
+from app.window.figure import FigureChoice
 from app.window.main_window import MainWindow
-from app.window.picture_dialog import PictureChoice
-from app.window.size_chooser import BLACK
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
 from model.rendering.raster import Raster
@@ -21,7 +21,7 @@ from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
 
-CHOICE = PictureChoice(48, 32, BLACK)
+CHOICE = FigureChoice(48, 32, BLACK)
 
 
 class SoftIsSlow(SlowLights):
@@ -73,7 +73,7 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     window.brightness.set(1.0)
     # A moment later the first view is fitted to the pane.
     inputs = window.state.inputs
-    window.pictures.draw(CHOICE, tmp_path / "picture.png")
+    window.saving.draw(CHOICE, tmp_path / "picture.png")
     qtbot.waitUntil((tmp_path / "picture.png").exists)
     saved = np.asarray(Image.open(tmp_path / "picture.png").convert("RGB"))
     expected = np.rint(255 * by_the_ray_caster(window, inputs)[..., :3])
@@ -81,7 +81,7 @@ def test_the_ray_caster_draws_and_a_sentence_says_so(
     np.testing.assert_allclose(saved, expected, atol=1)
     # What nothing draws is not saved.
     monkeypatch.setattr(RaycastRenderer, "render", fail)
-    window.pictures.draw(CHOICE, tmp_path / "another.png")
+    window.saving.draw(CHOICE, tmp_path / "another.png")
     qtbot.waitUntil(lambda: "out of memory" in window.notice.text)
     assert [each.name for each in tmp_path.iterdir()] == ["picture.png"]
 

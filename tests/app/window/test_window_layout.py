@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
 from app.theme import apply_theme
 from app.window.gesture_table import status_keys
 from app.window.main_window import MainWindow
+from app.window.settings_dialog import apply_single_keys
 from model.scene.region import Outline
 
 SIZES = (
@@ -219,11 +220,10 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert walk() == ["right", "editor", "top", "left", "right"]
     compare, browse = action(window, "C"), action(window, "Ctrl+B")
     assert QKeySequence("B") in browse.shortcuts()
-    (switch,) = [a for a in window.findChildren(QAction) if a.text() == "Single-&key shortcuts"]
-    switch.trigger()
+    apply_single_keys(window, False)
     assert not compare.shortcuts()
     assert browse.shortcuts() == [QKeySequence("Ctrl+B")]
-    switch.trigger()
+    apply_single_keys(window, True)
     assert compare.shortcuts() == [QKeySequence("C")]
     assert QKeySequence("B") in browse.shortcuts()
     canvas = window.reference.canvas
@@ -239,7 +239,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     QTest.keyClick(canvas, Qt.Key.Key_C)
     assert window.panes.images == [window.generator]
     titles = [a.text() for a in window.top_bar.menus.actions() if a.menu() is not None]
-    assert titles == ["&File", "&Edit", "&View", "&Region", "&Help"]
+    assert titles == ["&File", "&View", "&Region", "&Help"]
     opened: list[bool] = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
     QTest.keyPress(window, Qt.Key.Key_Alt)

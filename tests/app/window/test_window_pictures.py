@@ -20,8 +20,9 @@ from pytestqt.qtbot import QtBot
 from toy_codec import toy_space
 
 from app.theme import apply_theme
+from app.window.figure import FigureChoice
+from app.window.figure_dialog import FigureDialog
 from app.window.main_window import MainWindow
-from app.window.picture_dialog import PictureChoice, PictureDialog
 from model.scene.region import Outline
 
 STORED = Path(__file__).parents[2] / "pictures" / "stored" / "window"
@@ -65,10 +66,10 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
     elif name == "browser":
         window.latent_state.choose(shown=True)
         work = window.workspace.latent
-        qtbot.waitUntil(lambda: work.grid is not None)
+        qtbot.waitUntil(lambda: work.pictures.grid is not None)
         qtbot.waitUntil(lambda: work.session.overview is not None)
     elif name == "dialog":
-        dialog = PictureDialog({"reference": (960, 720)}, PictureChoice(960, 720))
+        dialog = FigureDialog({"reference": (960, 720)}, FigureChoice(960, 720))
         qtbot.addWidget(dialog)
         dialog.show()
         return dialog

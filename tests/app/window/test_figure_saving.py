@@ -11,9 +11,8 @@ from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.messages import SupersededError
 from app.engines.requests import PictureRequest, Watch
-from app.window.figure import Which
-from app.window.file_dialogs import file_name
-from app.window.picture_dialog import PictureChoice, PictureDialog
+from app.window.figure import FigureChoice, Which
+from app.window.figure_dialog import FigureDialog
 
 
 @pytest.fixture
@@ -24,7 +23,7 @@ def window(make_window):
 def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeypatch):
     for background in (None, (0, 0, 0)):
         place = tmp_path / f"{background}.png"
-        window.pictures.draw(PictureChoice(90, 40, background), place)
+        window.saving.draw(FigureChoice(90, 40, background), place)
         qtbot.waitUntil(place.exists)
         qtbot.waitUntil(lambda: "Saved" in window.status.news)
         saved = QImage(str(place))
@@ -38,12 +37,12 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     ):
         builders.references[-1].image_error = estimated
         place = tmp_path / f"{estimated}.png"
-        window.pictures.draw(PictureChoice(90, 40), place)
+        window.saving.draw(FigureChoice(90, 40), place)
         qtbot.waitUntil(place.exists)
         text = QImage(str(place)).text("Error")
         assert text.startswith(said) and bool(text) == bool(said)
-    choice = PictureChoice(300, 200, (0, 0, 0), legend=True)
-    window.pictures.draw(choice, None)
+    choice = FigureChoice(300, 200, (0, 0, 0), legend=True)
+    window.saving.draw(choice, None)
     qtbot.waitUntil(lambda: window.status.news == "Copied.")
     copied = QGuiApplication.clipboard().image()
     assert (copied.width(), copied.height()) == (300, 200)
@@ -51,31 +50,31 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     assert len(colors) > 5
     assert len({copied.pixel(x, y) for x in range(0, 90, 3) for y in range(0, 60, 3)}) == 1
     place = tmp_path / "missing" / "picture.png"
-    window.pictures.draw(PictureChoice(20, 20), place)
+    window.saving.draw(FigureChoice(20, 20), place)
     qtbot.waitUntil(lambda: "picture.png" in window.notice.text)
-    choice = PictureChoice(64, 32, (255, 255, 255))
-    monkeypatch.setattr(window.pictures, "_ask", lambda button: choice)
     place = str(tmp_path / "wide")
     monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (place, ""))
-    window.pictures.save()
+    monkeypatch.setattr(FigureDialog, "exec", lambda _dialog: QDialog.DialogCode.Accepted)
+    window.saving.ask()
     qtbot.waitUntil((tmp_path / "wide.png").exists)
+    qtbot.waitUntil(lambda: not window.saving.unfinished)
     # One is offered in its final size where there is an image.
     monkeypatch.undo()
     window.reference.canvas.show_image(None)
-    window.pictures.save()
+    window.saving.ask()
     assert "no image" in window.notice.text
     offered: list[tuple[int, int]] = []
 
-    def no(dialog: PictureDialog) -> QDialog.DialogCode:
+    def no(dialog: FigureDialog) -> QDialog.DialogCode:
         offered.append((dialog.choice().width, dialog.choice().height))
         return QDialog.DialogCode.Rejected
 
-    monkeypatch.setattr(PictureDialog, "exec", no)
+    monkeypatch.setattr(FigureDialog, "exec", no)
     window.reference.canvas.show_image(QImage(30, 30, QImage.Format.Format_RGB888))
-    window.pictures.save()
+    window.saving.ask()
     whole = window.reference.canvas.picture_rect
     assert offered == [(whole.width(), whole.height())]
-    assert "generator" not in window.pictures._shown.sizes()
+    assert "generator" not in window.saving.sizes()
 
 
 def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
@@ -88,18 +87,19 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
         return np.full((40, 90, 4), 255, np.uint8)
 
     monkeypatch.setattr(FakeEngine, "picture", picture)
-    assert window.pictures.first_choice().samples == 0
+    assert window.saving.first_choice().samples == 0
     window.workspace.reference.choose(lighting="path")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.pictures.first_choice().samples == 64
+    assert window.saving.first_choice().samples == 64
     place = tmp_path / "picture.png"
-    window.pictures.draw(PictureChoice(90, 40, samples=256), place)
+    window.saving.draw(FigureChoice(90, 40, samples=256), place)
     qtbot.waitUntil(place.exists)
     assert asked == [256]
     qtbot.waitUntil(lambda: "Saved" in window.status.news)
     assert QImage(str(place)).text("Light") == "Path-traced, 256 samples of each pixel"
-    # The dialog remembers it.
-    assert window.pictures.first_choice().samples == 256
+    # The dialog remembers it, in the next run, too.
+    assert window.saving.first_choice().samples == 256
+    assert window.preferences.settings.figure.samples == 256
     # One that takes long says how far it is, and can be cancelled.
     begun, given_up = threading.Event(), threading.Event()
 
@@ -113,46 +113,38 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
 
     monkeypatch.setattr(FakeEngine, "picture", draw_slowly)
     place = tmp_path / "slow.png"
-    window.pictures.draw(PictureChoice(90, 40), place)
-    assert begun.wait(PATIENCE_S) and window.pictures.progress is None
-    qtbot.waitUntil(lambda: window.pictures.progress is not None)
-    progress = window.pictures.progress
+    window.saving.draw(FigureChoice(90, 40), place)
+    assert begun.wait(PATIENCE_S) and window.saving.progress is None
+    qtbot.waitUntil(lambda: window.saving.progress is not None)
+    progress = window.saving.progress
     qtbot.waitUntil(lambda: progress.value() == 500)
     assert "slow.png" in progress.labelText() and "90 × 40" in progress.labelText()
     progress.canceled.emit()
     assert given_up.wait(PATIENCE_S)
-    assert window.pictures.progress is None and not window.pictures.unfinished
+    assert window.saving.progress is None and not window.saving.unfinished
     assert window.status.news == "The figure was cancelled." and not place.exists()
-
-
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [("engine", "engine"), ("CT: head/neck (2)", "CT_head_neck_2"), ("../..", ""), ("", "")],
-)
-def test_the_volumes_name_becomes_a_files(name, expected):
-    assert file_name(name) == expected
 
 
 def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     qtbot, make_window, tmp_path, monkeypatch
 ):
     window = make_window()
-    begun: list[PictureChoice] = []
+    begun: list[FigureChoice] = []
 
-    def no(dialog: PictureDialog) -> QDialog.DialogCode:
+    def no(dialog: FigureDialog) -> QDialog.DialogCode:
         begun.append(dialog.choice())
         return QDialog.DialogCode.Rejected
 
-    monkeypatch.setattr(PictureDialog, "exec", no)
-    window.pictures.save()
-    window.overlays.toggle_legend()
-    window.overlays.toggle_scale_bar()
+    monkeypatch.setattr(FigureDialog, "exec", no)
+    window.saving.ask()
+    window.overlays.toggle("legend")
+    window.overlays.toggle("scale_bar")
     window.image_error.set_wanted(True)
-    window.pictures.save()
+    window.saving.ask()
     window.image_error.set_wanted(False)
     for shown in ("generator", "reference"):
         window.panes.show_images(shown)
-        window.pictures.copy()
+        window.saving.ask()
     assert [(one.which, one.legend, one.scale_bar) for one in begun] == [
         ("both", False, False),
         ("difference", True, True),
@@ -163,7 +155,7 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     choices: tuple[Which, ...] = ("both", "difference", "generator")
     for which in choices:
         place = tmp_path / f"{which}.png"
-        window.pictures.draw(PictureChoice(404, 200, (0, 0, 0), which=which), place)
+        window.saving.draw(FigureChoice(404, 200, (0, 0, 0), which=which), place)
         qtbot.waitUntil(place.exists)
         saved = QImage(str(place))
         assert (saved.width(), saved.height()) == (404, 200)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QPushButton
 from ramp import make_tf, make_volume
 from window_fakes import PATIENCE_S
 
-from app.window import file_opening
+from app.window import files
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
@@ -42,14 +42,14 @@ def over(tf: TransferFunction, lo: float, hi: float) -> TransferFunction:
 def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builders):
     unit = over(make_tf(0.25), 0.0, 1.0)
     unit.save(tmp_path / "tf.json")
-    window.opening.open_transfer_function(tmp_path / "tf.json")
+    window.files.open_transfer_function(tmp_path / "tf.json")
     assert window.state.scalar_range == (100.0, 200.0)
     assert window.state.transfer_function.opacity.modes[0].mean == 125.0
     assert "fitted" in window.status.news
     narrow = over(make_tf(150.0), 120.0, 180.0)
     narrow.save(tmp_path / "tf.json")
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.opening.open_transfer_function(tmp_path / "tf.json")
+        window.files.open_transfer_function(tmp_path / "tf.json")
     assert window.state.transfer_function == narrow
     opened = window.workspace.opened
     assert opened is not None and opened.volume.scalar_range == (120.0, 180.0)
@@ -71,7 +71,7 @@ def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builder
     over(make_tf(151.0), 150.0, 152.0).save(tmp_path / "tf.json")
     axis = window.editor.area.axis
     assert axis.visible == (100.0, 200.0)
-    window.opening.open_transfer_function(tmp_path / "tf.json")
+    window.files.open_transfer_function(tmp_path / "tf.json")
     places = window.editor.area.axis.places((150.0, 152.0))
     assert 0.0 < places[0] < 0.25 and 0.75 < places[1] < 1.0
     with qtbot.waitSignal(window.workspace.problem):
@@ -81,7 +81,7 @@ def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builder
     builders.volumes["other"] = make_volume("other", 300.0)
     for name, expected in (("other", (100.0, 300.0)), ("ramp", (100.0, 200.0))):
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.opening.open_volume(Path(name))
+            window.files.open_volume(Path(name))
         assert window.state.scalar_range == expected
 
 
@@ -91,7 +91,7 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     place = tmp_path / "other.nrrd"
     place.touch()
     folder = make_model(tmp_path / "model", "other", 300.0)
-    window.opening.open_model(folder)
+    window.files.open_model(folder)
     assert "'other'" in window.notice.text
     with qtbot.waitSignal(window.workspace.volumeStarted):
         buttons(window)["Open other.nrrd"].click()
@@ -102,17 +102,17 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     assert (known.path, known.models) == (str(place), (str(folder),))
     # Beside a model, a TF keeps to its range.
     over(make_tf(150.0), 120.0, 180.0).save(tmp_path / "tf.json")
-    window.opening.open_transfer_function(tmp_path / "tf.json")
+    window.files.open_transfer_function(tmp_path / "tf.json")
     assert window.state.scalar_range == (100.0, 300.0)
     assert window.state.transfer_function.opacity.modes[0].mean == 150.0
-    window.opening.open_model(tmp_path)
+    window.files.open_model(tmp_path)
     assert str(tmp_path) in window.notice.text
     assert window.workspace.model.folder == folder
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(Path("ramp"))
+        window.files.open_volume(Path("ramp"))
     assert window.workspace.model.folder is None
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.opening.open_volume(place)
+        window.files.open_volume(place)
     assert window.workspace.model.folder == folder
 
 
@@ -130,7 +130,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
     assert window.state.transfer_function == make_tf(123.0)
     for kind in ("volumes", "models", "transfer_functions"):
-        window.opening.open_recent(kind, tmp_path / f"{kind}.gone")
+        window.files.open_recent(kind, tmp_path / f"{kind}.gone")
         assert f"{kind}.gone" in window.notice.text
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     layout = RawLayout((4, 5, 6), "uint8", spacing=(1.0, 1.0, 2.5))
@@ -149,7 +149,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
         def deleteLater(self) -> None:  # noqa: N802 (Qt's name)
             pass
 
-    monkeypatch.setattr(file_opening, "RawDialog", Dialog)
+    monkeypatch.setattr(files, "RawDialog", Dialog)
     used: list[RawLayout | None] = []
 
     def read(path: Path, raw: RawLayout | None = None) -> object:
@@ -161,7 +161,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     scan.write_bytes(bytes(120))
     for _ in range(2):
         with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.opening.open(scan)
+            window.files.open(scan)
     assert asked == [scan]
     assert used == [layout, layout]
     go_on, ended = threading.Event(), threading.Event()
@@ -176,10 +176,10 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
             ended.set()
 
     window.workspace.opening._read_volume = read_slowly
-    window.opening._slow.setInterval(1)
-    window.opening.open_volume(Path("series"))
+    window.files._slow.setInterval(1)
+    window.files.open_volume(Path("series"))
     qtbot.waitUntil(lambda: "of 500 slices read" in window.status.news)
-    qtbot.waitUntil(lambda: "series is being read" in window.notice.text)
+    qtbot.waitUntil(lambda: "Reading series" in window.notice.text)
     (cancel,) = (
         b
         for b in window.notice.findChildren(QPushButton)
@@ -189,7 +189,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     go_on.set()
     assert ended.wait(PATIENCE_S)
     assert "cancelled" in window.notice.text
-    assert "being read" not in window.notice.text
+    assert "Reading" not in window.notice.text
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.workspace.opened.volume is not None
     assert window.windowTitle().startswith("scan")

@@ -46,7 +46,7 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     assert bar.isHidden() and window.state.up_axis == "-y"
     # Who leaves it, or chooses an axis elsewhere, is not asked again.
     for name, answer in (
-        ("third", window.up_axis_card.dismissed.emit),
+        ("third", window.up_axis_card.leave.click),
         ("fourth", lambda: window.state.set_up_axis("-x")),
     ):
         builders.volumes[name] = make_volume(name, 400.0 + len(name))

@@ -1,0 +1,371 @@
+"""The dialog that asks what a figure or movie shows and how it looks, with a preview."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from PySide6.QtCore import QSignalBlocker, QSize, Qt
+from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPixmap
+from PySide6.QtWidgets import (
+    QCheckBox,
+    QColorDialog,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QDoubleSpinBox,
+    QFormLayout,
+    QHBoxLayout,
+    QLabel,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.controls import list_box
+from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
+from app.number_box import WholeNumberBox
+from app.wheel_guard import WheelGuard
+from app.window.figure import FigureChoice, Size, Which
+from model.rendering.scale_bar import DEPTH_TEXT
+from model.volume_files.checks import readable_size
+
+LEAST_SIZE, LARGEST_MOVIE = 16, 4096
+"""Fewest pixels along a side, and most that players of movies show."""
+
+LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
+"""Presets of the longer side; the figure keeps the proportions of what is shown."""
+
+SAMPLES = (1, 4, 16, 64, 256, 1024)
+"""Samples of each pixel that path-traced figures may have."""
+
+SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60
+"""Limits of a movie: seconds, and frames per second."""
+
+BYTES_PER_PIXEL = 20
+"""Memory of a rendering and of the figure that is made of it."""
+
+PREVIEW = 300
+"""Side of the preview, in pixels."""
+
+WHICH: dict[Which, str] = {
+    "reference": "Ground truth",
+    "generator": "Generator",
+    "both": "Both, side by side",
+    "difference": "Difference of both",
+}
+"""What a figure may show."""
+
+_OWN_SIZE, _OTHER_COLOR = "Own size", "Other colour…"
+
+_COLORS: dict[str, Background | None] = {
+    "Transparent": None,
+    "Black": BLACK,
+    "Gradient": "gradient",
+    "White": WHITE,
+}
+
+
+class FigureDialog(QDialog):
+    """Asks what a figure shows, for its size, background and marks, and whether it moves.
+
+    Parameters
+    ----------
+    sizes : dict of tuple of int
+        What it may show, each with its width and height on the screen, in pixels.
+    begin : FigureChoice
+        Of its size, the longer side counts where it is one of the presets. Samples are asked for
+        where it has some.
+
+    Attributes
+    ----------
+    preview : callable
+        Called with each new choice; :meth:`show_preview` takes the picture.
+    copies : bool
+        Whether the figure is to be copied rather than saved.
+    """
+
+    def __init__(
+        self, sizes: dict[Which, Size], begin: FigureChoice, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(parent)
+        self.setWindowTitle("Save figure")
+        self._sizes = sizes
+        self.preview: Callable[[FigureChoice], object] = lambda _choice: None
+        self._present: Size = (LEAST_SIZE, LEAST_SIZE)
+        self.copies = False
+        self.which_box, self.size_box = list_box(), list_box()
+        for which, text in WHICH.items():
+            if which in sizes:
+                self.which_box.addItem(text, which)
+        self.width_box, self.height_box = self._side("Width"), self._side("Height")
+        self.keep = QCheckBox("Keep the proportions of what is shown")
+        self.keep.setChecked(True)
+        self.movie_box = QCheckBox("One full turn, as a movie")
+        self.seconds_box, self.rate_box = QDoubleSpinBox(), QSpinBox()
+        self.seconds_box.setDecimals(1)
+        self._limit(self.seconds_box, SHORTEST, LONGEST, begin.seconds or 8.0)
+        self._limit(self.rate_box, 1, HIGHEST_RATE, begin.rate)
+        self.background_box = BackgroundBox()
+        self.legend_box, self.scale_box = QCheckBox("Colour legend"), QCheckBox("Scale bar")
+        self.legend_box.setToolTip("A colour bar with the scalar values, at the lower right")
+        self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
+        self.samples_box = _samples_box(begin.samples) if begin.samples else None
+        self._memory = QLabel()
+        self._memory.setProperty("role", "dim")
+        self._picture = QLabel("Drawing …", alignment=Qt.AlignmentFlag.AlignCenter)
+        self._picture.setFixedSize(PREVIEW, PREVIEW)
+        self._picture.setProperty("role", "dim")
+        self._picture.setAccessibleName("Preview")
+        self._lay_out()
+        self._show(begin)
+        self._connect()
+        self._follow()
+
+    def choice(self) -> FigureChoice:
+        """Return what is chosen; the sides of a movie are even numbers, as they have to be."""
+        width, height = self.width_box.value(), self.height_box.value()
+        background, is_movie = self.background_box.currentData(), self.movie_box.isChecked()
+        if is_movie:
+            width, height = width // 2 * 2, height // 2 * 2
+            background = background or BLACK
+        return FigureChoice(
+            width,
+            height,
+            background,
+            self.legend_box.isChecked(),
+            self.scale_box.isChecked(),
+            self.which_box.currentData(),
+            self.samples_box.currentData() if self.samples_box else 0,
+            self.seconds_box.value() if is_movie else 0.0,
+            self.rate_box.value(),
+        )
+
+    def show_preview(self, picture: QImage) -> None:
+        """Show the figure, small."""
+        self._picture.setPixmap(QPixmap.fromImage(picture))
+
+    def _side(self, name: str) -> WholeNumberBox:
+        box = WholeNumberBox()
+        box.setAccessibleName(name)
+        box.setRange(LEAST_SIZE, LARGEST_SIZE)
+        box.setSuffix(" px")
+        # At every key, one side would rewrite the other while it is typed.
+        box.setKeyboardTracking(False)
+        box.lineEdit().setTextMargins(6, 0, 6, 0)
+        box.setToolTip(f"From {LEAST_SIZE} to {LARGEST_SIZE} pixels")
+        return box
+
+    def _limit(self, box: QDoubleSpinBox | QSpinBox, low: float, high: float, value: float) -> None:
+        WheelGuard(box)
+        box.setRange(low, high)  # type: ignore[arg-type]
+        box.setValue(value)  # type: ignore[arg-type]
+        box.setToolTip(f"From {low:g} to {high:g}")
+
+    def _lay_out(self) -> None:
+        self._form = form = QFormLayout()
+        form.setVerticalSpacing(8)
+        sides = QHBoxLayout()
+        sides.addWidget(self.width_box, 1)
+        sides.addWidget(QLabel("×"))
+        sides.addWidget(self.height_box, 1)
+        rows: list[tuple[str, QWidget | QHBoxLayout | None]] = [
+            ("Show", self.which_box),
+            ("", self.movie_box),
+            ("Seconds", self.seconds_box),
+            ("Frames per second", self.rate_box),
+            ("Size", self.size_box),
+            ("", sides),
+            ("", self.keep),
+            ("", self._memory),
+            ("Samples per pixel", self.samples_box),
+            ("Background", self.background_box),
+            ("", self.legend_box),
+            ("", self.scale_box),
+        ]
+        for name, field in rows:
+            if field is not None:
+                form.addRow(name, field)
+        form.setRowVisible(self.which_box, self.which_box.count() > 1)
+        buttons = QDialogButtonBox()
+        self.save_button = buttons.addButton("Save…", QDialogButtonBox.ButtonRole.AcceptRole)
+        self.save_button.setDefault(True)
+        self.copy_button = buttons.addButton("Copy", QDialogButtonBox.ButtonRole.ActionRole)
+        buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
+        self.copy_button.clicked.connect(self._copy)
+        buttons.accepted.connect(self.accept)
+        buttons.rejected.connect(self.reject)
+        both = QHBoxLayout()
+        both.setSpacing(16)
+        both.addLayout(form)
+        both.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 14, 16, 14)
+        column.setSpacing(14)
+        column.addLayout(both)
+        column.addWidget(buttons)
+        column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetFixedSize)
+
+    def _show(self, begin: FigureChoice) -> None:
+        """Show the choice to begin with."""
+        self.which_box.setCurrentIndex(max(self.which_box.findData(begin.which), 0))
+        self.movie_box.setChecked(begin.seconds > 0)
+        self.background_box.show_background(begin.background)
+        self.legend_box.setChecked(begin.legend)
+        self.scale_box.setChecked(begin.scale_bar)
+        self._set_present()
+        longer = max(begin.width, begin.height)
+        for row in range(1, self.size_box.count() - 1):
+            if max(self.size_box.itemData(row)) == longer:
+                self._take_preset(row)
+
+    def _connect(self) -> None:
+        self.which_box.currentIndexChanged.connect(self._set_present)
+        self.movie_box.toggled.connect(self._follow)
+        self.size_box.activated.connect(self._take_preset)
+        self.width_box.valueChanged.connect(partial(self._take_side, self.width_box))
+        self.height_box.valueChanged.connect(partial(self._take_side, self.height_box))
+        for box in (self.keep, self.legend_box, self.scale_box):
+            box.toggled.connect(self._follow)
+        self.background_box.currentIndexChanged.connect(self._follow)
+
+    def _copy(self) -> None:
+        self.copies = True
+        self.accept()
+
+    def _follow(self) -> None:
+        """Offer what the choices allow, and show the figure as it will be."""
+        which, is_movie = self.which_box.currentData(), self.movie_box.isChecked()
+        is_one = which in ("reference", "generator")
+        self._form.setRowVisible(self.movie_box, is_one)
+        if is_movie and not is_one:
+            self.movie_box.setChecked(False)
+            return
+        for box in (self.seconds_box, self.rate_box):
+            self._form.setRowVisible(box, is_movie)
+        self.copy_button.setVisible(not is_movie)
+        largest = LARGEST_MOVIE if is_movie else LARGEST_SIZE
+        for box in (self.width_box, self.height_box):
+            box.set_limits(LEAST_SIZE, largest)
+        if self.keep.isChecked():
+            self._take_side(self.width_box, 0)
+        # The difference has colours of its own, and fills all of its image.
+        for widget in (self.legend_box, self.background_box):
+            self._form.setRowVisible(widget, which != "difference")
+        if self.samples_box is not None:
+            self._form.setRowVisible(self.samples_box, which in ("reference", "both"))
+        self._show_result()
+
+    def _show_result(self) -> None:
+        width, height = self.width_box.value(), self.height_box.value()
+        need = readable_size(width * height * BYTES_PER_PIXEL)
+        self._memory.setText(f"{width * height / 1e6:.1f} megapixels, {need} of memory")
+        self.preview(self.choice())
+
+    def _set_present(self, _row: int = 0) -> None:
+        """Offer sizes of the proportions of what is shown; a chosen one is the same row."""
+        row = max(self.size_box.currentIndex(), 0)
+        width, height = self._present = self._within(*self._sizes[self.which_box.currentData()])
+        self.size_box.clear()
+        self.size_box.addItem(f"As shown: {width} × {height}", self._present)
+        for side in LONGER_SIDES:
+            scale = side / max(width, height)
+            size = self._within(round(width * scale), round(height * scale))
+            self.size_box.addItem(f"{size[0]} × {size[1]}", size)
+        self.size_box.addItem(_OWN_SIZE, None)
+        if row == self.size_box.count() - 1:
+            self._take_side(self.width_box, 0)
+        else:
+            self._take_preset(row)
+        self._follow()
+
+    def _take_preset(self, row: int) -> None:
+        size = self.size_box.itemData(row)
+        if size is None:
+            self.width_box.setFocus()
+            self.width_box.selectAll()
+        else:
+            self._show_size(*size)
+
+    def _take_side(self, changed: WholeNumberBox, _value: int) -> None:
+        """Let the other side follow the one that was changed, and name the preset."""
+        width, height = self.width_box.value(), self.height_box.value()
+        if self.keep.isChecked():
+            shown_width, shown_height = self._present
+            if changed is self.width_box:
+                height = round(width * shown_height / shown_width)
+            else:
+                width = round(height * shown_width / shown_height)
+        self._show_size(*self._within(width, height))
+
+    def _show_size(self, width: int, height: int) -> None:
+        for box, value in ((self.width_box, width), (self.height_box, height)):
+            box.show_value(value)
+        presets = [self.size_box.itemData(row) for row in range(self.size_box.count())]
+        own = len(presets) - 1
+        row = presets.index((width, height)) if (width, height) in presets else own
+        with QSignalBlocker(self.size_box):
+            self.size_box.setCurrentIndex(row)
+        self._show_result()
+
+    def _within(self, width: int, height: int) -> Size:
+        """Scale a size down until both sides are offered, and enlarge sides that are too short."""
+        largest = LARGEST_MOVIE if self.movie_box.isChecked() else LARGEST_SIZE
+        scale = min(largest / max(width, height), 1.0)
+        return max(round(width * scale), LEAST_SIZE), max(round(height * scale), LEAST_SIZE)
+
+
+class BackgroundBox(QComboBox):
+    """A background: transparent, black, a gradient, white or any colour."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        WheelGuard(self)
+        self._color: tuple[int, int, int] = (128, 128, 128)
+        for name, color in _COLORS.items():
+            self.addItem(_swatch(color), name, color)
+        self.addItem(_swatch(self._color), _OTHER_COLOR, self._color)
+        self._other = self.count() - 1
+        self._shown_row = 0
+        self.show_background(BLACK)
+        self.activated.connect(self._take)
+
+    def show_background(self, background: Background | None) -> None:
+        """Choose a background."""
+        rows = [row for row in range(self._other) if self.itemData(row) == background]
+        if not rows and background is not None and background != "gradient":
+            self._color = background
+            self.setItemData(self._other, background)
+            self.setItemIcon(self._other, _swatch(background))
+        self._shown_row = rows[0] if rows else self._other
+        self.setCurrentIndex(self._shown_row)
+
+    def _take(self, row: int) -> None:
+        """Ask for the colour if it is another one; the choice before stays if none is given."""
+        if row == self._other:
+            color = QColorDialog.getColor(QColor(*self._color), self, "Background")
+            if not color.isValid():
+                self.setCurrentIndex(self._shown_row)
+                return
+            self.show_background((color.red(), color.green(), color.blue()))
+        self._shown_row = self.currentIndex()
+
+
+def _swatch(color: Background | None) -> QIcon:
+    """Return an icon of a colour; a pattern for none."""
+    pixmap = QPixmap(QSize(14, 14))
+    painter = QPainter(pixmap)
+    paint_background(painter, pixmap.rect(), color or (200, 200, 200))
+    if color is None:
+        painter.fillRect(pixmap.rect(), Qt.BrushStyle.Dense4Pattern)
+    painter.end()
+    return QIcon(pixmap)
+
+
+def _samples_box(chosen: int) -> QComboBox:
+    box = list_box()
+    for samples in sorted({*SAMPLES, chosen}):
+        box.addItem(f"{samples}", samples)
+    box.setCurrentIndex(box.findData(chosen))
+    box.setToolTip("Four times the samples take four times as long, and halve the error")
+    return box

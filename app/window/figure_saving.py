@@ -1,0 +1,452 @@
+"""Figures and movies: drawn as they were asked for, then saved or copied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from queue import SimpleQueue
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, QSize, Qt
+from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
+from PySide6.QtWidgets import QDialog, QProgressDialog
+
+from app.engines.background import LatestCall
+from app.engines.channels import Channels
+from app.engines.messages import Result
+from app.engines.quality import Quality
+from app.engines.requests import PictureRequest
+from app.figures.picture import save_image
+from app.state.at_work import AtWork
+from app.state.settings import FigureSettings
+from app.window.context import Context
+from app.window.figure import (
+    GAP,
+    TITLES,
+    FigureChoice,
+    Rgba,
+    Size,
+    Which,
+    figure,
+    panels,
+    pixels_of,
+)
+from app.window.figure_dialog import PREVIEW, FigureDialog
+from app.window.file_dialogs import ask_for_place, proposed_name
+from app.window.image_error import ImageError
+from app.window.overlays import Overlays
+from model.errors import RenderError
+from model.rendering.movie_file import SUFFIXES, write_movie
+from model.rendering.raster import Raster
+from model.rendering.scale_bar import DEPTH_TEXT
+from model.scene.inputs import SceneInputs
+from model.scene.turntable import turntable
+
+KEY = "figures"
+"""Of notices about figures."""
+
+FIGURE_FILTER = "PNG images (*.png);;JPEG images (*.jpg *.jpeg);;TIFF images (*.tif *.tiff)"
+MOVIE_FILTER = "Movies (*.mp4);;Animated images (*.gif)"
+
+CHANGED = "The {} was cancelled: volume, light or quality changed. Save it again."
+
+FIGURE_SAMPLES = 64
+"""Of each pixel in path-traced light, at first."""
+
+PREVIEW_SAMPLES, ENLARGED = 4, 3
+"""Of each pixel of a path-traced preview, and the factor by which it is enlarged for its marks,
+which would be too large in so small a picture."""
+
+STEPS = 1000
+"""Of a figure's progress."""
+
+
+@dataclass
+class _Job:
+    """A figure or movie whose pictures are drawn, one frame after the other."""
+
+    choice: FigureChoice
+    place: Path | None
+    frames: list[SceneInputs]
+    names: list[str]
+    images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
+    error: float | None = None
+    """Estimated error of the reference's image; None without an estimate."""
+    drawn: int = 0
+    pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
+    is_given_up: bool = False
+
+    @property
+    def kind(self) -> str:
+        return "movie" if self.choice.seconds else "figure"
+
+    @property
+    def is_drawn(self) -> bool:
+        return self.drawn == len(self.frames)
+
+    def written(self) -> Iterator[NDArray[np.uint8]]:
+        """Yield a movie's pictures as they are drawn; raise where it is given up."""
+        while (picture := self.pictures.get()) is not None:
+            yield picture
+        if self.is_given_up:
+            raise _GivenUpError
+
+
+class _GivenUpError(Exception):
+    """Ends the writing of a movie that nobody wants."""
+
+
+class FigureSaving(QObject):
+    """Asks how a figure or movie is to be, has it drawn, and saves or copies it.
+
+    Attributes
+    ----------
+    progress : QProgressDialog or None
+        What is seen of one that takes long, with the button that ends it.
+    """
+
+    def __init__(self, context: Context, overlays: Overlays, error: ImageError) -> None:
+        super().__init__(context.window)
+        self._context, self._overlays, self._error = context, overlays, error
+        self._panes = {"generator": context.generator, "reference": context.reference}
+        self._job: _Job | None = None
+        self.progress: QProgressDialog | None = None
+        clients = {name: pane.client for name, pane in self._panes.items()}
+        self._channels = Channels(clients, "figure", self._take, self)
+        self._at_work = AtWork(self._channels.values(), self)
+        self._at_work.changed.connect(self._show_part)
+        self._writing = LatestCall("movie", self)
+        self._writing.done.connect(self._movie_written)
+        self._writing.failed.connect(self._fail)
+        self._previews = Channels(clients, "figure preview", self._take_preview, self)
+        self._preview: tuple[FigureDialog, _Job] | None = None
+        for name, pane in self._panes.items():
+            pane.client.stateChanged.connect(partial(self._follow, name))
+
+    @property
+    def unfinished(self) -> str:
+        """Work that closing the window would lose, in words; empty for none."""
+        job = self._job
+        if job is None:
+            return "A movie is being written" if self._writing.is_running else ""
+        return f"{job.place.name if job.place else 'A figure to be copied'} is being drawn"
+
+    def ask(self) -> None:
+        """Ask what to show, how and where, and save or copy it."""
+        sizes = self.sizes()
+        if not sizes:
+            self._context.fail("There is no image to save yet. Wait until one is shown.", KEY)
+            return
+        if self.unfinished:
+            self._context.fail(f"{self.unfinished}. Wait for it, or cancel it.", KEY)
+            return
+        dialog = FigureDialog(sizes, self.first_choice(), self._context.window)
+        dialog.preview = partial(self._ask_for_preview, dialog)
+        dialog.preview(dialog.choice())
+        accepted = dialog.exec() == QDialog.DialogCode.Accepted
+        self._preview = None
+        self._previews.cancel()
+        choice, copies = dialog.choice(), dialog.copies
+        dialog.deleteLater()
+        if accepted and copies:
+            self.draw(choice, None)
+        elif accepted:
+            filters, suffixes, name = FIGURE_FILTER, _suffixes(), "figure"
+            if choice.seconds:
+                filters, suffixes, name = MOVIE_FILTER, SUFFIXES, "turntable"
+            name = proposed_name(self._context, name, suffixes[0])
+            place = ask_for_place(self._context, "Save figure", filters, suffixes, name)
+            if place is not None:
+                self.draw(choice, place)
+
+    def first_choice(self) -> FigureChoice:
+        """The choice that the dialog begins with: the last one, at first that of the screen."""
+        last, overlays = self._context.preferences.settings.figure, self._overlays
+        choice = FigureChoice(
+            0, 0, overlays.background, overlays.has("legend"), overlays.has("scale_bar")
+        )
+        if last is not None:
+            choice = FigureChoice(
+                last.longer_side, 0, last.background, last.legend, last.scale_bar,
+                seconds=last.seconds, rate=last.rate,
+            )  # fmt: skip
+        is_traced = self._context.workspace.reference.settings.lighting == "path"
+        samples = (last.samples if last else 0) or FIGURE_SAMPLES
+        which = self._which()
+        seconds = choice.seconds if which in self._panes else 0.0
+        return replace(choice, which=which, samples=samples if is_traced else 0, seconds=seconds)
+
+    def sizes(self) -> dict[Which, Size]:
+        """Width and height, in pixels of the screen, of all that can be drawn now."""
+        found: dict[Which, Size] = {}
+        for which in ("reference", "generator"):
+            pane = self._panes[which]
+            image = pane.canvas.image
+            if image is None or not pane.client.is_ready:
+                continue
+            found[which] = image.width(), image.height()
+            if pane.engine == "exact":
+                # An image that is still refined has fewer pixels than it will have.
+                whole = pane.canvas.picture_rect.size() * pane.canvas.devicePixelRatioF()
+                found[which] = max(found[which], (whole.width(), whole.height()))
+        if len(found) == 2:
+            side = min(found["reference"])
+            found["both"] = round(2 * side / (1 - GAP)), side
+            if self._error.compared is not None:
+                found["difference"] = side, side
+        return found
+
+    def draw(self, choice: FigureChoice, place: Path | None) -> None:
+        """Have a figure drawn, and save it to a file; without one, copy it to the clipboard."""
+        self._end()
+        self._remember(choice)
+        state, frames = self._context.state, [self._context.state.inputs]
+        if choice.seconds:
+            pivot = (float(state.pivot[0]), float(state.pivot[1]), float(state.pivot[2]))
+            views = turntable(
+                state.view, choice.frame_count, state.up_axis, state.proportions, pivot
+            )
+            frames = [replace(state.inputs, view=view) for view in views]
+        job = self._job = _Job(choice, place, frames, _names(choice))
+        if choice.which == "difference":
+            # Of both images as they are shown: the numbers are the screen's.
+            if self._error.compared is None:
+                self._fail("There is no difference to save yet. Wait until both images are final.")
+                return
+            both = zip(TITLES, self._error.compared, strict=True)
+            job.images = {name: (image, 1.0) for name, image in both}
+            self._compose(job)
+            return
+        what = f"Drawing {choice.width} × {choice.height} pixels …"
+        if choice.seconds and place is not None:
+            what = f"Drawing the pictures of {place.name} …"
+            self._writing.ask(partial(write_movie, place, job.written(), choice.rate))
+            self._show_progress("Save movie", what, len(frames))
+        self._context.status.tell(what)
+        self._draw_next(job)
+
+    def cancel(self) -> None:
+        """Give up what is being drawn."""
+        if self._job is not None:
+            self._context.status.tell(f"The {self._job.kind} was cancelled.")
+        self._end()
+
+    def join(self) -> None:
+        """Wait until the thread that writes movies has ended."""
+        self._writing.join()
+
+    def _which(self) -> Which:
+        """What is on the screen."""
+        seen = [name for name, pane in self._panes.items() if pane.isVisible()]
+        if "generator" not in seen:
+            return "reference"
+        if self._error.is_wanted:
+            return "difference"
+        return "both" if "reference" in seen else "generator"
+
+    def _remember(self, choice: FigureChoice) -> None:
+        last = self._context.preferences.settings.figure
+        kept = FigureSettings(
+            max(choice.width, choice.height),
+            choice.background,
+            choice.legend,
+            choice.scale_bar,
+            choice.samples or (last.samples if last else 0),
+            choice.seconds,
+            choice.rate,
+        )
+        self._context.preferences.set(figure=kept)
+
+    def _draw_next(self, job: _Job) -> None:
+        """Ask for the images of the next frame; a generator has pixels of its own."""
+        for name in job.names:
+            panel = panels(job.choice, job.choice.which)[-1]
+            samples = job.choice.samples if name == "reference" else 0
+            self._channels[name].ask(_request(job.frames[job.drawn], panel.size(), max(samples, 1)))
+
+    def _take(self, name: str, result: Result) -> None:
+        job = self._job
+        if job is None or self._channels[name].is_pending:
+            return
+        if result.value is None:
+            self._fail(result.error or f"The {job.kind} could not be drawn. Try a smaller one.")
+            return
+        job.images[name] = result.value, self._brightness(name)
+        if name == "reference":
+            job.error = result.image_error
+        if len(job.images) == len(job.names):
+            self._compose(job)
+
+    def _compose(self, job: _Job) -> None:
+        """Make a frame of its images, and draw the next one, or deliver all."""
+        choice, inputs = job.choice, job.frames[job.drawn]
+        try:
+            image = figure(choice, job.images, choice.which, inputs, self._overlays.subject)
+        except RenderError as error:
+            self._fail(str(error))
+            return
+        job.drawn += 1
+        if not choice.seconds:
+            self._end()
+            _add_texts(image, job)
+            self._deliver(image, job.place)
+            return
+        job.images.clear()
+        job.pictures.put(pixels_of(image))
+        if self.progress is not None:
+            self.progress.setValue(job.drawn)
+        if self._job is not job:
+            # Cancelled while the progress was painted.
+            return
+        if job.is_drawn:
+            self._job = None
+            job.pictures.put(None)
+            self._context.status.tell("Writing the movie …")
+        else:
+            self._draw_next(job)
+
+    def _deliver(self, image: QImage, place: Path | None) -> None:
+        if place is None:
+            QGuiApplication.clipboard().setImage(image)
+            self._context.status.tell("Copied.")
+            return
+        try:
+            save_image(place, image)
+        except RenderError as error:
+            self._context.fail(str(error), KEY)
+        else:
+            self._context.status.tell(f"Saved {place.name}.")
+
+    def _movie_written(self, path: Path) -> None:
+        self._close_progress()
+        self._context.status.tell(f"Saved {path.name}.")
+
+    def _follow(self, name: str, _state: object) -> None:
+        """Give up where another engine is started, as it will not answer."""
+        job = self._job
+        is_awaited = job is not None and name in job.names and name not in job.images
+        if job is not None and is_awaited and not self._panes[name].client.is_ready:
+            self._fail(CHANGED.format(job.kind))
+
+    def _show_part(self, part: float | None) -> None:
+        """Show how much of a figure is there, once it takes long."""
+        job = self._job
+        if job is None or part is None or job.choice.seconds:
+            return
+        if self.progress is None:
+            name = "the figure" if job.place is None else job.place.name
+            what = f"Drawing {name}, {job.choice.width} × {job.choice.height} pixels …"
+            self._show_progress("Save figure", what, STEPS)
+        if self.progress is not None:
+            self.progress.setValue(int(STEPS * part))
+
+    def _show_progress(self, title: str, text: str, steps: int) -> None:
+        self.progress = progress = QProgressDialog(text, "Cancel", 0, steps, self._context.window)
+        progress.setWindowTitle(title)
+        progress.setMinimumDuration(0)
+        # The last step is not the end, and when it closes by itself it says that it was cancelled.
+        progress.setAutoClose(False)
+        progress.setAutoReset(False)
+        progress.canceled.connect(self.cancel)
+        progress.setValue(0)
+
+    def _close_progress(self) -> None:
+        progress, self.progress = self.progress, None
+        if progress is not None:
+            progress.blockSignals(True)
+            progress.close()
+            progress.deleteLater()
+
+    def _fail(self, text: str) -> None:
+        self._end()
+        self._context.fail(text, KEY)
+
+    def _end(self) -> None:
+        """Have nothing drawn or written any more."""
+        job, self._job = self._job, None
+        self._writing.forget()
+        self._channels.cancel()
+        if job is not None:
+            job.is_given_up = True
+            job.pictures.put(None)
+        self._close_progress()
+
+    def _brightness(self, name: str) -> float:
+        return self._context.brightness.of(self._panes[name].engine)
+
+    def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
+        """Have a figure drawn in the size of the preview."""
+        scale = PREVIEW * ENLARGED / max(choice.width, choice.height)
+        width, height = (max(round(scale * side), 1) for side in (choice.width, choice.height))
+        small = replace(choice, width=width, height=height)
+        job = _Job(small, None, [self._context.state.inputs], _names(choice))
+        before, self._preview = self._preview, (dialog, job)
+        compared = self._error.compared
+        if choice.which == "difference" and compared is not None:
+            both = zip(TITLES, compared, strict=True)
+            job.images = {name: (image, 1.0) for name, image in both}
+        elif before is not None and _shape(before[1].choice) == _shape(small):
+            job.images = before[1].images
+        if job.images or choice.which == "difference":
+            self._show_preview()
+            return
+        size = panels(small, choice.which)[-1].size() / ENLARGED
+        for name in job.names:
+            samples = PREVIEW_SAMPLES if name == "reference" and choice.samples else 1
+            self._previews[name].ask(_request(job.frames[0], size, samples))
+
+    def _take_preview(self, name: str, result: Result) -> None:
+        if self._preview is not None and result.value is not None:
+            if not self._previews[name].is_pending:
+                self._preview[1].images[name] = result.value, self._brightness(name)
+            self._show_preview()
+
+    def _show_preview(self) -> None:
+        if self._preview is None or len(self._preview[1].images) < len(self._preview[1].names):
+            return
+        dialog, job = self._preview
+        subject = self._overlays.subject
+        image = figure(job.choice, job.images, job.choice.which, job.frames[0], subject)
+        keep, smooth = (
+            Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation,
+        )  # fmt: skip
+        dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, smooth))
+
+
+def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
+    """What of a preview's choice decides which images it needs."""
+    return choice.which, choice.width, choice.height
+
+
+def _names(choice: FigureChoice) -> list[str]:
+    """Return the names of the images that a figure needs."""
+    return [*TITLES] if choice.which in ("both", "difference") else [choice.which]
+
+
+def _request(inputs: SceneInputs, size: QSize, samples: int) -> PictureRequest:
+    raster = Raster(max(size.width(), 1), max(size.height(), 1))
+    return PictureRequest(inputs, Quality(raster.shorter, raster=raster, samples=samples))
+
+
+def _add_texts(image: QImage, job: _Job) -> None:
+    """Say in a figure's file how it was made."""
+    choice = job.choice
+    if choice.scale_bar:
+        image.setText("Scale bar", f"Holds {DEPTH_TEXT}")
+    if "reference" not in job.names or choice.which == "difference":
+        return
+    if choice.samples:
+        image.setText("Light", f"Path-traced, {choice.samples} samples of each pixel")
+    if job.error is not None and math.isfinite(job.error):
+        text = f"Estimated RMSE of the ground truth's colours, from 0 to 1: {job.error:.2g}."
+        image.setText("Error", text)
+
+
+def _suffixes() -> tuple[str, ...]:
+    """Suffixes of the image files that Qt can write, PNG first."""
+    endings = {bytes(e.data()).decode() for e in QImageWriter.supportedImageFormats()} - {"png"}
+    return ".png", *sorted(f".{ending}" for ending in endings)

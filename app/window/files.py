@@ -1,0 +1,329 @@
+"""Files that the user opens or saves: volumes, models, TFs and sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, QTimer
+
+from app.controls import Action
+from app.figures.sensitivity_figure import save_figure
+from app.short_numbers import significant
+from app.state.library import ModelCheck
+from app.state.session import SUFFIX
+from app.state.settings import RecentKind
+from app.state.volume_opening import Wanted
+from app.window.contents_dialog import ContentsDialog
+from app.window.context import Context
+from app.window.file_dialogs import (
+    OPEN_FILTER,
+    VOLUME_FILTER,
+    ask_for_file,
+    ask_for_folder,
+    ask_for_place,
+    proposed_name,
+)
+from app.window.properties_dialog import PropertiesDialog
+from app.window.raw_dialog import RawDialog
+from app.window.sessions import Sessions
+from model.errors import RenderError, TransferFunctionError, VolumeError
+from model.networks.card import MODEL_FILE
+from model.scene.range_choice import RangeChoice
+from model.scene.transfer_function import TransferFunction
+from model.scene.value_scale import ValueScale, values_at
+from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers
+from model.volume_files.choice import Choice
+from model.volume_files.raw import RawLayout
+
+TF_FILTER = "Transfer functions (*.json);;All files (*)"
+SENSITIVITY_FILTER = "Figures (*.png);;Arrays (*.npz);;Tables (*.csv)"
+RAW_SUFFIX, TF_SUFFIX = ".raw", ".json"
+
+KEY, VOLUME_OFFER, READING = "files", "volume of the model", "reading"
+"""Keys of notices: of errors, of the offer of a model's volume, and of a volume that is read."""
+
+SLOW_MS = 1000
+"""Time of reading after which the window offers to cancel it."""
+
+
+class Files(QObject):
+    """Opens what the user points at, asks what is open about it, and saves TFs.
+
+    Parameters
+    ----------
+    show_small_range : callable
+        Called when the TF of a file is there: shows the TF's range if that is small.
+    """
+
+    def __init__(
+        self, context: Context, sessions: Sessions, show_small_range: Callable[[], object]
+    ) -> None:
+        super().__init__(context.window)
+        self._context, self._window = context, context.window
+        self._workspace, self._preferences = context.workspace, context.preferences
+        self._notices, self._status = context.notices, context.status
+        self._sessions, self._show_small_range = sessions, show_small_range
+        self._raw_layout: tuple[Path, RawLayout] | None = None
+        self._choice: tuple[Path, Choice] | None = None
+        self._model_awaited: Path | None = None
+        self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
+        self._slow.timeout.connect(self._offer_cancel)
+        self._reading = ""
+        self._workspace.volumeOpened.connect(self._remember_layout)
+        self._workspace.volumeStarted.connect(self._follow_volume)
+        self._workspace.opening.reading.connect(self._note_reading)
+
+    def open(self, path: Path) -> None:
+        """Open a file or folder as what it is: a volume, a model, a TF or a session."""
+        if path.is_dir() and (path / MODEL_FILE).exists():
+            self.open_model(path)
+        elif path.suffix.lower() == TF_SUFFIX and path.is_file():
+            self.open_transfer_function(path)
+        elif path.suffix.lower() == SUFFIX and path.is_file():
+            self._sessions.open(path)
+        else:
+            self.open_volume(path)
+
+    def open_recent(self, kind: RecentKind, path: Path) -> None:
+        """Open a recent file, or say that it is gone."""
+        if not path.exists():
+            self._fail(f"{path} does not exist any more. Open it from its new place.")
+        elif kind == "models":
+            self.open_model_and_volume(path, self._workspace.library.volume_of(path))
+        elif kind == "volumes":
+            self.open_volume(path)
+        elif kind == "sessions":
+            self._sessions.open(path)
+        else:
+            self.open_transfer_function(path)
+
+    def ask_and_open(self) -> None:
+        """Ask for a file with a volume or a session and open it."""
+        path = ask_for_file(self._context, "Open volume or session", OPEN_FILTER)
+        if path is not None:
+            self.open(path)
+
+    def ask_for_dicom(self) -> None:
+        """Ask for a folder with DICOM slices and open it."""
+        path = ask_for_folder(self._context, "Open DICOM folder")
+        if path is not None:
+            self.open_volume(path)
+
+    def ask_for_model(self) -> None:
+        """Ask for a model's folder and open it."""
+        path = ask_for_folder(self._context, "Open model")
+        if path is not None:
+            self.open_model(path)
+
+    def ask_for_transfer_function(self) -> None:
+        """Ask for a TF file and open it, as an edit that can be undone."""
+        path = ask_for_file(self._context, "Open TF", TF_FILTER)
+        if path is not None:
+            self.open_transfer_function(path)
+
+    def start_with(
+        self,
+        path: Path,
+        scalar_range: RangeChoice | None,
+        choice: Choice | None,
+        scale: ValueScale | None = None,
+    ) -> None:
+        """Open the volume that the window begins with; see :meth:`open_volume`."""
+        self._read(path, choice, Wanted(scalar_range=scalar_range, scale=scale))
+
+    def open_volume(
+        self, path: Path, choice: Choice | None = None, model: Path | None = None
+    ) -> None:
+        """Open a volume, and a model with it.
+
+        The layout of a headerless file that does not say it is asked for first. Of a file or
+        folder that holds several volumes the one that was chosen before is opened, or else the
+        largest, and then which one is asked for.
+        """
+        self._model_awaited = model
+        layout = None
+        if path.suffix.lower() == RAW_SUFFIX and path.is_file():
+            layout = self._known_layout(path) or self._ask_for_layout(path)
+            if layout is None:
+                return
+            self._raw_layout = path, layout
+        self._read(path, choice, Wanted(layout, model=model))
+
+    def open_model(self, folder: Path) -> None:
+        """Open a model, unless something is wrong with it; offer its volume if that is not open."""
+        check = self._workspace.library.check_model(folder)
+        if check.problem:
+            self._fail(check.problem)
+            return
+        self._workspace.open_model(folder)
+        self._offer_volume(check)
+
+    def open_model_and_volume(self, folder: Path, volume: Path | None) -> None:
+        """Open a model with its volume, unless that is open or None: not there any more."""
+        check = self._workspace.library.check_model(folder)
+        if check.problem or volume is None or self._is_open(check):
+            self.open_model(folder)
+        else:
+            self.open_volume(volume, model=folder)
+
+    def open_transfer_function(self, path: Path) -> None:
+        """Open a TF file, as an edit that can be undone."""
+        try:
+            loaded = TransferFunction.load(path)
+        except TransferFunctionError as error:
+            self._fail(str(error))
+            return
+        fitted = self._workspace.fitted(loaded)
+        self._context.state.tf_input.set(fitted, f"open {path.name}")
+        self._show_small_range()
+        self._preferences.note_recent("transfer_functions", path)
+        text = f"Opened {path.name}."
+        if fitted.scalar_range != loaded.scalar_range:
+            lo, hi = values_at(fitted.scalar_range, fitted.scale)
+            text = f"Opened {path.name}, fitted to {significant(lo, 5)} to {significant(hi, 5)}."
+        self._status.tell(text)
+
+    def save_transfer_function(self) -> None:
+        """Ask for a file and write the TF to it."""
+        name = proposed_name(self._context, "tf", TF_SUFFIX)
+        path = ask_for_place(self._context, "Save TF", TF_FILTER, (TF_SUFFIX,), name)
+        if path is None:
+            return
+        try:
+            self._context.state.save_transfer_function(path)
+        except TransferFunctionError as error:
+            self._fail(str(error))
+        else:
+            self._preferences.note_recent("transfer_functions", path)
+            self._status.tell(f"Saved {path.name}.")
+
+    def save_sensitivity(self, result: SensitivityResult | None) -> None:
+        """Ask for a file and write a sensitivity to it: a figure, or all numbers."""
+        if result is None:
+            self._fail("This image has no sensitivity to save yet. Wait until one is shown.")
+            return
+        suffixes = (".png", *NUMBER_SUFFIXES)
+        path = ask_for_place(self._context, "Save sensitivity", SENSITIVITY_FILTER, suffixes)
+        if path is None:
+            return
+        try:
+            (save_figure if path.suffix.lower() == ".png" else save_numbers)(path, result)
+        except RenderError as error:
+            self._fail(str(error))
+        else:
+            self._status.tell(f"Saved {path.name}.")
+
+    def ask_for_content(self) -> None:
+        """List what the open volume's file holds, to choose from."""
+        opened = self._workspace.opened
+        if opened is None or not opened.volume.file.contents:
+            return
+        open_it = partial(self.open_volume, opened.path)
+        dialog = ContentsDialog(
+            opened.path.name, opened.volume.file.contents, open_it, self._window
+        )
+        # What is kept is not asked for again.
+        kept = partial(self._preferences.note_volume, opened.fingerprint)
+        dialog.rejected.connect(partial(kept, choice=dialog.choice().text))
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.open()
+
+    def show_properties(self) -> None:
+        """Show all that is known of the open volume and its file."""
+        opened = self._workspace.opened
+        if opened is not None:
+            dialog = PropertiesDialog(opened.path, opened.volume, self._window)
+            dialog.finished.connect(dialog.deleteLater)
+            dialog.open()
+
+    def _fail(self, text: str) -> None:
+        self._context.fail(text, KEY)
+
+    def _read(self, path: Path, choice: Choice | None, wanted: Wanted) -> None:
+        known = self._known_choice(path) if choice is None else choice
+        self._choice = None if known is None else (path, known)
+        wanted = replace(wanted, choice=known, is_remembered=choice is None)
+        self._workspace.opening.open(path, wanted)
+
+    def _note_reading(self, name: str) -> None:
+        """Offer to cancel a reading that takes long, until it has ended."""
+        self._reading = name
+        if name:
+            self._slow.start()
+        else:
+            self._slow.stop()
+            self._notices.clear(READING)
+
+    def _offer_cancel(self) -> None:
+        cancel = Action("Cancel", self._workspace.opening.cancel)
+        self._notices.tell(f"Reading {self._reading} …", cancel, key=READING)
+
+    def _follow_volume(self) -> None:
+        """Ask which of a file's volumes to show, and say where a model is of another volume."""
+        opened = self._workspace.opened
+        if opened is not None and (self._choice is None or self._choice[0] != opened.path):
+            self.ask_for_content()
+        folder, self._model_awaited = self._model_awaited, None
+        if folder is not None and folder == self._workspace.model.folder:
+            # The file that was opened with it may not be its volume any more.
+            self._offer_volume(self._workspace.library.check_model(folder))
+
+    def _offer_volume(self, check: ModelCheck) -> None:
+        self._notices.clear(VOLUME_OFFER)
+        if check.scene is None or self._is_open(check):
+            return
+        name = check.scene.volume_name
+        text = f"{check.folder.name} is a model of '{name}', which is not open."
+        actions = [Action("Locate it…", partial(self._locate, name))]
+        volume = self._workspace.library.volume_of(check.folder)
+        if volume is None:
+            text += " Open that volume to see the model's images."
+        else:
+            actions.insert(0, Action(f"Open {volume.name}", partial(self.open_volume, volume)))
+        self._notices.tell(text, *actions, key=VOLUME_OFFER)
+
+    def _is_open(self, check: ModelCheck) -> bool:
+        """Whether a model's volume is the open one."""
+        opened, scene = self._workspace.opened, check.scene
+        if opened is None or scene is None:
+            return False
+        return opened.fingerprint == scene.volume_fingerprint
+
+    def _locate(self, name: str) -> None:
+        found = ask_for_file(self._context, f"Locate the volume '{name}'", VOLUME_FILTER)
+        if found is not None:
+            self.open_volume(found)
+
+    def _known_layout(self, path: Path) -> RawLayout | None:
+        """Layout that a raw file's name says, or that was entered for it before, if it fits."""
+        for text in (self._preferences.volume_at(path).raw_layout, path.stem):
+            layout = RawLayout.parse(text) if text else None
+            if layout is not None and layout.nbytes == path.stat().st_size:
+                return layout
+        return None
+
+    def _known_choice(self, path: Path) -> Choice | None:
+        """What was chosen last of a file's volumes; None if nothing was."""
+        text = self._preferences.volume_at(path).choice
+        return Choice.parse(text) if text else None
+
+    def _ask_for_layout(self, path: Path) -> RawLayout | None:
+        try:
+            dialog = RawDialog(path, self._window)
+        except VolumeError as error:
+            self._fail(str(error))
+            return None
+        try:
+            return dialog.choice() if dialog.exec() else None
+        finally:
+            dialog.deleteLater()
+
+    def _remember_layout(self) -> None:
+        opened = self._workspace.opened
+        kept = {"raw_layout": self._raw_layout, "choice": self._choice}
+        for name, known in kept.items():
+            if opened is not None and known is not None and known[0] == opened.path:
+                self._preferences.note_volume(opened.fingerprint, **{name: known[1].text})

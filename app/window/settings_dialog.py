@@ -1,0 +1,201 @@
+"""The dialog with the settings that are seldom changed; a field filters them by words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, get_args
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtWidgets import (
+    QApplication,
+    QCheckBox,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QFormLayout,
+    QLabel,
+    QLineEdit,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.controls import list_box
+from app.image_view.reference_controls import DRAWINGS, SIZES
+from app.state.settings import RecentKind, ThemeChoice
+from app.theme import apply_theme
+from app.window.context import Context
+from app.window.overlays import Overlays
+
+THEMES: dict[ThemeChoice, str] = {"system": "As the system", "dark": "Dark", "light": "Light"}
+
+WIDTH = 680
+"""Of the dialog, in pixels."""
+
+
+class SettingsDialog(QDialog):
+    """Shows the settings in groups; each applies at once.
+
+    Attributes
+    ----------
+    search : QLineEdit
+        Its words leave the rows that have all of them.
+    """
+
+    def __init__(self, context: Context, overlays: Overlays) -> None:
+        super().__init__(context.window)
+        self._context, self._overlays = context, overlays
+        self.setWindowTitle("Settings")
+        self.search = QLineEdit()
+        self.search.setPlaceholderText("Search")
+        self.search.setAccessibleName("Search settings")
+        self.search.setClearButtonEnabled(True)
+        self.search.textChanged.connect(self._filter)
+        self._form = QFormLayout()
+        self._form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
+        self._form.setVerticalSpacing(8)
+        self._form.setHorizontalSpacing(16)
+        self._rows: list[tuple[QWidget, str, QLabel]] = []
+        self._nothing = QLabel("No setting has these words.")
+        self._nothing.setProperty("role", "dim")
+        self._add_ground_truth()
+        self._add_window()
+        close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        close.rejected.connect(self.reject)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(16, 14, 16, 14)
+        column.setSpacing(12)
+        column.addWidget(self.search)
+        column.addWidget(self._nothing)
+        column.addLayout(self._form)
+        column.addStretch()
+        column.addWidget(close)
+        self._filter("")
+        # What is filtered out leaves room, so that the field stays where it is.
+        self.setFixedSize(WIDTH, self.sizeHint().height())
+        self.finished.connect(self.deleteLater)
+
+    @property
+    def found(self) -> list[str]:
+        """Names of the settings that are shown."""
+        return [row.accessibleName() for row, _, _ in self._rows if not row.isHidden()]
+
+    def _add_ground_truth(self) -> None:
+        work = self._context.workspace.reference
+        group = self._add_group("Ground truth")
+        self._add(
+            group,
+            "Renderer",
+            _list(DRAWINGS, work.choices.drawing, lambda drawing: work.choose(drawing=drawing)),
+            "The images of VTK and of the ray caster differ by an RMSE of .001 to .005.",
+        )
+        self._add(
+            group,
+            "Image size",
+            _list(SIZES, work.choices.size, lambda size: work.choose(size=size)),
+            "Pixels of the image at rest. Larger images take longer.",
+        )
+
+    def _add_window(self) -> None:
+        settings = self._context.preferences.settings
+        group = self._add_group("Window")
+        self._add(
+            group,
+            "Orientation cube",
+            _switch(settings.cube, lambda _on: self._overlays.toggle("cube")),
+            "Shows from which side you look. Click a face to look from there.",
+        )
+        self._add(
+            group,
+            "Theme",
+            _list(THEMES, settings.theme, self._choose_theme),
+            "Dark or light colours.",
+        )
+        self._add(
+            group,
+            "Single-key shortcuts",
+            _switch(settings.single_keys, self._choose_single_keys),
+            "Letters alone act: R draws a rectangle, for example.",
+        )
+        forget = QPushButton("Forget them")
+        forget.clicked.connect(lambda: self._forget(forget))
+        self._add(group, "Recent files", forget, "Empties the menus of recent files.")
+
+    def _add_group(self, title: str) -> QLabel:
+        label = QLabel(title)
+        label.setProperty("role", "title")
+        self._form.addRow(label)
+        return label
+
+    def _add(self, group: QLabel, name: str, control: QWidget, explanation: str) -> None:
+        """Add a setting with a sentence below it."""
+        control.setAccessibleName(name)
+        below = QLabel(explanation)
+        below.setProperty("role", "dim")
+        below.setWordWrap(True)
+        row = QWidget()
+        row.setAccessibleName(name)
+        column = QVBoxLayout(row)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(2)
+        column.addWidget(control)
+        column.addWidget(below)
+        self._form.addRow(name, row)
+        texts = [group.text(), name, explanation]
+        if isinstance(control, QComboBox):
+            texts += [control.itemText(index) for index in range(control.count())]
+        self._rows.append((row, " ".join(texts).lower(), group))
+
+    def _filter(self, text: str) -> None:
+        """Show the rows that have all of some words, and the titles of their groups."""
+        words = text.lower().split()
+        shown: set[QLabel] = set()
+        for row, texts, group in self._rows:
+            fits = all(word in texts for word in words)
+            self._form.setRowVisible(row, fits)
+            shown |= {group} if fits else set()
+        for _, _, group in self._rows:
+            self._form.setRowVisible(group, group in shown)
+        self._nothing.setVisible(not shown)
+
+    def _forget(self, button: QPushButton) -> None:
+        for kind in get_args(RecentKind):
+            self._context.preferences.forget_recent(kind)
+        button.setEnabled(False)
+
+    def _choose_theme(self, theme: ThemeChoice) -> None:
+        self._context.preferences.set(theme=theme)
+        application = QApplication.instance()
+        assert isinstance(application, QApplication)
+        apply_theme(application, theme)
+
+    def _choose_single_keys(self, are_on: bool) -> None:
+        self._context.preferences.set(single_keys=are_on)
+        apply_single_keys(self._context.window, are_on)
+
+
+def apply_single_keys(window: QObject, are_on: bool) -> None:
+    """Have the actions of a window keep the keys that are letters alone, or lose them."""
+    for action in window.findChildren(QAction):
+        # Those that it was made with.
+        keys = action.property("keys") or [key.toString() for key in action.shortcuts()]
+        if any(len(key) == 1 for key in keys):
+            action.setProperty("keys", keys)
+            action.setShortcuts([QKeySequence(key) for key in keys if are_on or len(key) > 1])
+
+
+def _list(texts: Mapping[Any, str], present: object, choose: Callable[[Any], object]) -> QComboBox:
+    """Return a list of choices."""
+    box, choices = list_box(), list(texts)
+    box.addItems([*texts.values()])
+    box.setCurrentIndex(choices.index(present) if present in choices else -1)
+    box.activated.connect(lambda row: choose(choices[row]))
+    return box
+
+
+def _switch(is_on: bool, choose: Callable[[bool], Any]) -> QCheckBox:
+    box = QCheckBox("On")
+    box.setChecked(is_on)
+    box.toggled.connect(choose)
+    return box

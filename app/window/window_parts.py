@@ -1,0 +1,190 @@
+"""The parts of the main window, and where they lie."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
+
+from app.controls import order_focus
+from app.engines.client import EngineClient
+from app.engines.engines import Builders
+from app.image_view.crop_handles import CropHandles
+from app.image_view.engine_pane import EnginePane
+from app.image_view.exactness_slider import ExactnessSlider
+from app.image_view.fidelity_line import FidelityLine
+from app.image_view.gestures import ViewGestures
+from app.image_view.reference_controls import ReferenceControls
+from app.image_view.view_keys import ViewKeys
+from app.latent_browser.latent_browser import LatentBrowser
+from app.sensitivity_view.sensitivity_view import SensitivityView
+from app.state.brightness import Brightness
+from app.state.latent_state import LatentState
+from app.state.preferences import Preferences
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.state.workspace import Workspace
+from app.tf_editor.dock_splitter import DockSplitter
+from app.tf_editor.editor import TransferFunctionEditor
+from app.tf_editor.plot_memory import PlotMemory
+from app.window.context import Context
+from app.window.crop_card import CropCard
+from app.window.empty_card import EmptyCard
+from app.window.figure_saving import FigureSaving
+from app.window.files import Files
+from app.window.floating import Floating
+from app.window.image_error import ImageError
+from app.window.notices import Notices
+from app.window.overlays import Overlays
+from app.window.pane_layout import PaneLayout
+from app.window.preset_pictures import PresetPictures
+from app.window.scene_notices import SceneNotices
+from app.window.sessions import Sessions
+from app.window.status_line import StatusLine
+from app.window.top_bar import ToolStrip, TopBar
+from app.window.up_axis_card import UpAxisCard
+from app.window.window_memory import WindowMemory, size_on
+
+
+class WindowParts(QMainWindow):
+    """A window with all of its parts, which do not act together yet; see `MainWindow`."""
+
+    def __init__(self, builders: Builders, device: str, preferences: Preferences | None) -> None:
+        super().__init__()
+        self.preferences = preferences or Preferences(None, self)
+        self.state = ViewerState(self)
+        self.sensitivity_state = SensitivityState(self)
+        self.latent_state = LatentState(self)
+        generator, reference, analyst = (
+            EngineClient(name, self) for name in ("generator", "reference", "analyst")
+        )
+        self.brightness = Brightness(self.preferences, self, self.state)
+        self.generator = EnginePane("Generator", generator, self.brightness, "learned")
+        self.reference = EnginePane("Ground truth", reference, self.brightness, "exact")
+        self.editor = TransferFunctionEditor(self.state)
+        self.notice, self.status = Notices(), StatusLine(self.state)
+        self.workspace = Workspace(
+            self.state,
+            self.sensitivity_state,
+            self.latent_state,
+            generator,
+            reference,
+            analyst,
+            self.brightness,
+            builders,
+            self.preferences,
+            device,
+            self,
+        )
+        self.context = Context(
+            self,
+            self.preferences,
+            self.state,
+            self.sensitivity_state,
+            self.latent_state,
+            self.brightness,
+            self.workspace,
+            analyst,
+            self.generator,
+            self.reference,
+            self.notice,
+            self.status,
+        )
+        self._build_widgets()
+        self._lay_out()
+        self._build_layers()
+        self._build_actors()
+
+    def _build_widgets(self) -> None:
+        work = self.workspace.reference
+        self.browser = LatentBrowser(self.state, self.workspace.latent, self.reference, self.editor)
+        self.plot_memory = PlotMemory(self.editor.area, self.preferences)
+        self.reference_controls = ReferenceControls(self.state, work, self.brightness, self)
+        self.exactness = ExactnessSlider(work)
+        controls = self.reference_controls
+        self.top_bar = TopBar(controls.ball, controls.light, self.exactness)
+        self.panes = PaneLayout(self.browser, self.generator, self.reference)
+        self.up_axis_card = UpAxisCard(self.context)
+        self.crop_card = CropCard(self.state)
+        self.tools = ToolStrip(self.sensitivity_state)
+        self.tools.setEnabled(False)
+
+    def _lay_out(self) -> None:
+        work = self.workspace.reference
+        for pane in self.context.panes:
+            gestures = ViewGestures(pane.canvas, self.state)
+            work.lightRangeChanged.connect(gestures.set_light_range)
+            ViewKeys(pane.canvas, self.state)
+        # The images, and what floats over them and moves nothing.
+        images = QWidget()
+        column = QVBoxLayout(images)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.panes)
+        self._floating = Floating(images)
+        self._floating.add("top", self.notice)
+        self._floating.add("bottom", self.crop_card)
+        self._floating.add("bottom", self.up_axis_card)
+        self._splitter = DockSplitter(images, self.editor)
+        central = QWidget()
+        column = QVBoxLayout(central)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self._splitter)
+        self.setMenuWidget(self.top_bar)
+        self.setCentralWidget(central)
+        self.setStatusBar(self.status)
+        self.setWindowTitle("tfscope")
+        self.setAcceptDrops(True)
+        self.resize(size_on(self.screen()))
+
+    def _build_layers(self) -> None:
+        """Lay marks over the images, from the lowest on, and give them the mouse in turn."""
+        work = self.workspace.reference
+        self.overlays = Overlays(self.context)
+        self.fidelity = FidelityLine(
+            self.reference, self.state, work.whole_raster, lambda: work.is_preparing
+        )
+        self.exactness.follow(self.fidelity)
+        # Before the sensitivities, so that it lies below regions.
+        self.image_error = ImageError(self.context)
+        # After the gestures, so that regions get the mouse first.
+        self.sensitivity = SensitivityView(
+            self.state,
+            self.sensitivity_state,
+            self.workspace,
+            self.generator,
+            self.reference,
+            self.editor,
+            self,
+        )
+        self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]
+
+    def _build_actors(self) -> None:
+        """Build what opens, saves and says something."""
+        self.memory = WindowMemory(
+            self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
+        )
+        self.sessions = Sessions(self.context, self.overlays, self.memory)
+        self.files = Files(self.context, self.sessions, self.editor.show_small_range)
+        self.saving = FigureSaving(self.context, self.overlays, self.image_error)
+        self.empty_card = EmptyCard(self.context, self.files)
+        PresetPictures(self.editor.menu.presets, self.context)
+        self.scene_notices = SceneNotices(self.context, self.editor.range.set_range)
+
+    def arrange(self) -> None:
+        """Put cube, tools and cards over the images that are there."""
+        images = self.panes.images
+        self.reference.set_alone(len(images) == 1)
+        self.overlays.lie_over(images[-1].canvas)
+        self.tools.lie_over(None if self.panes.is_browsing else images[0].canvas)
+        self._floating.set_corner_of(images[-1] if self.panes.is_browsing else None)
+        # Tab goes from the bar to the tools, then from image to image.
+        tools = self.tools
+        chain: list[QWidget] = [self.top_bar.save, tools.rectangle, tools.lasso, tools.crop]
+        for pane in images:
+            chain += [pane.canvas, pane.caption]
+        order_focus(chain)
+        self.notice.come_after(chain[-1])
+
+    def areas(self) -> list[QWidget]:
+        """Return the areas of the window that F6 goes through."""
+        images = [pane.canvas for pane in self.panes.images]
+        dock = [*self.editor.areas, self.sensitivity.findings]
+        return [self.top_bar, self.browser, *images, self.crop_card, *dock]

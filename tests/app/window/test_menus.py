@@ -1,0 +1,112 @@
+"""The menus of shipped volumes and models, with models that only look like shipped ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from fake_models import make_model
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QCheckBox, QComboBox, QMenu, QPushButton
+from ramp import make_volume
+
+from app.state import library
+from app.window.main_window import MainWindow
+from app.window.menus import menu_names
+from app.window.settings_dialog import SettingsDialog
+
+
+def menu_of(window: MainWindow, *titles: str) -> QMenu:
+    menu: object = window.top_bar.menu_bar
+    for title in titles:
+        found = [a.menu() for a in menu.actions() if a.text().replace("&", "") == title]
+        menu = found[0]
+    assert isinstance(menu, QMenu)
+    return menu
+
+
+@pytest.fixture
+def shipped(tmp_path, monkeypatch):
+    """A model of the volume "ramp" that ships as a file."""
+    model, volume = make_model(tmp_path / "model"), tmp_path / "ramp.nrrd"
+    monkeypatch.setattr(library, "shipped_models", lambda: [model])
+    monkeypatch.setattr(library, "shipped_volumes", lambda: [volume])
+    monkeypatch.setattr(library, "title_of", lambda path: path.stem.title())
+    return {"model": model, "volume": volume}
+
+
+def visible(menu: QMenu) -> list[str]:
+    """Entries that are seen when a menu opens."""
+    menu.aboutToShow.emit()
+    return [a.text().replace("&", "") for a in menu.actions() if a.isVisible() and a.text()]
+
+
+def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, shipped):
+    builders.volumes["other"] = make_volume("other", 300.0)
+    window = make_window("other", model=None)
+    opened: list[Path] = []
+    window.workspace.volumeOpened.connect(lambda volume: opened.append(volume.path))
+    menu = menu_of(window, "Help", "The paper's networks")
+    assert visible(menu) == ["Ramp, no light", "Open model…"]
+    assert menu.actions()[0].toolTip() == "RMSE 0.050."
+    menu.actions()[0].trigger()
+    qtbot.waitUntil(lambda: window.workspace.model.folder == shipped["model"])
+    qtbot.waitUntil(lambda: bool(builders.generators))
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert [path.name for path in opened] == ["ramp.nrrd"]
+    assert visible(menu) == ["Ramp, no light", "Open model…", "Close the model", "Recent networks"]
+    assert menu.actions()[0].isChecked()
+
+
+def test_no_entry_stands_in_two_places_and_none_is_there_that_cannot_be_used(
+    make_window, monkeypatch
+):
+    monkeypatch.setattr(library, "shipped_models", list)
+    window = make_window(model=None)
+    bar = window.top_bar
+    buttons = [b.accessibleName() for b in (bar.compare, bar.difference, bar.browse, bar.save)]
+    found = [*buttons, bar.light.accessibleName()]
+    menus = [menu_of(window, title) for title in ("File", "View", "Region", "Help")]
+    while menus:
+        menu = menus.pop()
+        found += visible(menu)
+        menus += [each for a in menu.actions() if a.isVisible() and (each := a.menu())]
+    assert len(found) == len(set(found)), sorted(found)
+    for missed in ("Recent sessions", "Draw missing voxels", "Swap sides", "Close the model"):
+        assert missed not in found
+
+
+def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
+    window = make_window()
+    (action,) = [a for a in window.findChildren(QAction) if a.text() == "Se&ttings…"]
+    action.trigger()
+    (dialog,) = window.findChildren(SettingsDialog)
+    everything = dialog.found
+    assert {"Renderer", "Image size", "Theme", "Single-key shortcuts"} < set(everything)
+    for words, expected in (("ray caster", ["Renderer"]), ("512", ["Image size"]), ("xyz", [])):
+        dialog.search.setText(words)
+        assert dialog.found == expected
+    dialog.search.setText("")
+    assert dialog.found == everything
+    boxes = {b.accessibleName(): b for b in dialog.findChildren(QComboBox)}
+    row = boxes["Image size"].findText("512 × 512")
+    boxes["Image size"].setCurrentIndex(row)
+    boxes["Image size"].activated.emit(row)
+    assert window.workspace.reference.choices.size == 512
+    switches = {b.accessibleName(): b for b in dialog.findChildren(QCheckBox)}
+    switches["Orientation cube"].click()
+    assert not window.overlays.has("cube")
+    switches["Single-key shortcuts"].click()
+    assert not window.preferences.settings.single_keys
+    window.preferences.note_recent("sessions", Path("a.tfscope"))
+    (forget,) = [b for b in dialog.findChildren(QPushButton) if b.text() == "Forget them"]
+    forget.click()
+    assert window.preferences.recent("sessions") == []
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    dialog.done(0)
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders():
+    paths = [Path("/a/engine.nrrd"), Path("/b/engine.nrrd"), Path("/a/fly & co.nrrd")]
+    assert menu_names(paths) == ["engine.nrrd  (a)", "engine.nrrd  (b)", "fly && co.nrrd"]
+    assert menu_names([]) == []
