@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli.captions import range_text, view_text
+from app.cli.captions import fonts, range_text, view_text
 from app.cli.console import counting, warn
 from app.cli.outputs import make_room_for
 from app.cli.render import Render
@@ -21,13 +21,19 @@ from model.errors import RenderError, reason
 from model.files import writing
 from model.generator.catalog import model_for, shipped_models
 from model.networks.card import load_card
+from model.rendering.brightness import usual_brightness
+from model.rendering.movie_file import write_movie
 from model.rendering.raster import Raster
+from model.rendering.scale_bar import DEPTH_TEXT, Scale
+from model.scene.axes import DEFAULT_UP
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
 from model.scene.range_fitting import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF, Range, TransferFunction
+from model.scene.turntable import turntable
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -393,7 +399,6 @@ def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
 def _write_picture(asked: Render, drawer: Drawer) -> None:
     """Write a picture whose texts say what it shows."""
     from app.figures.picture import save_image, software
-    from model.rendering.scale_bar import DEPTH_TEXT
 
     image = _figure(asked, drawer, drawer.inputs.view)
     facts, brightness = drawer.facts(), _brightness(asked, drawer)
@@ -410,9 +415,6 @@ def _write_picture(asked: Render, drawer: Drawer) -> None:
 def _write_turntable(asked: Render, drawer: Drawer) -> None:
     """Write a full turn about the volume's up axis as a movie."""
     from app.window.figure import pixels_of
-    from model.rendering.movie_file import write_movie
-    from model.scene.axes import DEFAULT_UP
-    from model.scene.turntable import turntable
 
     count = max(round(asked.seconds * asked.rate), 2)
     volume, shown = drawer.known_volume, _shown(drawer)
@@ -431,9 +433,7 @@ def _write_turntable(asked: Render, drawer: Drawer) -> None:
 
 
 def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
-    from app.cli.captions import fonts
     from app.window.figure import FigureLook, Subject, figure
-    from model.rendering.scale_bar import Scale
 
     rgba = drawer.draw(view)
     if asked.legend or asked.scale_bar:
@@ -448,8 +448,6 @@ def _figure(asked: Render, drawer: Drawer, view: View) -> QImage:
 
 
 def _brightness(asked: Render, drawer: Drawer) -> float:
-    from model.rendering.brightness import usual_brightness
-
     return usual_brightness(drawer.lighting) if asked.brightness is None else asked.brightness
 
 
@@ -460,6 +458,4 @@ def _shown(drawer: Drawer) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=1)
 def _shown_points(volume: Volume, opacity: OpacityTF) -> NDArray[np.float64]:
-    from model.scene.thinned_volume import ThinnedVolume
-
     return ThinnedVolume.of(volume).shown_points(opacity)

@@ -54,7 +54,7 @@ class Evaluate:
 
         require("evaluate")
         # Late: with it comes torch.
-        from model.evaluation.job import EvaluationJob, run_evaluation
+        from model.evaluation.holdout import EvaluationJob, run_evaluation
 
         with _Bars() as bars:
             job = EvaluationJob(**options.same_named(self, EvaluationJob))

@@ -12,25 +12,27 @@ from app.cli.console import about, counting, print_table
 from app.cli.drawing import load_fitted
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
+from app.cli.study_models import study_models
+from app.figures.paper_latent import save_explorations, save_walk
+from app.figures.paper_pictures import save_overview, save_qualitative, save_teaser
+from app.figures.paper_sensitivity import save_region_edits, save_value_edits
 from model.errors import CheckpointError
 from model.evaluation.study import STUDIES
 from model.generator.catalog import shipped_models
 from model.latent.latent_map import LatentMap
 from model.networks.card import load_card
-from model.paper.comparison import Compared, compared_samples
+from model.paper.edits import PAPER_R, ValueStep, region_edits, value_edits
 from model.paper.exploration import Exploration, detail, final_map, overview, walk
-from model.paper.overview import approach
-from model.paper.region_edits import region_edits
+from model.paper.pictures import Compared, approach, compared_samples
 from model.paper.subject import Subject, open_subject
-from model.paper.table import Table
 from model.paper.tables import (
     HoldoutErrors,
+    Table,
     holdout_errors,
     nearest_errors,
     table_1,
     table_2,
 )
-from model.paper.value_edits import PAPER_R, ValueStep, value_edits
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
@@ -82,29 +84,54 @@ class _Maker:
 
     def make(self, item: Item) -> list[Path]:
         """Make an item, and return its files."""
-        make: dict[Item, Callable[[Path], None]] = {
+        pictures: dict[Item, Callable[[Path], None]] = {
             "teaser": self._teaser,
-            "overview": self._overview,
-            "sensitivity": self._sensitivity,
-            "value-fields": self._value_fields,
-            "exploration": self._exploration,
+            "overview": lambda path: save_overview(
+                path, *self._labels, approach(self._subject, self._inputs)
+            ),
+            "sensitivity": lambda path: save_region_edits(
+                path, *self._labels, self._subject.window, region_edits(self._subject, self._inputs)
+            ),
+            "value-fields": lambda path: save_value_edits(
+                path, *self._labels, self._subject.window, self._value_steps
+            ),
+            "exploration": lambda path: save_explorations(
+                path,
+                *self._labels,
+                [self._explored, detail(self._subject, self._map, self._explored)],
+            ),
             "interpolation": self._interpolation,
             "qualitative": self._qualitative,
         }
-        if item in make:
+        if item in pictures:
             path = self._asked.out / f"{item}.png"
             make_room_for(path)
-            make[item](path)
+            pictures[item](path)
             return [path]
         if item == "table1":
             return self._write(item, self._table_1())
         if item == "table2":
             quick = self._asked.quick
-            table = table_2(
-                self._subject, 3 if quick else REPEATS, QUICK_BLOCKS if quick else PAPER_R
-            )
-            return self._write(item, table)
+            counts = (3, QUICK_BLOCKS) if quick else (REPEATS, PAPER_R)
+            return self._write(item, table_2(self._subject, *counts))
         return _make_study(self._asked, item)
+
+    def _teaser(self, path: Path) -> None:
+        steps = self._value_steps[0]
+        window = self._subject.window
+        save_teaser(path, *self._labels, window, self._compared, steps, self._explored)
+
+    def _interpolation(self, path: Path) -> None:
+        candidates = QUICK_COUNT if self._asked.quick else 48
+        places = walk(self._subject, self._map, self._inputs, candidates=candidates)
+        save_walk(path, *self._labels, self._inputs, self._map, places)
+
+    def _qualitative(self, path: Path) -> None:
+        found = {self._subject.volume.name: self._compared}
+        for subject in self._subjects[1:]:
+            count = self._asked.samples(PICTURE_COUNT)
+            found[subject.volume.name] = compared_samples(subject, count)
+        save_qualitative(path, found)
 
     @cached_property
     def _folders(self) -> list[Path]:
@@ -143,12 +170,8 @@ class _Maker:
         return self._subjects[0]
 
     @property
-    def _name(self) -> str:
-        return self._subject.volume.name
-
-    @property
-    def _units(self) -> str:
-        return self._subject.volume.units
+    def _labels(self) -> tuple[str, str]:
+        return self._subject.volume.name, self._subject.volume.units
 
     @cached_property
     def _inputs(self) -> SceneInputs:
@@ -176,52 +199,6 @@ class _Maker:
     @cached_property
     def _compared(self) -> list[Compared]:
         return compared_samples(self._subject, self._asked.samples(PICTURE_COUNT))
-
-    def _teaser(self, path: Path) -> None:
-        from app.figures.paper_pictures import save_teaser
-
-        save_teaser(
-            path, self._name, self._units, self._subject.window,
-            self._compared, self._value_steps[0], self._explored,
-        )  # fmt: skip
-
-    def _overview(self, path: Path) -> None:
-        from app.figures.paper_pictures import save_overview
-
-        save_overview(path, self._name, self._units, approach(self._subject, self._inputs))
-
-    def _sensitivity(self, path: Path) -> None:
-        from app.figures.paper_sensitivity import save_region_edits
-
-        steps = region_edits(self._subject, self._inputs)
-        save_region_edits(path, self._name, self._units, self._subject.window, steps)
-
-    def _value_fields(self, path: Path) -> None:
-        from app.figures.paper_sensitivity import save_value_edits
-
-        save_value_edits(path, self._name, self._units, self._subject.window, self._value_steps)
-
-    def _exploration(self, path: Path) -> None:
-        from app.figures.paper_latent import save_explorations
-
-        finer = detail(self._subject, self._map, self._explored)
-        save_explorations(path, self._name, self._units, [self._explored, finer])
-
-    def _interpolation(self, path: Path) -> None:
-        from app.figures.paper_latent import save_walk
-
-        candidates = QUICK_COUNT if self._asked.quick else 48
-        places = walk(self._subject, self._map, self._inputs, candidates=candidates)
-        save_walk(path, self._name, self._units, self._inputs, self._map, places)
-
-    def _qualitative(self, path: Path) -> None:
-        from app.figures.paper_pictures import save_qualitative
-
-        found = {self._name: self._compared}
-        for subject in self._subjects[1:]:
-            count = self._asked.samples(PICTURE_COUNT)
-            found[subject.volume.name] = compared_samples(subject, count)
-        save_qualitative(path, found)
 
     def _table_1(self) -> Table:
         count = self._asked.samples(TABLE_COUNT)
@@ -271,8 +248,6 @@ def _recorded_rmse(folder: Path) -> float:
 
 def _make_study(asked: Paper, item: Item) -> list[Path]:
     """Run a study, or what is missing of it, in a folder that all studies share."""
-    from app.cli.study_models import study_models
-
     study = STUDIES[str(item)]
     folder = asked.out / ("studies-quick" if asked.quick else "studies")
     job = TrainingJob(

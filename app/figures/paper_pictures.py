@@ -13,10 +13,9 @@ from app.figures.pages import PICTURE, PLOT, Page
 from app.figures.paper_latent import GRID, MAP, decoded_plot
 from app.figures.plots import add_image
 from app.figures.tf_plot import TFPlot
-from model.paper.comparison import Compared
+from model.paper.edits import ValueStep
 from model.paper.exploration import Exploration
-from model.paper.overview import Overview
-from model.paper.value_edits import ValueStep
+from model.paper.pictures import Compared, Overview
 
 
 def save_qualitative(path: Path, found: dict[str, list[Compared]]) -> None:

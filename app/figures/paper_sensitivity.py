@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from app.figures.pages import PICTURE, PLOT, Page
 from app.figures.tf_plot import TFPlot
-from model.paper.region_edits import RegionStep
-from model.paper.value_edits import PAPER_R, ValueStep
+from model.paper.edits import PAPER_R, RegionStep, ValueStep
 
 
 def save_region_edits(

@@ -41,10 +41,8 @@ class CellGrid(KeyedWidget):
 
     chosen = Signal(int)
     """Emitted with the cell, row by row, that was clicked."""
-    zoomed = Signal(int)
-    """Emitted with the cell over which the wheel was turned to come closer."""
-    widened = Signal()
-    """Emitted when the wheel was turned the other way."""
+    zoomed = Signal(object)
+    """Emitted with the cell over which the wheel was turned to come closer, or None to go back."""
     hovered = Signal(object)
     """Emitted with the cell under the mouse, or None."""
 
@@ -195,7 +193,7 @@ class CellGrid(KeyedWidget):
             self.zoomed.emit(cell)
         elif self._turned <= -1:
             self._turned = 0.0
-            self.widened.emit()
+            self.zoomed.emit(None)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go from cell to cell by arrow keys, take one by Enter, divide it by + and return by −."""
@@ -212,7 +210,7 @@ class CellGrid(KeyedWidget):
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal) and cell is not None:
             self.zoomed.emit(cell)
         elif key == Qt.Key.Key_Minus:
-            self.widened.emit()
+            self.zoomed.emit(None)
         else:
             super().keyPressEvent(event)
 

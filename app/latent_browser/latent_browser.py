@@ -1,7 +1,4 @@
-"""The latent browser: grid and map with their controls, wired to the pictures and the TF.
-
-It connects the parts of the browser, and computes nothing.
-"""
+"""The latent browser: grid and map with their controls, wired to the pictures and the TF."""
 
 from __future__ import annotations
 
@@ -14,14 +11,14 @@ from PySide6.QtWidgets import QWidget
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.browser_bar import HEIGHT, BrowserBar
 from app.latent_browser.cell_grid import CellGrid
-from app.latent_browser.grid_control import GridControl
-from app.latent_browser.map_colors import shades_of
+from app.latent_browser.map_marks import shades_of
 from app.latent_browser.map_view import MapView
 from app.latent_browser.preview import Preview
+from app.state.latent_pictures import GridPicture, LatentPictures
 from app.state.latent_state import LatentChoices, Place
-from app.state.latent_work import LatentWork
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
+from model.latent.latent_map import CELLS, Brush
 from model.scene.tf_fitting import fitted_curve
 from model.scene.transfer_function import OpacityTF
 
@@ -34,6 +31,9 @@ GAP = 8
 
 LEAST_SQUARE = 116
 """Least side of map and grid, in pixels: no window becomes higher because they are opened."""
+
+LEAST_SIDE = 0.01
+"""Least side of a brush that a wheel's turn leads to."""
 
 
 class LatentBrowser(QWidget):
@@ -50,23 +50,21 @@ class LatentBrowser(QWidget):
     def __init__(
         self,
         state: ViewerState,
-        work: LatentWork,
+        pictures: LatentPictures,
         reference: EnginePane,
         editor: TransferFunctionEditor,
     ) -> None:
         super().__init__()
-        self._state = state
-        self._work = work
-        self._latent = work.state
+        self._state, self._pictures = state, pictures
+        self._session, self._latent = pictures.session, pictures.state
         self._units = ""
+        self._brushes: list[Brush] = []
+        """Rectangles that the grid's wheel returns to."""
         self.bar = BrowserBar(self._latent)
         self._brightness = reference.brightness
-        self.map = MapView(self._latent, work.session)
+        self.map = MapView(self._latent, self._session)
         self.grid = CellGrid(reference.brightness)
         self.preview = Preview(reference, editor.area)
-        self._grids = GridControl(
-            self.grid, self._latent, work.pictures, self.map, self.preview, self.take
-        )
         self._show_message(NO_VOLUME)
         for part in (self.bar, self.map, self.grid):
             part.setParent(self)
@@ -81,8 +79,8 @@ class LatentBrowser(QWidget):
         """End the map's computation, or else the browsing; False without any."""
         if not self._latent.choices.shown:
             return False
-        if self._work.session.is_embedding:
-            self._work.session.cancel()
+        if self._session.is_embedding:
+            self._session.cancel()
         else:
             self._latent.choose(shown=False)
         return True
@@ -129,30 +127,29 @@ class LatentBrowser(QWidget):
         self.map.setGeometry(right - 2 * side - GAP, HEIGHT, side, side)
 
     def _connect(self) -> None:
-        work, latent, bar = self._work, self._latent, self.bar
-        session, pictures = work.session, work.pictures
-        session.mapClosed.connect(lambda: self._show_message(OPENING))
+        session, pictures, latent = self._session, self._pictures, self._latent
         latent.choicesChanged.connect(self._choices_changed)
+        latent.brushChanged.connect(lambda _brush: self._brushes.clear())
         # Its picture is shown again, instead of that of the place under the mouse.
         self._state.edits.undone.connect(lambda: latent.set_hover(None))
-        session.mapOpened.connect(self._show_opened)
-        session.mapChanged.connect(lambda _map: self._show_map())
+        session.mapChanged.connect(self._show_map)
         session.progressed.connect(self._show_progress)
-        session.overviewChanged.connect(lambda _overview: self._color())
+        session.overviewChanged.connect(self._color)
         session.problem.connect(self._session_problem)
-        latent.choicesChanged.connect(lambda _choices: self._color())
-        session.filterChanged.connect(self._color)
-        session.filterChanged.connect(self._show_opened)
-        session.filterChanged.connect(self._tell)
-        session.differentChanged.connect(self.map.update)
+        session.filterChanged.connect(self._show_filter)
+        pictures.gridDrawn.connect(self._show_grid)
         pictures.hoverDrawn.connect(self.preview.show_hover)
         pictures.hoverMoved.connect(self.preview.show_tf)
         pictures.problem.connect(self.problem)
-        self._state.inputsChanged.connect(self._state.calm.soon(self._grids.mark_stale))
+        pictures.grid_at_work.changed.connect(self.grid.set_progress)
+        self._state.inputsChanged.connect(self._state.calm.soon(self._mark_stale))
         self.map.chosen.connect(self._choose_place)
-        bar.resetRequested.connect(self.map.reset)
-        bar.problem.connect(self.problem)
-        bar.stop.clicked.connect(session.cancel)
+        self.grid.chosen.connect(self._choose_cell)
+        self.grid.zoomed.connect(self._zoom)
+        self.grid.hovered.connect(self._hover_cell)
+        self.bar.resetRequested.connect(self.map.reset)
+        self.bar.problem.connect(self.problem)
+        self.bar.stop.clicked.connect(session.cancel)
 
     def _choices_changed(self, choices: LatentChoices) -> None:
         if not choices.shown:
@@ -163,39 +160,43 @@ class LatentBrowser(QWidget):
             self.map.setVisible(choices.on_map)
             self._place_squares()
             self.resized.emit()
+        self._color()
 
     def _show_message(self, text: str) -> None:
         self.map.show_message(text)
         self.grid.show_message(text)
 
-    def _show_opened(self) -> None:
-        self.map.show_message("")
-        self.grid.show_message(CHOOSING if self._work.session.chosen is not None else NO_TFS)
-
     # The map.
 
-    def _show_map(self) -> None:
-        self._grids.forget_zooms()
+    def _show_map(self, map_: object) -> None:
+        if map_ is None:
+            self._show_message(OPENING)
+            return
+        self._brushes.clear()
         self.map.reset()
+        self._show_filter()
+
+    def _show_filter(self) -> None:
+        """Show which TFs pass the filters."""
+        self.map.show_message("")
+        self.grid.show_message(CHOOSING if self._session.chosen is not None else NO_TFS)
         self._color()
         self._tell()
 
     def _session_problem(self, text: str) -> None:
-        if self._work.session.map is None:
+        if self._session.map is None:
             self._show_message(text or OPENING)
         elif text:
             self.problem.emit(text)
 
-    def _color(self) -> None:
-        session = self._work.session
-        if session.map is None or not self._latent.choices.shown:
-            return
-        self.map.show_shades(shades_of(session, self._units))
+    def _color(self, _overview: object = None) -> None:
+        if self._session.map is not None and self._latent.choices.shown:
+            self.map.show_shades(shades_of(self._session, self._units))
 
     def _choose_place(self) -> None:
         place = self._latent.hover
         if place is not None:
-            tf, _ = self._work.session.tf_at(place, self._latent.closeness)
+            tf, _ = self._session.tf_at(place, self._latent.closeness)
             self.take(tf, "TF from the map", place)
 
     def take(self, tf: OpacityTF, text: str, place: Place, exposure: float | None = None) -> None:
@@ -215,21 +216,69 @@ class LatentBrowser(QWidget):
             return
         # A TF of the map has many samples.
         fitted = fitted_curve(tf)
-        self._work.session.remember_place(fitted, place)
+        self._session.remember_place(fitted, place)
         with self._state.edits.as_one(text):
             self._state.tf_input.set(replace(self._state.transfer_function, opacity=fitted), text)
             if exposure is not None:
                 self._brightness.expose(exposure)
 
+    # The grid.
+
+    def _show_grid(self, picture: GridPicture | None) -> None:
+        self.grid.show_grid(picture)
+        self._mark_stale()
+
+    def _mark_stale(self) -> None:
+        """Show whether the pictures are of the present inputs."""
+        grid = self._pictures.grid
+        if grid is not None and self._latent.choices.shown:
+            self.grid.set_stale(not self._pictures.is_fresh(grid))
+
+    def _choose_cell(self, cell: int) -> None:
+        grid, tf = self._pictures.grid, self._pictures.cell_tf(cell)
+        if grid is not None and tf is not None:
+            x, y = grid.places[cell].tolist()
+            self.take(tf, "TF from the grid", (x, y), grid.exposures.get(cell))
+
+    def _hover_cell(self, cell: int | None) -> None:
+        self.map.mark_cell(cell)
+        self.preview.show_tf(None if cell is None else self._pictures.cell_tf(cell))
+
+    def _zoom(self, cell: int | None) -> None:
+        """Have the rectangle be one of its cells, or for None the one before, or twice as large."""
+        if not self._latent.choices.on_map:
+            return
+        left, lower, right, upper = self._latent.brush
+        before = list(self._brushes)
+        if cell is not None:
+            width, height = (right - left) / CELLS, (upper - lower) / CELLS
+            if min(width, height) < LEAST_SIDE:
+                return
+            before.append(self._latent.brush)
+            row, column = divmod(cell, CELLS)
+            x, y = left + column * width, upper - (row + 1) * height
+            brush = x, y, x + width, y + height
+        elif before:
+            brush = before.pop()
+        else:
+            dx, dy = (right - left) / 2, (upper - lower) / 2
+            brush = (
+                min(left, max(left - dx, -1.0)), min(lower, max(lower - dy, -1.0)),
+                max(right, min(right + dx, 1.0)), max(upper, min(upper + dy, 1.0)),
+            )  # fmt: skip
+        self._latent.set_brush(brush)
+        self._brushes = before
+        self.map.look_at(brush)
+
     # What is going on.
 
     def _show_progress(self, done: float) -> None:
-        self.bar.stop.setVisible(self._work.session.is_embedding)
+        self.bar.stop.setVisible(self._session.is_embedding)
         self._tell("" if done >= 1 else f"Computing the map: {100 * done:.0f} %")
 
     def _tell(self, text: str = "") -> None:
         """Say on the map what is going on, or how many TFs there are."""
-        session = self._work.session
+        session = self._session
         if not text and session.map is not None and session.wanted is not None:
             if session.is_embedding:
                 return

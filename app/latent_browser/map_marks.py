@@ -1,17 +1,26 @@
-"""Points of the map, and marks over them: brush, present TF, legend."""
+"""Points of the map with their colours, and marks over them: brush, present TF, legend."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
 import numpy as np
+import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
-from app.latent_browser.map_colors import Shades, lookup_table
 from app.latent_browser.map_frame import MapFrame
+from app.short_numbers import significant
 from app.state.latent_state import Place
 from model.latent.latent_map import CELLS, Brush
+from model.scene.value_scale import values_at
+
+if TYPE_CHECKING:
+    from app.state.latent_session import LatentSession
 
 BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention
@@ -19,6 +28,49 @@ HANDLE = 4.0
 RADIUS = 2
 """Radius of a point at a zoom of 1, in pixels; closer points are larger."""
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
+
+HIDDEN = (45, 46, 49)
+"""Colour of points that are filtered out."""
+
+NOTHING = (64, 66, 70)
+"""Colour of TFs that show nothing or a solid block, and of all until that is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shades:
+    """Colours (n, 3) of the map's points, their order, and the texts at the colour bar's ends."""
+
+    colors: NDArray[np.uint8]
+    order: NDArray[np.int64]
+    low: str
+    high: str
+
+
+def shades_of(session: LatentSession, units: str) -> Shades:
+    """Colour the points of a session's map by the value that each TF shows most."""
+    map_, overview, space = session.map, session.overview, session.space
+    assert map_ is not None and space is not None
+    count, frame, table = len(map_.codes), space.frame, lookup_table()
+    colors = np.tile(np.array(NOTHING, np.uint8), (count, 1))
+    shown = np.zeros(count, dtype=bool)
+    low, high = frame.window
+    if overview is not None:
+        shown = overview.shows_something
+        values = overview.dominant_values(frame.scalar_range)[shown]
+        share = np.clip((values - low) / (high - low), 0, 1)
+        colors[shown] = table[(share * (len(table) - 1)).astype(np.int64)]
+    wanted = np.ones(count, dtype=bool) if session.wanted is None else session.wanted
+    colors[~wanted] = HIDDEN
+    order = np.lexsort((np.arange(count), 2 * wanted + shown))
+    first, last = (significant(float(end), digits=3) for end in values_at((low, high), frame.scale))
+    return Shades(colors, order, f"Value {first}", f"{last} {units}".strip())
+
+
+@cache
+def lookup_table() -> NDArray[np.uint8]:
+    """Colours (256, 3) of the map, perceptually uniform."""
+    table = pg.colormap.get("viridis").getLookupTable(0.12, 1.0, 256)
+    return np.asarray(table[:, :3], dtype=np.uint8)
 
 
 def draw_points(
@@ -28,15 +80,6 @@ def draw_points(
 
     Ten thousand points take a few milliseconds, and moving the mouse over the map then costs
     one picture.
-
-    Parameters
-    ----------
-    pixels : ndarray, shape (n, 2)
-    colors : ndarray of uint8, shape (n, 3)
-    size : tuple of int
-        Width and height of the picture.
-    radius : float
-        In pixels.
     """
     width, height = size
     border = int(np.ceil(radius)) + 1

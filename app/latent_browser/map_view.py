@@ -22,7 +22,6 @@ from PySide6.QtWidgets import QSizePolicy
 from app import theme
 from app.image_view.keyed_widget import ARROWS, KeyedWidget
 from app.latent_browser import map_marks as marks
-from app.latent_browser.map_colors import Shades
 from app.latent_browser.map_frame import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
@@ -46,7 +45,7 @@ class MapView(KeyedWidget):
         self._latent = latent
         self._session = session
         self._frame = MapFrame(1, 1)
-        self._shades: Shades | None = None
+        self._shades: marks.Shades | None = None
         self._points: QImage | None = None
         self._message = self._note = ""
         self._active_cell: int | None = None
@@ -60,8 +59,8 @@ class MapView(KeyedWidget):
         self.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
         self.setAccessibleName("Map of TFs")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        for signal in (latent.brushChanged, latent.hoverChanged, session.placeChanged):
-            signal.connect(lambda _value: self.update())
+        for signal in (latent.brushChanged, latent.hoverChanged, session.marksChanged):
+            signal.connect(lambda *_: self.update())
 
     @property
     def frame(self) -> MapFrame:
@@ -79,7 +78,7 @@ class MapView(KeyedWidget):
             self._note = text
             self.update()
 
-    def show_shades(self, shades: Shades) -> None:
+    def show_shades(self, shades: marks.Shades) -> None:
         """Colour the points."""
         self._shades = shades
         self._points = None
@@ -246,7 +245,7 @@ class MapView(KeyedWidget):
             self._points = None
         self.update()
 
-    def _drawn_points(self, places: NDArray[np.float32], shades: Shades) -> QImage:
+    def _drawn_points(self, places: NDArray[np.float32], shades: marks.Shades) -> QImage:
         pixels = self._frame.pixels(places[shades.order])
         radius = marks.RADIUS * min(self._frame.zoom**0.5, 2.5) * 0.8
         size = self._frame.width, self._frame.height

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPoint, QRect, Qt
+from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
 from app.icons import IconButton
-from app.sensitivity_view.panel_rows import AddButton
+from app.sensitivity_view.findings_panel import AddButton
 from app.sensitivity_view.visible_layer import VisibleLayer
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.tf_perturbation import edit_over
 from model.scene.value_text import value_text
@@ -26,14 +26,14 @@ TAG_HEIGHT, KEPT_HEIGHT = 20, 26
 class BandTag(QFrame):
     """Says what a band shows; once it is kept, it has buttons to add a mode and to let it go."""
 
-    def __init__(self, area: PlotArea) -> None:
+    def __init__(self, area: PlotArea, add: Callable[[bool], object]) -> None:
         super().__init__(area.widget.viewport())
         self.setProperty("role", "tag")
         # Between its buttons, the mouse is not the plot's.
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
-        self.add = AddButton("the kept values")
+        self.add = AddButton("the kept values", add)
         self.release = IconButton("close", "Release these values", "Esc")
         self._row = row = QHBoxLayout(self)
         row.setContentsMargins(8, 0, 4, 0)
@@ -59,35 +59,25 @@ class BandTag(QFrame):
         self.raise_()
 
 
-class BandLayer(QObject):
+class BandLayer:
     """Draws the band: green where it is visible, blue what an edit of it would change."""
 
     def __init__(
         self,
         area: PlotArea,
-        state: ViewerState,
-        sensitivity: SensitivityState,
         asker: SensitivityAsker,
         visible: VisibleLayer,
+        add: Callable[[bool], object],
     ) -> None:
-        super().__init__(area)
-        self._area = area
-        self._state = state
-        self._sensitivity = sensitivity
-        self._visible = visible
+        self._area, self._visible = area, visible
+        self._state, self._asked = asker.state, asker.asked
         self._asks_edit = False
         self._rect = QGraphicsRectItem()
         self._rect.setZValue(50)
         self._rect.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
         area.opacity.addItem(self._rect, ignoreBounds=True)
-        self.tag = BandTag(area)
-        self.tag.release.clicked.connect(lambda: sensitivity.unpin())
-        signals = area.axisChanged, area.heightChanged, area.recolored
-        for changed in (*signals, asker.visibilityAnswered):
-            changed.connect(self.refresh)
-        sensitivity.bandChanged.connect(lambda _band: self.refresh())
-        sensitivity.bandChangeFinished.connect(self.refresh)
-        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
+        self.tag = BandTag(area, add)
+        self.tag.release.clicked.connect(lambda: asker.asked.unpin())
         self.refresh()
 
     @property
@@ -103,7 +93,7 @@ class BandLayer(QObject):
 
     def refresh(self) -> None:
         """Draw the present band, or none."""
-        band, choices = self._sensitivity.band, self._sensitivity.choices
+        band, choices = self._asked.band, self._asked.choices
         is_shown = band is not None and choices.shown
         self._rect.setVisible(is_shown)
         if band is None or not is_shown:
@@ -123,7 +113,7 @@ class BandLayer(QObject):
         self._show_tag((left + right) / 2)
 
     def _show_tag(self, place: float) -> None:
-        band, scalar_range = self._sensitivity.band, self._state.scalar_range
+        band, scalar_range = self._asked.band, self._state.scalar_range
         assert band is not None
         one, other = (value_text(v, scalar_range, self._state.scale) for v in band.values)
         text = one if one == other else f"{one} to {other}"
@@ -131,11 +121,11 @@ class BandLayer(QObject):
         if asks_edit:
             text = f"edit at {text}"
         else:
-            width = self._sensitivity.choices.width
+            width = self._asked.choices.width
             share = self._visible.share_of(band.values, scalar_range, width)
-            text += "" if share is None else f" visible {_percent(share)}"
+            text += "" if share is None else f" · {_percent(share)} of what is visible"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
-        self.tag.show_band(text, color, band.pinned and not self._sensitivity.dragging)
+        self.tag.show_band(text, color, band.pinned and not self._asked.dragging)
         plot, width = self._area.rect, self.tag.width()
         left = self._area.pixel(self._area.opacity, place, 0.0).x() - width // 2
         left = min(max(left, plot.left()), max(plot.right() - width, plot.left()))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal
 
-from PySide6.QtCore import QEvent, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt
 from PySide6.QtGui import QActionGroup, QColor, QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
 
@@ -165,15 +165,16 @@ VOXELS_TIP = "How many voxels have each value, on a logarithmic scale"
 class ChipBar(QWidget):
     """Chips for the region, and for the layers of the plot, next to the panel's button."""
 
-    regionChosen = Signal()
-    """Emitted when a region is chosen from the list."""
-    tableRequested = Signal()
-    """Emitted when the curve's numbers are to be listed."""
-
-    def __init__(self, state: SensitivityState, histogram: HistogramLayer) -> None:
+    def __init__(
+        self,
+        asked: SensitivityState,
+        histogram: HistogramLayer,
+        open_panel: Callable[[bool], object],
+        show_table: Callable[[], object],
+    ) -> None:
         super().__init__()
-        self._state = state
-        self._histogram = histogram
+        self._state, self._histogram = asked, histogram
+        self._open_panel, self._show_table = open_panel, show_table
         self.region = Chip(
             "Whole image", "region", "The part of the image that curve and values refer to"
         )
@@ -224,9 +225,7 @@ class ChipBar(QWidget):
         ]
         self.said = menu.addAction("")
         self.said.setEnabled(False)
-        add_action(menu, "As table…", self.tableRequested.emit).setToolTip(
-            "The numbers of the curve"
-        )
+        add_action(menu, "As table…", self._show_table).setToolTip("The numbers of the curve")
         menu.addSeparator()
         self.lock = menu.addAction("Lock scale")
         self.lock.setCheckable(True)
@@ -243,8 +242,12 @@ class ChipBar(QWidget):
         self.visible.clicked.connect(lambda on: state.show_layer("visible", on))
         self.voxels.clicked.connect(self._show_voxels)
         self.regions_menu.aboutToShow.connect(self.fill_regions)
-        for changed in (state.regionsChanged, state.toolChanged, state.choicesChanged):
-            changed.connect(lambda *_: self.refresh())
+        self.panel.clicked.connect(self._open_panel)
+
+    @property
+    def controls(self) -> list[QWidget]:
+        """What Tab reaches, in its order."""
+        return [self.region, self.change, self.more, self.visible, self.voxels, self.panel]
 
     def fill_regions(self) -> None:
         """List the regions, and what can be done with them."""
@@ -273,7 +276,7 @@ class ChipBar(QWidget):
     def _choose_region(self, number: int) -> None:
         self._state.activate(number - 1 if number else None)
         if number:
-            self.regionChosen.emit()
+            self._open_panel(True)
 
     def ask_name(self) -> QInputDialog | None:
         """Ask for another name of the active region."""

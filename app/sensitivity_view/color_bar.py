@@ -40,14 +40,13 @@ class ColorBar(QToolButton):
         # After a click, keys such as W are the window's again.
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.clicked.connect(self._toggle_lock)
-        sensitivity.choicesChanged.connect(lambda _choices: self._place())
         canvas.installEventFilter(self)
         self.hide()
 
     def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
         """Stay at the middle of the lower edge."""
         if event.type() == QEvent.Type.Resize:
-            self._place()
+            self.place()
         return False
 
     @property
@@ -62,7 +61,7 @@ class ColorBar(QToolButton):
         self._texts = texts
         self.setToolTip(f"{tip}\n{TIP}")
         self.setAccessibleName(f"Colours: {texts[0]} to {texts[1]} {texts[2]}")
-        self._place()
+        self.place()
         self.show()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -98,7 +97,8 @@ class ColorBar(QToolButton):
     def _width_of(self, text: str) -> float:
         return QFontMetricsF(self.font()).horizontalAdvance(text)
 
-    def _place(self) -> None:
+    def place(self) -> None:
+        """Lie in the middle of the lower edge, as wide as the text."""
         texts = (*self._texts, self._lock)
         width = round(sum(self._width_of(text) + MARGIN for text in texts) + self._bar_width)
         self.setFixedWidth(min(width + 2 * MARGIN, max(self._canvas.width() - 2 * MARGIN, 40)))

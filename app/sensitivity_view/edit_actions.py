@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from model.scene.tf_emphasis import (
     add_mode,
     add_striking_mode,
@@ -27,36 +25,34 @@ Emphasis = Literal["raise", "lower", "isolate"]
 
 
 class EditActions:
-    """Makes edits, each as one undo step."""
+    """Makes edits, each as one undo step.
+
+    `shown_colors` returns the colours (n, 3) that the active region shows now, `made_visible` an
+    opacity TF with opacities that show in the volume.
+    """
 
     def __init__(
         self,
-        state: ViewerState,
-        sensitivity: SensitivityState,
         asker: SensitivityAsker,
         layer: ResponseLayer,
         shown_colors: Callable[[], NDArray[np.float32]],
         made_visible: Callable[[OpacityTF], OpacityTF],
     ) -> None:
-        self._state = state
-        self._sensitivity = sensitivity
-        self._asker = asker
-        self._layer = layer
-        self._shown_colors = shown_colors
-        self._made_visible = made_visible
+        self._asker, self._layer = asker, layer
+        self._state, self._asked = asker.state, asker.asked
+        self._shown_colors, self._made_visible = shown_colors, made_visible
         self._ways_back: dict[tuple[Emphasis, OpacityTF], tuple[float, OpacityTF]] = {}
         """For the edit that takes back the one that led to a TF: its value, and the TF before."""
 
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out."""
         intervals = self._layer.intervals
-        fresh = self._asker.is_fresh(self._asker.region)
-        if index < len(intervals) and fresh:
+        if index < len(intervals) and self._asker.is_fresh(self._asker.region):
             self._add(intervals[index].value, self._width, striking)
 
     def add_mode_over_band(self, striking: bool = False) -> None:
         """Add a mode over the band, if wanted in a colour that stands out."""
-        band = self._sensitivity.band
+        band = self._asked.band
         if band is not None:
             width = self._width + (band.high - band.low) / 4
             self._add((band.low + band.high) / 2, width, striking)
@@ -82,7 +78,7 @@ class EditActions:
         self._state.tf_input.set(replace(tf, opacity=opacity), f"{how} value")
 
     def _add(self, value: float, width: float, striking: bool) -> None:
-        tf, height = self._state.transfer_function, self._sensitivity.choices.height
+        tf, height = self._state.transfer_function, self._asked.choices.height
         if striking:
             added = add_striking_mode(tf, value, width, height, self._shown_colors())
         else:
@@ -93,4 +89,4 @@ class EditActions:
     def _width(self) -> float:
         """Standard deviation of edits in the data's units."""
         lo, hi = self._state.scalar_range
-        return self._sensitivity.choices.width * (hi - lo) / (TF_SAMPLES - 1)
+        return self._asked.choices.width * (hi - lo) / (TF_SAMPLES - 1)

@@ -8,18 +8,17 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject
 
 from app.engines.requests import ValueVisibilityRequest
 from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import ColorBar
+from app.sensitivity_view.findings import change_text
 from app.short_numbers import short
 from app.state.sensitivity_answers import Answer, WhatIfAnswer
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
@@ -48,35 +47,26 @@ class FieldCover(QObject):
     stays, and is never mixed.
     """
 
-    changed = Signal()
-    """Emitted when a field is shown, or none any more."""
-
     def __init__(
         self,
         pane: EnginePane,
-        state: ViewerState,
-        sensitivity: SensitivityState,
         asker: SensitivityAsker,
         choose: Callable[[], Answer[Any] | None],
+        changed: Callable[[], object],
     ) -> None:
         super().__init__(pane)
-        self._pane = pane
-        self._state = state
-        self._sensitivity = sensitivity
-        self._asker = asker
-        self._choose = choose
+        self._pane, self._asker = pane, asker
+        self._state, self._asked = asker.state, asker.asked
+        self._choose, self._changed = choose, changed
         self._images: dict[SceneInputs, tuple[float, NDArray[np.float32]]] = {}
         self._scale = FLOOR
         self._caption = ""
         self._hint = ""
         self._what_if: WhatIfAnswer | None = None
         self._shown_as: Shown | None = None
-        self.bar = ColorBar(pane.canvas, sensitivity)
+        self.bar = ColorBar(pane.canvas, asker.asked)
         pane.imageShown.connect(self._take_image)
         pane.client.stateChanged.connect(self._check_stop)
-        asker.fieldAnswered.connect(self.refresh)
-        sensitivity.bandChanged.connect(lambda _band: self.refresh())
-        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
 
     @property
     def caption(self) -> str:
@@ -102,8 +92,8 @@ class FieldCover(QObject):
         if self._what_if is not None:
             return
         answer = self._choose()
-        band = self._sensitivity.band
-        shown = self._sensitivity.choices.shown
+        band = self._asked.band
+        shown = self._asked.choices.shown
         if answer is None or band is None or not shown:
             self._uncover()
             return
@@ -129,9 +119,9 @@ class FieldCover(QObject):
         difference = np.asarray(what_if.difference.mean(axis=-1), dtype=np.float64)
         self._scale = scale_of(difference, LEAST_DIFFERENCE)
         colored = overlay(what_if.image, difference, self._scale, "signed")
-        self._caption = f"{self._scale:.2g} (brighter): difference of pixel values by {edit}"
-        self._show(colored, "signed", "by the edit")
-        detail = f"{edit}: changes {short(what_if.rmse)}, {answer.source}"
+        self._caption = f"{short(self._scale)} (brighter): difference of pixel values by {edit}"
+        self._show(colored, "signed", "change by the edit")
+        detail = f"{edit}: changes by {change_text(what_if.rmse)}, {answer.source}"
         self._pane.name_cover("What if", detail, self._caption)
 
     def _take_image(self, inputs: SceneInputs, image: NDArray[np.float32]) -> None:
@@ -153,25 +143,25 @@ class FieldCover(QObject):
         if was_shown is not None:
             self._pane.canvas.show_cover(None)
             self._pane.name_cover("")
-            self.changed.emit()
+            self._changed()
         self._pane.canvas.update()
 
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
         """Cover the image by a picture, whose colours are said in the bar."""
         self._shown_as = measure
         self._pane.canvas.show_cover(to_qimage(colored.astype(np.float32)))
-        high = f"{100 * self._scale:.2g} %" if measure == "visible" else short(self._scale)
+        high = f"{100 * self._scale:.0f} %" if measure == "visible" else short(self._scale)
         texts = ("0", high, meaning)
         if measure == "signed":
             texts = (short(-self._scale), short(self._scale, signed=True), meaning)
         self.bar.show_scale(measure, texts, self._caption)
-        self.changed.emit()
+        self._changed()
 
     def _cover(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
         if isinstance(answer.request, ValueVisibilityRequest):
             self._cover_visible(answer, image)
             return
-        measure = self._sensitivity.choices.measure
+        measure = self._asked.choices.measure
         field = self._shown(answer)
         if not self._keeps_scale or self._shown_as != measure:
             # One scale for exact and learned fields, so that their colours can be compared.
@@ -180,8 +170,8 @@ class FieldCover(QObject):
         field, image = _square_together(field, image)
         colored = overlay(image, _resized(field, image), self._scale, measure)
         self._caption = self._described(answer)
-        self._show(colored, measure, f"per .01, {answer.source}")
-        band = self._sensitivity.band
+        self._show(colored, measure, f"change per .01 of opacity, {answer.source}")
+        band = self._asked.band
         if band is not None:
             values = range_text(band.values, self._state.scalar_range, self._state.scale)
             self._name(f"What an edit at {values} changes", answer)
@@ -194,7 +184,9 @@ class FieldCover(QObject):
         field, image = _square_together(field, image)
         colored = overlay(image, _resized(field, image), self._scale, "visible")
         values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
-        self._caption = f"{self._scale:.2g}: part of a pixel that shows {values}{self._way_back}"
+        self._caption = (
+            f"{100 * self._scale:.0f} %: part of a pixel that shows {values}{self._way_back}"
+        )
         self._show(colored, "visible", "of the pixel")
         self._name(f"Where {values} is visible", answer)
 
@@ -205,12 +197,12 @@ class FieldCover(QObject):
     @property
     def _keeps_scale(self) -> bool:
         """Whether the scale stays as it is while something moves."""
-        is_moving = self._state.live or self._sensitivity.dragging
-        return is_moving or self._sensitivity.choices.locked
+        is_moving = self._state.live or self._asked.dragging
+        return is_moving or self._asked.choices.locked
 
     @property
     def _way_back(self) -> str:
-        band = self._sensitivity.band
+        band = self._asked.band
         is_pinned = band is not None and band.pinned
         return "; Escape returns to the image" if is_pinned else ""
 
@@ -218,12 +210,12 @@ class FieldCover(QObject):
         """Field in the displayed unit."""
         request = answer.request
         edit = edit_over(request.values, self._state.scalar_range, request.width)
-        return shown_field(answer.value, edit, self._sensitivity.choices.measure)
+        return shown_field(answer.value, edit, self._asked.choices.measure)
 
     def _described(self, answer: Answer[Any]) -> str:
         """Text about a field under its colour bar."""
-        end = " (brighter)" if self._sensitivity.choices.measure == "signed" else ""
-        text = f"{self._scale:.2g}{end}: slope per +.01 opacity, {answer.source}"
+        end = " (brighter)" if self._asked.choices.measure == "signed" else ""
+        text = f"{short(self._scale)}{end}: slope per +.01 opacity, {answer.source}"
         if answer.source == "learned" and self._hint:
             text += ", outside what it was trained on"
         return text + self._way_back

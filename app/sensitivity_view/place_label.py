@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, Qt, Signal
+from collections.abc import Callable
+
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel
 
 from app import theme
 from app.icons import IconButton
 from app.image_view.image_canvas import ImageCanvas
-from app.state.sensitivity_answers import VisibilityAnswer
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from model.scene.value_text import range_text
 from model.sensitivity.contributions import contributions, percentages
 
@@ -25,26 +24,19 @@ EDGE = 4
 class PlaceLabel(QFrame):
     """Names the values at the place that was clicked in this canvas; it moves nothing else."""
 
-    openRequested = Signal()
-    """Emitted when the panel with these values is to be opened."""
-
     def __init__(
-        self,
-        canvas: ImageCanvas,
-        state: ViewerState,
-        sensitivity: SensitivityState,
-        asker: SensitivityAsker,
+        self, canvas: ImageCanvas, asker: SensitivityAsker, open_panel: Callable[[], object]
     ) -> None:
         super().__init__(canvas)
-        self._canvas, self._state = canvas, state
-        self._sensitivity, self._asker = sensitivity, asker
-        self._is_here = False
+        self._canvas, self._asker = canvas, asker
+        self.is_here = False
+        """Whether it was this canvas that was clicked."""
         self.setProperty("role", "card")
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
         self.text = QLabel()
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
-        self.button.clicked.connect(self.openRequested)
+        self.button.clicked.connect(lambda: open_panel())
         row = QHBoxLayout(self)
         row.setContentsMargins(8, 3, 3, 3)
         row.setSpacing(8)
@@ -52,43 +44,32 @@ class PlaceLabel(QFrame):
         row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
         self.hide()
         canvas.installEventFilter(self)
-        sensitivity.placeChanged.connect(lambda _place: self.refresh())
-        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
-        asker.visibilityAnswered.connect(self.refresh)
-
-    def come(self, is_here: bool) -> None:
-        """Say whether this canvas is the one that was clicked."""
-        self._is_here = is_here
-        self.refresh()
 
     def refresh(self) -> None:
         """Show the values at the place; until they are known, say so."""
-        has_place = self._is_here and self._sensitivity.place is not None
-        if not (has_place and self._sensitivity.choices.shown):
+        asker = self._asker
+        if not (self.is_here and asker.asked.place is not None and asker.asked.choices.shown):
             self.hide()
             return
-        answer = self._asker.pick
-        lines = [] if answer is None else self._lines(answer)
+        lines: list[tuple[str, str]] = []
+        if asker.pick is not None:
+            scalar_range, scale = asker.state.scalar_range, asker.state.scale
+            found = contributions(asker.pick.value[0], scalar_range)
+            lines = [
+                (range_text(one.reach, scalar_range, scale), f"{percent} %")
+                for one, percent in zip(found, percentages(found), strict=True)
+            ]
         rows = "".join(
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in lines
         )
-        nothing = "computing …" if answer is None else "Nothing shows here"
+        nothing = "computing …" if asker.pick is None else "Nothing shows here"
         self.text.setText(f"<table>{rows}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")
         self._place()
         self.show()
         self.raise_()
-
-    def _lines(self, answer: VisibilityAnswer) -> list[tuple[str, str]]:
-        """Return values and shares, in words."""
-        scalar_range, scale = self._state.scalar_range, self._state.scale
-        found = contributions(answer.value[0], scalar_range)
-        return [
-            (range_text(one.reach, scalar_range, scale), f"{percent} %")
-            for one, percent in zip(found, percentages(found), strict=True)
-        ]
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""
@@ -97,7 +78,7 @@ class PlaceLabel(QFrame):
         return False
 
     def _place(self) -> None:
-        place = self._sensitivity.place
+        place = self._asker.asked.place
         if place is None:
             return
         self.adjustSize()

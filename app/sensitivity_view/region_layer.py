@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import cast
 
-from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
 from app import theme
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
-from app.state.sensitivity_state import Choices, SensitivityState, Tool
+from app.state.sensitivity_state import SensitivityState, Tool
 from model.scene.region import Outline
 
 REACH = 8.0
@@ -43,27 +43,27 @@ class RegionLayer(QObject):
     mouse turns the view, as everywhere else.
     """
 
-    placeClicked = Signal()
-    """Emitted before a click asks which values show at its place."""
-
-    def __init__(self, canvas: ImageCanvas, state: SensitivityState) -> None:
+    def __init__(
+        self,
+        canvas: ImageCanvas,
+        asked: SensitivityState,
+        clicked: Callable[[], object],
+        drawn: Callable[[], object],
+    ) -> None:
         super().__init__(canvas)
-        self._canvas = canvas
-        self._state = state
+        self._canvas, self._state = canvas, asked
+        self._clicked, self._drawn = clicked, drawn
+        """Called before a click asks what shows at its place, and after a region is drawn."""
         self._pressed: QPointF | None = None
         self._moved = False
         self._grip: str | int | None = None
         self._start = Outline()
         self._lasso: list[QPointF] = []
+        self._tool: Tool | None = None
         self._place_before: tuple[float, float] | None = None
         canvas.setMouseTracking(True)
         canvas.add_decoration(self._paint)
         canvas.installEventFilter(self)
-        state.regionsChanged.connect(canvas.update)
-        state.placeChanged.connect(canvas.update)
-        state.choicesChanged.connect(self._choices_changed)
-        state.toolChanged.connect(self._show_cursor)
-        state.toolChanged.connect(lambda _tool: canvas.update())
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Handle mouse events on regions, and while a tool is chosen; pass on all others."""
@@ -82,11 +82,15 @@ class RegionLayer(QObject):
             return self._release(cast(QMouseEvent, event).position())
         return False
 
-    def _choices_changed(self, choices: Choices) -> None:
-        if not choices.shown and self._pressed is not None:
+    def refresh(self) -> None:
+        """Show the present regions and the cursor of the tool; guidance off ends a drag."""
+        if not self._state.choices.shown and self._pressed is not None:
             self._pressed, self._grip, self._lasso = None, None, []
             self._state.set_tool(None)
             self._state.finish_region()
+        if self._state.tool != self._tool:
+            self._tool = self._state.tool
+            self._show_cursor(self._tool)
         self._canvas.update()
 
     def _press(self, event: QMouseEvent) -> bool:
@@ -129,7 +133,7 @@ class RegionLayer(QObject):
             place, reach = self._canvas.place_of(position), self._canvas.reach
             inside = all(abs(p - 0.5) < half for p, half in zip(place, reach, strict=True))
             self._place_before = self._state.place
-            self.placeClicked.emit()
+            self._clicked()
             self._state.pick(place if inside else None)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()
@@ -148,6 +152,7 @@ class RegionLayer(QObject):
         self._state.set_tool(None)
         if outline is not None:
             self._state.add_region(outline)
+            self._drawn()
             self._state.finish_region()
         self._show_cursor(None, self._grip_at(position))
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QRect, Qt, Signal
+from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QToolButton, QWidget
 
@@ -18,8 +18,6 @@ from app.sensitivity_view.visible_layer import STALE
 from app.short_numbers import short
 from app.state.sensitivity_answers import RegionAnswer, displayed
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_text import value_text
@@ -86,29 +84,18 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
 
 FLAGS = 3
 
-UNIT = "  / .01"
+UNIT = "per .01"
 """At the top of the numbers, as they are changes by an edit of .01 of opacity."""
 
 
-class ResponseLayer(QObject):
+class ResponseLayer:
     """Draws the newest responses over the opacity plot; their zero lies on half of it."""
 
-    intervalsChanged = Signal()
-    """Emitted when other intervals have flags."""
-    peakClicked = Signal(int)
-
     def __init__(
-        self,
-        area: PlotArea,
-        state: ViewerState,
-        sensitivity: SensitivityState,
-        asker: SensitivityAsker,
+        self, area: PlotArea, asker: SensitivityAsker, add_mode: Callable[[int], object]
     ) -> None:
-        super().__init__(area)
-        self._area = area
-        self._state = state
-        self._sensitivity = sensitivity
-        self._asker = asker
+        self._area, self._asker = area, asker
+        self._state, self._asked = asker.state, asker.asked
         self._view = area.second
         self._limit = FLOOR
         self.intervals: tuple[Interval, ...] = ()
@@ -132,18 +119,11 @@ class ResponseLayer(QObject):
             curve.hide()
         self.flags = [PeakFlag(number + 1) for number in range(FLAGS)]
         for number, flag in enumerate(self.flags):
-            flag.clicked.connect(lambda _=False, n=number: self.peakClicked.emit(n))
+            flag.clicked.connect(lambda _=False, n=number: add_mode(n))
             flag.hide()
             area.add_flag(flag)
-        for changed in (area.axisChanged, area.heightChanged):
-            changed.connect(self._fit)
-        area.recolored.connect(self._recolor)
-        asker.regionAnswered.connect(state.calm.soon(self.refresh))
-        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
-        sensitivity.regionsChanged.connect(self._follow_region)
-        state.inputsChanged.connect(state.calm.soon(self._mark_stale))
         self._was_shown = self._is_shown
-        self._recolor()
+        self.recolor()
 
     @property
     def is_marked_stale(self) -> bool:
@@ -199,7 +179,7 @@ class ResponseLayer(QObject):
             if values is not None and (of := answers[name]) is not None and self._is_shown
         }
         self._mark_cut()
-        self._mark_stale()
+        self.mark_stale()
         if self._state.live:
             # Flags follow once nothing moves.
             return
@@ -207,7 +187,7 @@ class ResponseLayer(QObject):
         values = self._displayed(answer)
         found: tuple[Interval, ...] = ()
         self.left_out = None
-        if values is not None and answer is not None and self._sensitivity.choices.shown:
+        if values is not None and answer is not None and self._asked.choices.shown:
             scalar_range = answer.request.inputs.opacity_tf.scalar_range
             self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
             inside = np.abs(self._inside(values))
@@ -218,13 +198,8 @@ class ResponseLayer(QObject):
             low = self._interest[0]
             self.left_out = next((peak.value for peak in of_all if peak.value < low), None)
         if found != self.intervals:
-            self.flag(found)
-
-    def flag(self, intervals: tuple[Interval, ...]) -> None:
-        """Put flags at intervals."""
-        self.intervals = intervals
-        self._place_flags()
-        self.intervalsChanged.emit()
+            self.intervals = found
+            self._place_flags()
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write on each flag what its edit does, and name it by that in words."""
@@ -238,20 +213,20 @@ class ResponseLayer(QObject):
 
     @property
     def _is_shown(self) -> bool:
-        return self._sensitivity.shows_curve
+        return self._asked.shows_curve
 
-    def _follow_region(self) -> None:
+    def follow_region(self) -> None:
         """Come with a region, and go with it."""
         if self._is_shown != self._was_shown:
             self._was_shown = self._is_shown
             self.refresh()
-            self._fit()
+            self.fit()
         else:
-            self._mark_stale()
+            self.mark_stale()
 
     def _displayed(self, answer: RegionAnswer | None) -> NDArray[np.float64] | None:
         """Responses in the displayed unit; None for those of another measure."""
-        if answer is None or answer.request.measure != self._sensitivity.choices.measure:
+        if answer is None or answer.request.measure != self._asked.choices.measure:
             return None
         return displayed(answer)
 
@@ -269,20 +244,20 @@ class ResponseLayer(QObject):
     def _scale_axis(self, curves: list[NDArray[np.float64]]) -> None:
         highest = max((float(np.abs(self._inside(v)).max()) for v in curves), default=0.0)
         limit = max(1.15 * highest, FLOOR)
-        choices = self._sensitivity.choices
+        choices = self._asked.choices
         if choices.locked and self._limit > FLOOR:
             limit = self._limit
-        elif self._sensitivity.dragging or self._state.live:
+        elif self._asked.dragging or self._state.live:
             # Growing only: a scale that shrinks while dragging hides that the response falls.
             limit = max(limit, self._limit)
         if limit != self._limit or not self._state.live:
             self._limit = limit
-            self._fit()
+            self.fit()
 
-    def _fit(self) -> None:
+    def fit(self) -> None:
         """Let the scale end where the opacities do: at 1, and where it is signed at 0, too."""
         limit, head = self._limit, self._area.headroom
-        signed = self._sensitivity.choices.measure == "signed"
+        signed = self._asked.choices.measure == "signed"
         low = -limit if signed else 0.0
         self._view.setYRange(low, limit + head * (limit - low), padding=0)
         self._zero.setVisible(self._is_shown and signed and self._area.scale.logarithmic)
@@ -322,7 +297,7 @@ class ResponseLayer(QObject):
                 )
         self._cut.setData(spots)
 
-    def _mark_stale(self) -> None:
+    def mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""
         for name, source in (("exact", self._asker.exact_source), ("learned", "learned")):
             fresh = self._asker.is_fresh(self._asker.regions.get(source))
@@ -334,7 +309,8 @@ class ResponseLayer(QObject):
         for flag in self.flags:
             flag.setEnabled(fresh)
 
-    def _recolor(self) -> None:
+    def recolor(self) -> None:
+        """Take the colours of the theme."""
         color = theme.CHANGE
         self._curves["exact"].setPen(pg.mkPen(color, width=2))
         dashed = pg.mkPen(color, width=1.6, style=Qt.PenStyle.DashLine)
@@ -342,7 +318,7 @@ class ResponseLayer(QObject):
         self._zero.setPen(pg.mkPen(theme.BORDER, width=1, style=Qt.PenStyle.DotLine))
         self._stems.setPen(pg.mkPen(color, width=1))
         self._tops.setBrush(pg.mkBrush(color))
-        self._fit()
+        self.fit()
 
     def _place_flags(self) -> None:
         area = self._area

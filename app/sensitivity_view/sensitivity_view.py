@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -9,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QDialogButtonBox,
+    QTableWidget,
+    QTableWidgetItem,
+    QVBoxLayout,
+)
 
 from app.controls import order_focus
 from app.engines.channels import EngineName
@@ -23,23 +31,24 @@ from app.sensitivity_view.place_label import PlaceLabel
 from app.sensitivity_view.plot_mouse import PlotMouse
 from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.sensitivity_view.responses_table import ResponsesTable
 from app.sensitivity_view.shown_result import shown_result
 from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.visible_layer import VisibleLayer
-from app.sensitivity_view.what_if import WhatIfQuestion
+from app.sensitivity_view.what_if import WhatIf
 from app.state.sensitivity_answers import Answer, WhatIfAnswer
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
+from model.scene.inputs import SceneInputs
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF
 from model.sensitivity.result import SensitivityResult
 
+TABLE_SIZE = 520, 480
+"""Of the dialog with the curve's numbers, in pixels."""
+
 
 class SensitivityView(QObject):
-    """Puts the sensitivity's widgets into the panes and into the TF editor.
+    """Puts the sensitivity's widgets into the panes and into the TF editor, and refreshes them.
 
     The reference pane shows exact fields, the generator's learned ones; where there is only
     one of the two, both show it.
@@ -47,8 +56,6 @@ class SensitivityView(QObject):
 
     def __init__(
         self,
-        state: ViewerState,
-        sensitivity: SensitivityState,
         workspace: Workspace,
         generator: EnginePane,
         reference: EnginePane,
@@ -56,93 +63,157 @@ class SensitivityView(QObject):
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._state = state
-        self._sensitivity = sensitivity
-        self._workspace = workspace
+        self._workspace, self._editor = workspace, editor
         self._asker = asker = workspace.sensitivity
-        self._editor = editor
+        self._state, self._asked = asker.state, asker.asked
         self._panes = generator, reference
-        self.regions = [RegionLayer(pane.canvas, sensitivity) for pane in self._panes]
-        self.labels = [PlaceLabel(pane.canvas, state, sensitivity, asker) for pane in self._panes]
-        self.exact = FieldCover(reference, state, sensitivity, asker, lambda: self._field("exact"))
+        self._what_if_shown: WhatIfAnswer | None = None
+        canvases = [pane.canvas for pane in self._panes]
+        self.labels = [PlaceLabel(canvas, asker, self._open_panel) for canvas in canvases]
+        self.regions = [
+            RegionLayer(canvas, self._asked, partial(self._name_values_at, n), self._open_panel)
+            for n, canvas in enumerate(canvases)
+        ]
         self.learned = FieldCover(
-            generator, state, sensitivity, asker, lambda: self._field("learned")
+            generator, asker, lambda: self._field("learned"), self._show_one_bar
         )
+        self.exact = FieldCover(reference, asker, lambda: self._field("exact"), self._show_one_bar)
         area = editor.area
-        self.mouse = PlotMouse(area, state, sensitivity)
-        self.visible = VisibleLayer(area, state, sensitivity, asker)
-        self.responses = ResponseLayer(area, state, sensitivity, asker)
-        self.band = BandLayer(area, state, sensitivity, asker, self.visible)
-        self.chips = ChipBar(sensitivity, area.histogram)
-        self.source = SourceLabel(sensitivity, asker, workspace)
-        self.what_if = WhatIfQuestion(state, sensitivity, asker, self.responses, self)
-        self.actions = EditActions(
-            state, sensitivity, asker, self.responses, self._shown_colors, self._made_visible
-        )
+        self.mouse = PlotMouse(area, self._state, self._asked)
+        self.visible = VisibleLayer(area, asker)
+        self.responses = ResponseLayer(area, asker, lambda n: self.actions.add_mode(n))
+        self.actions = EditActions(asker, self.responses, self._shown_colors, self._made_visible)
+        self.band = BandLayer(area, asker, self.visible, self.actions.add_mode_over_band)
+        self.chips = ChipBar(self._asked, area.histogram, self._open_panel, self.show_table)
+        self.source = SourceLabel(workspace)
+        self.what_if = WhatIf(asker, self.responses, self._show_what_if, self)
         self.findings = FindingsPanel(
-            state,
-            sensitivity,
-            asker,
-            self.responses,
-            self.actions,
-            self.what_if,
-            self.source,
+            asker, self.responses, self.actions, self.what_if, self.source, self._fold
         )
         editor.add_to_header(self.chips)
         editor.add_panel(self.findings)
+        self._refreshes = self._listed_refreshes()
         self._connect()
-        self._order_focus()
+        order_focus(
+            [
+                *editor.header_controls,
+                *self.chips.controls,
+                area.widget,
+                *self.responses.flags,
+                *editor.card.controls,
+                self.band.tag.add,
+                self.band.tag.release,
+                *self.findings.controls,
+                self.source,
+            ]
+        )
         self._fold()
 
-    def _connect(self) -> None:
-        sensitivity, findings = self._sensitivity, self.findings
-        self._editor.resized.connect(self._fold)
-        for asked_for in (sensitivity.regionDrawn, self.chips.regionChosen):
-            asked_for.connect(lambda: findings.set_open(True))
-        for layer, label in zip(self.regions, self.labels, strict=True):
-            layer.placeClicked.connect(partial(self._name_values_at, label))
-            label.openRequested.connect(lambda: findings.set_open(True))
-        self.chips.panel.clicked.connect(findings.set_open)
-        self.chips.tableRequested.connect(self.show_table)
-        QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
-        findings.openChanged.connect(lambda _open: self._fold())
-        findings.renameRequested.connect(self.chips.ask_name)
-        self._editor.area.recolored.connect(self.source.refresh)
-        self.source.saidChanged.connect(self.chips.say_source)
-        self.band.tag.add.addRequested.connect(self.actions.add_mode_over_band)
-        for cover in (self.exact, self.learned):
-            self._workspace.hintChanged.connect(cover.set_hint)
-            cover.changed.connect(self._show_one_bar)
-        self.what_if.shown.connect(self._show_what_if)
-        self.what_if.ended.connect(self._end_what_if)
-        self.what_if.ended.connect(lambda: self.band.ask_edit(False))
-        self.what_if.resultChanged.connect(
-            lambda _said: self.band.ask_edit(self.what_if.button.isChecked())
+    def _listed_refreshes(self) -> dict[str, tuple[Callable[[], object], ...]]:
+        """Return what is shown anew after a change, in this order."""
+        regions, labels, covers = (
+            tuple(part.refresh for part in parts)
+            for parts in (self.regions, self.labels, (self.exact, self.learned))
         )
+        bars = self.exact.bar.place, self.learned.bar.place
+        visible, responses, band = self.visible, self.responses, self.band
+        findings, what_if, chips = self.findings, self.what_if, self.chips
+        return {
+            # Answers.
+            "region": (responses.refresh, self._show_source, findings.refresh),
+            "visibility": (visible.refresh, band.refresh, findings.refresh),
+            "pick": (*labels, findings.refresh),
+            "field": (*covers, self._show_source),
+            "seen": covers,
+            "what if": (what_if.take,),
+            # What was asked.
+            "choices": (
+                what_if.forget, *regions, *labels, *covers, *bars,
+                visible.refresh, responses.refresh, responses.fit, band.refresh,
+                chips.refresh, self._show_source, findings.show_open, findings.refresh,
+            ),
+            "regions": (
+                what_if.forget, *regions, responses.follow_region, chips.refresh, findings.refresh,
+            ),
+            "band": (*covers, band.refresh, what_if.follow_band),
+            "place": (*regions, *labels, findings.refresh),
+            "tool": (*regions, chips.refresh),
+            # What it was asked of, and where it is shown.
+            "inputs": (visible.mark_stale, responses.mark_stale),
+            "rest": (findings.refresh,),
+            "axis": (visible.place_labels, responses.fit, band.refresh),
+            "colors": (visible.recolor, responses.recolor, band.refresh, self._show_source),
+        }  # fmt: skip
 
-    def show_table(self) -> ResponsesTable:
-        """List the curve's numbers."""
-        if not self._sensitivity.shows_curve:
-            self._sensitivity.show_layer("curve", True)
+    def _connect(self) -> None:
+        area, state = self._editor.area, self._state
+        self._asked.changed.connect(self._refresh)
+        self._asked.finished.connect(self._refresh)
+        self._asker.answered.connect(self._refresh_soon)
+        state.inputsChanged.connect(self._follow_inputs)
+        state.inputsChangeFinished.connect(partial(self._refresh, "rest"))
+        for changed in (area.axisChanged, area.heightChanged):
+            changed.connect(partial(self._refresh, "axis"))
+        area.recolored.connect(partial(self._refresh, "colors"))
+        self._editor.resized.connect(self._fold)
+        self._workspace.hintChanged.connect(self._take_hint)
+        self._workspace.modelChanged.connect(self._show_source)
+        QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
+
+    def _refresh(self, what: str) -> None:
+        for refresh in self._refreshes[what]:
+            refresh()
+
+    def _refresh_soon(self, what: str) -> None:
+        """Refresh now; a few times a second while something moves."""
+        for refresh in self._refreshes[what]:
+            self._state.calm.ask(refresh, refresh)
+
+    def _follow_inputs(self) -> None:
+        # What the edit would do to another image is another question.
+        self.what_if.forget()
+        self.what_if.end()
+        self._refresh_soon("inputs")
+
+    def _take_hint(self, hint: str) -> None:
+        for cover in (self.exact, self.learned):
+            cover.set_hint(hint)
+        self.source.set_hint(hint)
+        self.chips.say_source(self.source.said)
+
+    def _show_source(self) -> None:
+        self.source.refresh()
+        self.chips.say_source(self.source.said)
+
+    def show_table(self) -> QDialog:
+        """List the curve's numbers: for who cannot see it, or wants to copy them."""
+        if not self._asked.shows_curve:
+            self._asked.show_layer("curve", True)
         columns, rows = self.responses.table()
-        title = f"Change: {self._sensitivity.region_name}"
-        dialog = ResponsesTable(title, columns, rows, self._editor)
+        dialog = QDialog(self._editor)
+        dialog.setWindowTitle(f"Change: {self._asked.region_name}")
+        table = QTableWidget(len(rows), len(columns))
+        table.setAccessibleName(dialog.windowTitle())
+        table.setHorizontalHeaderLabels(columns)
+        table.verticalHeader().hide()
+        table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        for down, row in enumerate(rows):
+            for right, text in enumerate(row):
+                table.setItem(down, right, QTableWidgetItem(text))
+        table.resizeColumnsToContents()
+        close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+        close.rejected.connect(dialog.reject)
+        column = QVBoxLayout(dialog)
+        column.addWidget(table)
+        column.addWidget(close)
+        dialog.resize(*TABLE_SIZE)
+        dialog.finished.connect(dialog.deleteLater)
         dialog.open()
         return dialog
 
-    def _order_focus(self) -> None:
-        """Let Tab go from the header to the plot, its flags and its card, and to the panel."""
-        chips, findings, area = self.chips, self.findings, self._editor.area
-        rows = zip(findings.raises, findings.lowers, findings.isolates, strict=True)
-        order: list[QWidget] = [
-            *self._editor.header_controls,
-            chips.region, chips.change, chips.more, chips.visible, chips.voxels, chips.panel,
-            area.widget, *self.responses.flags, *self._editor.card.controls,
-            self.band.tag.add, self.band.tag.release,
-            findings.rename, findings.close_button, *(each for row in rows for each in row),
-            findings.height_box, *findings.adds, self.what_if.button, self.source,
-        ]  # fmt: skip
-        order_focus(order)
+    def _open_panel(self, is_open: bool = True) -> None:
+        self.findings.set_open(is_open)
 
     def _fold(self) -> None:
         editor = self._editor
@@ -151,19 +222,20 @@ class SensitivityView(QObject):
         self.chips.fold(editor.width(), is_open)
         self.chips.panel.setChecked(is_open)
 
-    def _name_values_at(self, clicked: PlaceLabel) -> None:
-        for label in self.labels:
-            label.come(label is clicked)
+    def _name_values_at(self, clicked: int) -> None:
+        for number, label in enumerate(self.labels):
+            label.is_here = number == clicked
+            label.refresh()
 
     def toggle_pin(self) -> None:
         """Keep the band of values, or the best one, when the mouse leaves; or release it."""
-        band, best = self._sensitivity.band, self.responses.intervals
+        band, best = self._asked.band, self.responses.intervals
         if band is not None and band.pinned:
-            self._sensitivity.unpin()
+            self._asked.unpin()
         elif band is not None:
-            self._sensitivity.pin()
+            self._asked.pin()
         elif best:
-            self._sensitivity.pin(best[0].value)
+            self._asked.pin(best[0].value)
 
     def escape(self) -> bool:
         """End the last of what is under way; return False if nothing is.
@@ -171,13 +243,15 @@ class SensitivityView(QObject):
         That is a region that is to be drawn, a pinned band, an edit that is tried, a clicked
         place, a region, or the open panel.
         """
-        asked = self._sensitivity
+        asked = self._asked
         if asked.tool is not None:
             asked.set_tool(None)
         elif asked.band is not None and asked.band.pinned:
             asked.unpin()
-        elif self.what_if.leave() or self.findings.values.leave():
-            pass
+        elif self.what_if.is_on:
+            self.what_if.end()
+        elif asked.place is not None:
+            asked.pick(None)
         elif asked.active is not None:
             asked.activate(None)
             self.findings.set_open(False)
@@ -192,12 +266,10 @@ class SensitivityView(QObject):
         opened = self._workspace.opened
         if opened is None:
             return None
-        return shown_result(
-            self._state, self._sensitivity, self._asker, self._image(), opened.volume.units
-        )
+        return shown_result(self._asker, self._image(self._state.inputs), opened.volume.units)
 
     def _field(self, wanted: EngineName) -> Answer[Any] | None:
-        band = self._sensitivity.band
+        band = self._asked.band
         if band is not None and not band.effect:
             # Of the data, whoever draws: one image shows it, and the other stays as it is.
             return self._asker.seen if wanted == self._left else None
@@ -215,32 +287,36 @@ class SensitivityView(QObject):
 
     def _show_one_bar(self) -> None:
         """Show the colour bar over the left one of the images that have a field."""
-        covers = (
-            [self.learned, self.exact] if self._left == "learned" else [self.exact, self.learned]
-        )
+        covers = [self.learned, self.exact]
+        if self._left == "exact":
+            covers.reverse()
         shown = [cover for cover in covers if cover.caption]
         for cover in covers:
             cover.bar.setVisible(cover in shown[:1])
 
-    def _image(self) -> NDArray[np.float32] | None:
-        inputs = self._state.inputs
+    def _image(self, inputs: SceneInputs) -> NDArray[np.float32] | None:
         image = self.exact.image_of(inputs)
         return self.learned.image_of(inputs) if image is None else image
 
     def _shown_colors(self) -> NDArray[np.float32]:
-        image = self._image()
+        image = self._image(self._state.inputs)
         if image is None:
             return np.zeros((0, 3), dtype=np.float32)
-        return image[self._sensitivity.outline.mask(image.shape[:2])]
+        return image[self._asked.outline.mask(image.shape[:2])]
 
     def _made_visible(self, opacity: OpacityTF) -> OpacityTF:
         opened = self._workspace.opened
         return opacity if opened is None else ThinnedVolume.of(opened.volume).made_visible(opacity)
 
-    def _show_what_if(self, answer: WhatIfAnswer) -> None:
-        cover = self.learned if answer.source == "learned" else self.exact
-        cover.show_what_if(answer, self.what_if.edit_text)
-
-    def _end_what_if(self) -> None:
-        for cover in (self.exact, self.learned):
-            cover.show_what_if(None)
+    def _show_what_if(self) -> None:
+        """Show the difference that an edit makes, and say it; or the fields again."""
+        answer = self.what_if.shown
+        before, self._what_if_shown = self._what_if_shown, answer
+        if answer is not None and answer is not before:
+            cover = self.learned if answer.source == "learned" else self.exact
+            cover.show_what_if(answer, self.what_if.edit_text)
+        elif answer is None and before is not None:
+            for cover in (self.exact, self.learned):
+                cover.show_what_if(None)
+        self.findings.show_result()
+        self.band.ask_edit(self.what_if.is_on)

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from app.state.sensitivity_answers import Answer
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from model.rendering.resizing import at_size_of
 from model.scene.tf_perturbation import edit_over
 from model.scene.value_scale import values_at
@@ -18,14 +16,13 @@ from model.sensitivity.result import SensitivityResult
 
 
 def shown_result(
-    state: ViewerState,
-    sensitivity: SensitivityState,
-    asker: SensitivityAsker,
-    image: NDArray[np.float32] | None,
-    units: str,
+    asker: SensitivityAsker, image: NDArray[np.float32] | None, units: str
 ) -> SensitivityResult | None:
-    """Return what is shown: the field of the band if there is one, else the region's responses."""
-    band = sensitivity.band
+    """Return what is shown: the field of the band if there is one, else the region's responses.
+
+    It is None as long as there is no answer about the present image, of which this is the picture.
+    """
+    state, band = asker.state, asker.asked.band
     if band is not None and not band.effect:
         # Where values are visible is no sensitivity.
         band = None
@@ -44,28 +41,27 @@ def shown_result(
         "width": answer.request.width,
         "source": answer.source,
     }
-    if band is not None:
-        if answer.request.values != band.values:
+    if band is None:
+        if not asker.is_fresh(answer):
             return None
-        common["image"] = at_size_of(answer.value, image)
-        unit = f" {units}" if units else ""
-        low, high = values_at(band.values, state.scale)
-        values = f"{low:.5g}" if low == high else f"{low:.5g} to {high:.5g}"
+        shape = answer.request.quality.pixels.shape
         return SensitivityResult(
-            kind="value",
-            measure=sensitivity.choices.measure,
-            place=f"edits around {values}{unit}",
-            pixels=answer.value.shape[0] * answer.value.shape[1],
-            edit=edit_over(band.values, state.scalar_range, answer.request.width),
+            kind="region",
+            measure=answer.request.measure,
+            place=asker.asked.region_name,
+            pixels=int(answer.request.region.mask(shape).sum()),
             **common,
         )
-    if not asker.is_fresh(answer):
+    if answer.request.values != band.values:
         return None
-    shape = answer.request.quality.pixels.shape
+    low, high = values_at(band.values, state.scale)
+    values = f"{low:.5g}" if low == high else f"{low:.5g} to {high:.5g}"
+    common["image"] = at_size_of(answer.value, image)
     return SensitivityResult(
-        kind="region",
-        measure=answer.request.measure,
-        place=sensitivity.region_name,
-        pixels=int(answer.request.region.mask(shape).sum()),
+        kind="value",
+        measure=asker.asked.choices.measure,
+        place=f"edits around {values}{f' {units}' if units else ''}",
+        pixels=answer.value.shape[0] * answer.value.shape[1],
+        edit=edit_over(band.values, state.scalar_range, answer.request.width),
         **common,
     )

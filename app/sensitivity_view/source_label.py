@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QLabel
 
 from app import theme
 from app.glosses import explain, gloss, without_links
-from app.state.sensitivity_answers import Source
-from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
 from app.state.workspace import Workspace
 from model.sensitivity.cosine import Agreement
-
-GLOSSES: dict[Source, str] = {
-    "exact": "Exact",
-    "stand-in": "Surrogate",
-    "learned": "Learned",
-}
-"""Terms of the glossary for the sources."""
 
 GOOD, FAIR = 0.9, 0.7
 """Least cosine of good and of fair agreement."""
@@ -30,19 +20,9 @@ NOTABLE = 2.0
 class SourceLabel(QLabel):
     """Names the engines behind what is shown, with the colours of their curves."""
 
-    saidChanged = Signal(str)
-
-    def __init__(
-        self,
-        state: SensitivityState,
-        asker: SensitivityAsker,
-        workspace: Workspace,
-        parent: QWidget | None = None,
-    ) -> None:
-        super().__init__(parent)
-        self._state = state
-        self._asker = asker
-        self._workspace = workspace
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
+        self._workspace, self._asker = workspace, workspace.sensitivity
         self._hint = ""
         self.setProperty("role", "dim")
         self.setTextFormat(Qt.TextFormat.RichText)
@@ -52,11 +32,6 @@ class SourceLabel(QLabel):
         flags = Qt.TextInteractionFlag
         self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        for signal in (asker.regionAnswered, asker.fieldAnswered):
-            signal.connect(self.refresh)
-        state.choicesChanged.connect(lambda _choices: self.refresh())
-        workspace.hintChanged.connect(self._take_hint)
-        workspace.modelChanged.connect(self.refresh)
         self.refresh()
 
     @property
@@ -64,31 +39,31 @@ class SourceLabel(QLabel):
         """Text of the line as it is read."""
         return without_links(self.text())
 
-    def _take_hint(self, hint: str) -> None:
+    def set_hint(self, hint: str) -> None:
+        """Say whether inputs are outside what the model was trained on."""
         self._hint = hint
         self.refresh()
 
     def refresh(self) -> None:
         """Name the sources, and how far learned and exact ones agree."""
-        asker, choices = self._asker, self._state.choices
-        if not choices.shown:
-            text = ""
-        elif choices.engine == "learned" and asker.learned_size is None:
+        asker, choices = self._asker, self._asker.asked.choices
+        text = ""
+        if choices.shown and asker.problem:
+            text = _warning(asker.problem)
+        elif choices.shown and choices.engine == "learned" and asker.learned_size is None:
             text = "no model of this volume: open one, or choose Exact"
-        else:
+        elif choices.shown:
             text = self._source_text()
-        if asker.problem and choices.shown:
-            text = f"<span style='color:{theme.WARNING}'>{asker.problem}</span>"
-        self.setText(text)
-        self.saidChanged.emit(self.said)
+        if text != self.text():
+            self.setText(text)
 
     def _source_text(self) -> str:
         asker = self._asker
-        exact, learned = asker.exact_source, "learned"
-        parts = []
+        exact, parts = asker.exact_source, []
+        name = gloss(exact.capitalize())
         if exact in asker.regions:
-            parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {gloss(GLOSSES[exact])}")
-        if learned in asker.regions:
+            parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {name}")
+        if "learned" in asker.regions:
             parts.append(f"<span style='color:{theme.CHANGE}'>╍</span> {gloss('Learned')}")
             agreement = asker.region_agreement
             if agreement is not None:
@@ -101,12 +76,10 @@ class SourceLabel(QLabel):
                     else f"{gloss('Cosine')} on its test images {recorded:.2f}, "
                     f"{_trust_word(recorded)}"
                 )
-            wanted = asker.order("region")
-            if "exact" in wanted and exact not in asker.regions:
-                parts.append(f"{gloss(GLOSSES[exact])} …")
+            if "exact" in asker.order("region") and exact not in asker.regions:
+                parts.append(f"{name} …")
             if self._hint:
-                color = theme.WARNING
-                parts.append(f"<span style='color:{color}'>outside what it was trained on</span>")
+                parts.append(_warning("outside what it was trained on"))
         elif missing := self._missing_learned():
             parts.append(missing)
         return " &nbsp; ".join(parts)
@@ -122,13 +95,18 @@ class SourceLabel(QLabel):
 
     def _missing_learned(self) -> str:
         """Say why a model of this volume gives no answer; empty if it does, or need not."""
-        if self._state.choices.engine == "exact":
+        asker, asked = self._asker, self._asker.asked
+        if asked.choices.engine == "exact":
             return ""
-        if self._hint and self._asker.learned_size is None:
+        if self._hint and asker.learned_size is None:
             return f"{gloss('Learned')}: not for this range"
-        if self._asker.learned_size and not self._state.outline.is_in_square:
+        if asker.learned_size and not asked.outline.is_in_square:
             return f"{gloss('Learned')}: outside the model's image"
         return ""
+
+
+def _warning(text: str) -> str:
+    return f"<span style='color:{theme.WARNING}'>{text}</span>"
 
 
 def _trust_word(cosine: float) -> str:

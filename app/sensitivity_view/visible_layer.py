@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPoint, QRect
+from PySide6.QtCore import QPoint, QRect
 from PySide6.QtGui import QColor
 
 from app import theme
 from app.state.sensitivity_asker import SensitivityAsker
-from app.state.sensitivity_state import SensitivityState
-from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.plot_labels import label_font
 from model.scene.tf_perturbation import edit_over
@@ -30,33 +28,17 @@ NAMED_FROM = 0.2
 """Share of what is visible from which a peak says its value."""
 
 
-class VisibleLayer(QObject):
+class VisibleLayer:
     """Draws how much of the active region, or of the whole image, each value makes up."""
 
-    def __init__(
-        self,
-        area: PlotArea,
-        state: ViewerState,
-        sensitivity: SensitivityState,
-        asker: SensitivityAsker,
-    ) -> None:
-        super().__init__(area)
-        self._area = area
-        self._state = state
-        self._sensitivity = sensitivity
-        self._asker = asker
+    def __init__(self, area: PlotArea, asker: SensitivityAsker) -> None:
+        self._area, self._asker, self._state = area, asker, asker.state
         self._curve: Any = pg.PlotCurveItem(fillLevel=0, antialias=True)
         self._curve.setZValue(-5)
         area.back.addItem(self._curve, ignoreBounds=True)
         self._labels: list[Any] = []
         self._peaks: list[tuple[float, float]] = []
-        asker.visibilityAnswered.connect(state.calm.soon(self.refresh))
-        sensitivity.choicesChanged.connect(lambda _choices: self.refresh())
-        for changed in (area.axisChanged, area.heightChanged):
-            changed.connect(self._place_labels)
-        area.recolored.connect(self._recolor)
-        state.inputsChanged.connect(state.calm.soon(self._mark_stale))
-        self._recolor()
+        self.recolor()
 
     @property
     def is_marked_stale(self) -> bool:
@@ -79,7 +61,7 @@ class VisibleLayer(QObject):
 
     def refresh(self) -> None:
         """Draw the newest answer."""
-        answer, choices = self._asker.visibility, self._sensitivity.choices
+        answer, choices = self._asker.visibility, self._asker.asked.choices
         is_shown = answer is not None and choices.shown and choices.visible
         self._curve.setVisible(is_shown)
         peaks: list[tuple[float, float]] = []
@@ -91,7 +73,7 @@ class VisibleLayer(QObject):
             self._area.draw(self._curve, heights, scalar_range)
             if self._state.live:
                 # The labels rest until the hand does.
-                self._mark_stale()
+                self.mark_stale()
                 return
             bins = np.linspace(*scalar_range, len(heights))
             found = contributions(answer.value[0], scalar_range)
@@ -107,10 +89,10 @@ class VisibleLayer(QObject):
             for label, text in zip(self._labels, texts, strict=False):
                 label.setText(text)
         self._peaks = peaks
-        self._mark_stale()
-        self._place_labels()
+        self.mark_stale()
+        self.place_labels()
 
-    def _mark_stale(self) -> None:
+    def mark_stale(self) -> None:
         """Dim what is not of the present image."""
         answer = self._asker.visibility
         fresh = answer is not None and answer.is_of(self._state.inputs)
@@ -127,7 +109,7 @@ class VisibleLayer(QObject):
         self._area.opacity.addItem(label, ignoreBounds=True)
         return label
 
-    def _place_labels(self) -> None:
+    def place_labels(self) -> None:
         """Put each above its peak, or higher where it would cover a handle, a card or another."""
         area = self._area
         taken = [*area.handle_boxes(), *area.card_boxes()]
@@ -149,7 +131,8 @@ class VisibleLayer(QObject):
             corner = area.widget.mapToScene(QPoint(box.center().x(), box.bottom()))
             label.setPos(area.opacity.mapSceneToView(corner))
 
-    def _recolor(self) -> None:
+    def recolor(self) -> None:
+        """Take the colours of the theme."""
         fill = QColor(theme.VISIBLE)
         fill.setAlphaF(0.6)
         self._curve.setBrush(fill)

@@ -1,4 +1,4 @@
-"""Pictures of the map: the grid, and the place under the mouse.
+"""Pictures of the map of TFs: the grid, and the place under the mouse.
 
 A picture is that of the decoded TF, which a click on it gives, by the ray caster. On the map, a
 model that draws codes draws the code itself, as in the paper (section 5.2).
@@ -6,7 +6,10 @@ model that draws codes draws the code itself, as in the paper (section 5.2).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -19,9 +22,10 @@ from app.engines.messages import Result
 from app.engines.pace import Pace
 from app.engines.quality import Quality
 from app.engines.requests import BatchRequest
+from app.engines.states import EngineState
 from app.state.at_work import AtWork
 from app.state.brightness import Brightness
-from app.state.latent_session import LatentSession
+from app.state.latent_session import LatentSession, OpenSpace
 from app.state.latent_state import LatentState, Place
 from app.state.viewer_state import ViewerState
 from model.latent.latent_map import CELLS
@@ -46,14 +50,7 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True, eq=False)
 class HoverPicture:
-    """Picture of a place of the map.
-
-    Attributes
-    ----------
-    samples : int
-        Samples that are blended; 0 where the nearest one is shown.
-    image : ndarray of float32, shape (S, S, 4)
-    """
+    """Picture of a place of the map: the mean of some samples, or the nearest one if 0."""
 
     tf: OpacityTF
     samples: int
@@ -75,7 +72,6 @@ class GridPicture:
         On the map: of the samples, or their means.
     inputs : SceneInputs
         View, light and colours of the pictures.
-    source : {"exact", "learned"}
     images : dict of int to ndarray
         Pictures (S, S, 4) of the cells that have one.
     exposures : dict of int to float
@@ -97,11 +93,15 @@ class LatentPictures(QObject):
 
     Parameters
     ----------
-    exact, learned : EngineClient
-        Clients of a ray caster and of the generator.
+    clients : mapping of str to EngineClient
+        A ray caster's ("exact") and the generator's ("learned").
 
     Attributes
     ----------
+    session : LatentSession
+        The map that the pictures are of.
+    model : Path or None
+        Folder of a model that fits the volume.
     grid_at_work : AtWork
         Tells that the grid's pictures take long.
     """
@@ -118,21 +118,21 @@ class LatentPictures(QObject):
         self,
         state: ViewerState,
         latent: LatentState,
-        session: LatentSession,
-        exact: EngineClient,
-        learned: EngineClient,
+        clients: Mapping[EngineName, EngineClient],
         brightness: Brightness,
+        open_space: OpenSpace,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
+        self.state = latent
+        self.session = LatentSession(state, latent, open_space, self)
+        self.model: Path | None = None
         self.grid: GridPicture | None = None
         self.hover: HoverPicture | None = None
-        self._state, self._latent, self._session = state, latent, session
-        self._brightness = brightness
+        self._state, self._brightness = state, brightness
         self._model_size: int | None = None
         self._is_path_traced = False
         self._pace, self._patience = Pace(), 1.0
-        clients: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
         self._grids = Channels(clients, "grid", self._take_grid, self)
         self._hovers = Channels(clients, "hover", self._take_hover, self)
         self.grid_at_work = AtWork(self._grids.values(), self)
@@ -145,14 +145,14 @@ class LatentPictures(QObject):
         self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
         state.inputsChangeFinished.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
-        latent.brushChangeFinished.connect(self._ask_grid)
         latent.hoverChanged.connect(self._hover_changed)
         latent.choicesChanged.connect(lambda _choices: self.ask())
-        session.mapClosed.connect(self.forget)
-        session.mapChanged.connect(lambda _map: self.ask())
-        session.filterChanged.connect(self.ask)
+        self.session.mapChanged.connect(self._map_changed)
+        self.session.filterChanged.connect(self.ask)
         # Coarse pictures first, which are there in a fraction of the time.
-        session.differentChanged.connect(lambda: self._ask_grid(live=True))
+        self.session.differentChanged.connect(lambda: self._ask_grid(live=True))
+        exact = clients["exact"]
+        exact.stateChanged.connect(partial(self._check_failure, exact))
 
     @property
     def from_codes(self) -> bool:
@@ -160,11 +160,16 @@ class LatentPictures(QObject):
 
         Only those of the map: the ones that differ most are of TFs to take.
         """
-        has_codes = self._model_size is not None and self._session.has_models_codec
-        return has_codes and self._latent.choices.on_map
+        has_codes = self._model_size is not None and self.session.has_models_codec
+        return has_codes and self.state.choices.on_map
 
-    def set_model(self, size: int | None) -> None:
-        """Set the size of images of a generator that draws the codes of its own codec, or None."""
+    def set_model(self, folder: Path | None, size: int | None, draws_codes: bool = False) -> None:
+        """Set a model that fits the volume, the size of its images, and whether it draws codes."""
+        if folder != self.model:
+            self.model = folder
+            self.state.choose(codec="shipped")
+        self.session.set_model(folder)
+        size = size if draws_codes else None
         if size != self._model_size:
             self._model_size = size
             # What the engine before was asked for may never come.
@@ -183,20 +188,20 @@ class LatentPictures(QObject):
         """Whether pictures are of the present view, light and colours."""
         return _look_of(picture.inputs) == _look_of(self._state.inputs)
 
-    def start_volume(self) -> None:
-        """Forget all pictures and how long they took."""
+    def restart(self) -> None:
+        """Ask an engine that was started anew for all pictures."""
         self._pace = Pace()
-        self.forget()
+        self._forget()
+        self.ask()
 
     def stop(self) -> None:
-        """Ask nothing any more."""
+        """Ask nothing any more, and ask all threads and processes to end; returns at once."""
         self._hover_rest.stop()
+        self.session.stop()
 
-    def forget(self) -> None:
-        """Forget all pictures, and call off what was asked for."""
-        self._grids.cancel()
-        self._forget_hover()
-        self._forget_grid()
+    def join(self) -> None:
+        """Wait until all threads have ended."""
+        self.session.join()
 
     def ask(self) -> None:
         """Ask for all pictures anew, at full size."""
@@ -207,26 +212,43 @@ class LatentPictures(QObject):
         """Opacity TF of a cell, row by row; None for an empty one."""
         return None if self.grid is None else self.grid.tfs[index]
 
+    def _map_changed(self, map_: object) -> None:
+        if map_ is None:
+            self._forget()
+        else:
+            self.ask()
+
+    def _check_failure(self, client: EngineClient, state: EngineState) -> None:
+        """Say that an engine has failed."""
+        if state is EngineState.FAILED and self.state.choices.shown:
+            self.problem.emit(client.text)
+
+    def _forget(self) -> None:
+        """Forget all pictures, and call off what was asked for."""
+        self._grids.cancel()
+        self._forget_hover()
+        self._forget_grid()
+
     def _ask_grid(self, live: bool = False) -> None:
-        space, map_ = self._session.space, self._session.chosen
-        if space is None or not self._latent.choices.shown:
+        session, on_map = self.session, self.state.choices.on_map
+        space, map_, different = session.space, session.chosen, session.different
+        if space is None or not self.state.choices.shown:
             return
-        on_map, different = self._latent.choices.on_map, self._session.different
         if map_ is None or (different is None and not on_map):
             # Nothing passes the filters, or nothing is chosen yet.
             self._forget_grid()
             return
         key = (
             _look_of(self._state.inputs), self.from_codes,
-            *((map_, self._latent.brush) if on_map else (self._session.map, id(different))),
+            *((map_, self.state.brush) if on_map else (session.map, id(different))),
         )  # fmt: skip
         if key == self._grid_key:
             # An edit of the opacity TF changes no picture of the map.
             return
         self._grid_key = None if live else key
-        cells = map_.cells(self._latent.brush) if on_map else None
+        cells = map_.cells(self.state.brush) if on_map else None
         if cells is None:
-            whole = self._session.map
+            whole = session.map
             assert whole is not None and different is not None
             codes, places = whole.codes[different], whole.places[different]
             drawn = np.arange(len(different))
@@ -268,17 +290,17 @@ class LatentPictures(QObject):
         return channels[source].ask(request).sequence
 
     def _hover_changed(self, place: Place | None) -> None:
-        if place is None or self._session.map is None:
+        if place is None or self.session.map is None:
             self._forget_hover()
         else:
             self._hover_rest.start()
             self._ask_hover(live=True)
 
     def _ask_hover(self, live: bool) -> None:
-        place, space = self._latent.hover, self._session.space
+        place, space = self.state.hover, self.session.space
         if place is None or space is None:
             return
-        code, samples = self._session.code_at(place, self._latent.closeness)
+        code, samples = self.session.code_at(place, self.state.closeness)
         tf = space.tf_of(code)
         self.hoverMoved.emit(tf)
         number = self._ask(self._hovers, [tf], code[None], HOVER_SIZE, HOVER_SECONDS, live)

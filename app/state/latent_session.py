@@ -52,18 +52,16 @@ class LatentSession(QObject):
     """
 
     mapChanged = Signal(object)
-    """Emitted with the map: another codec's or volume's, or the same at its final places."""
-    mapClosed = Signal()
-    """Emitted when there is no map any more, until the next one is opened."""
-    mapOpened = Signal()
-    """Emitted before `mapChanged` for another codec's or volume's map."""
+    """Emitted with the map: another codec's or volume's, or the same at its final places. None
+    until the next one is opened."""
     progressed = Signal(float)
     """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
     overviewChanged = Signal(object)
     differentChanged = Signal()
     filterChanged = Signal()
     """Emitted when other samples pass the filters."""
-    placeChanged = Signal(object)
+    marksChanged = Signal()
+    """Emitted when the present TF has another place, or others are the most different."""
     problem = Signal(str)
     """Emitted with a sentence for the user; empty when it no longer holds."""
 
@@ -93,6 +91,7 @@ class LatentSession(QObject):
         self._looking = self._call("latent-overview", self._take_overview)
         self._choosing = self._call("latent-choice", self._take_different)
         self._computing = self._call("latent-map", self._take_places)
+        self._calls = self._opening, self._looking, self._choosing, self._computing
         self._computing.failed.connect(lambda _text: self._take_places((None, "")))
         self._chosen_by: object = None
         self._embedding: EmbeddingProcess | None = None
@@ -109,10 +108,6 @@ class LatentSession(QObject):
         call.done.connect(take)
         call.failed.connect(self.problem)
         return call
-
-    @property
-    def _calls(self) -> tuple[LatestCall, ...]:
-        return self._opening, self._looking, self._choosing, self._computing
 
     @property
     def is_embedding(self) -> bool:
@@ -143,13 +138,12 @@ class LatentSession(QObject):
     def reset(self) -> None:
         """Open the space anew if the browser is shown, or else when it will be."""
         self.cancel()
-        self._opening.forget()
-        self._looking.forget()
-        self._choosing.forget()
+        for call in (self._opening, self._looking, self._choosing):
+            call.forget()
         self.space = self.map = self.overview = self.place = None
         self.wanted = self.chosen = self.different = self._chosen_by = None
         self._is_open = False
-        self.mapClosed.emit()
+        self.mapChanged.emit(None)
         self._ensure_open()
 
     def cancel(self) -> None:
@@ -180,13 +174,7 @@ class LatentSession(QObject):
     def code_at(
         self, place: tuple[float, float], closeness: float = 1.0
     ) -> tuple[NDArray[np.float32], int]:
-        """Code (d,) at a place of the map, and how many samples it blends.
-
-        Parameters
-        ----------
-        closeness : float
-            See :meth:`model.latent.latent_map.LatentMap.at`.
-        """
+        """Code (d,) at a place of the map, and how many samples it blends."""
         assert self.map is not None
         blend = (self.chosen or self.map).at(place, closeness)
         return blend.code, blend.samples
@@ -252,6 +240,7 @@ class LatentSession(QObject):
     def _take_different(self, different: NDArray[np.int64]) -> None:
         self.different = different
         self.differentChanged.emit()
+        self.marksChanged.emit()
 
     @property
     def _has_overview(self) -> bool:
@@ -264,16 +253,8 @@ class LatentSession(QObject):
         self._is_open = True
         self.problem.emit("")
         folder = self._model if self._latent.choices.codec == "model" else None
-        self._opening.ask(
-            partial(
-                _open,
-                self._open_space,
-                self._volume.scalar_range,
-                self._window,
-                self._volume.scale,
-                folder,
-            )
-        )
+        place = self._volume.scalar_range, self._window, self._volume.scale, folder
+        self._opening.ask(partial(_open, partial(self._open_space, *place)))
 
     def _take_space(self, opened: Any) -> None:
         if not self._is_open:
@@ -283,7 +264,6 @@ class LatentSession(QObject):
         self._latent.start_choices()
         self._filter()
         self._known = None
-        self.mapOpened.emit()
         self.mapChanged.emit(self.map)
         self._place_present()
         self._look()
@@ -313,7 +293,7 @@ class LatentSession(QObject):
             self.place = self._known[1]
         else:
             self.place = self.map.place(self.space.code_of(tf))
-        self.placeChanged.emit(self.place)
+        self.marksChanged.emit()
 
     def _look(self) -> None:
         """Find what the map's TFs show in the present view."""
@@ -337,14 +317,8 @@ class LatentSession(QObject):
             self.overviewChanged.emit(overview)
 
 
-def _open(
-    open_space: OpenSpace,
-    scalar_range: Range,
-    window: Range,
-    scale: ValueScale,
-    folder: Path | None,
-) -> tuple[LatentSpace, LatentMap]:
-    space = open_space(scalar_range, window, scale, folder)
+def _open(open_space: Callable[[], LatentSpace]) -> tuple[LatentSpace, LatentMap]:
+    space = open_space()
     return space, space.open_map()
 
 

@@ -44,8 +44,7 @@ class LatentState(QObject):
 
     choicesChanged = Signal(object)
     brushChanged = Signal(object)
-    """Emitted with the rectangle while it is drawn, moved or resized."""
-    brushChangeFinished = Signal()
+    """Emitted with the rectangle while it is drawn, moved or resized, and at the end of that."""
     hoverChanged = Signal(object)
     """Emitted with the place under the mouse on the map, or None."""
 
@@ -74,7 +73,7 @@ class LatentState(QObject):
         """End a drag of the rectangle."""
         if self.dragging:
             self.dragging = False
-            self.brushChangeFinished.emit()
+            self.brushChanged.emit(self.brush)
 
     def set_brush(self, brush: Brush) -> None:
         """Change the rectangle without a drag."""

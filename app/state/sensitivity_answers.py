@@ -19,7 +19,7 @@ from model.scene.inputs import SceneInputs
 from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import WhatIf
 
-Source = Literal["exact", "stand-in", "learned"]
+Source = Literal["exact", "surrogate", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
 light's, or the generator."""
 
@@ -61,7 +61,7 @@ def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
 
 
 def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
-    """Return a region's responses in the displayed unit, float64 (256,)."""
+    """Return a region's responses (256,) in the displayed unit."""
     request = answer.request
     pixels = int(request.region.mask(request.quality.pixels.shape).sum())
     return shown_responses(answer.value, pixels, request.width)

@@ -7,7 +7,7 @@ one that keeps up is asked, as often as :mod:`app.state.answer_pace` says; at re
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal, get_args
 
@@ -40,7 +40,7 @@ from app.state.sensitivity_answers import (
     displayed,
     same_question,
 )
-from app.state.sensitivity_state import Choices, SensitivityState
+from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
@@ -76,20 +76,13 @@ PICK_RADIUS = 0.012
 class SensitivityAsker(QObject):
     """Asks engines about sensitivities whenever the state or the questions change.
 
-    Parameters
-    ----------
-    exact, learned : EngineClient
-        Clients of a ray caster and of the generator.
-    is_starting : callable
-        Tells whether a volume's first pictures are still to be drawn: all is asked after them.
-    brightness : Brightness
-        In which edits are measured.
-
     Attributes
     ----------
+    is_starting : bool
+        Whether a volume's first pictures are still to be drawn: all is asked after them.
     window : tuple of float
         The scalar values of interest.
-    exact_source : {"exact", "stand-in"}
+    exact_source : Source
         How the ray caster answers under the present light.
     learned_size : int or None
         Image size of a generator that fits the volume.
@@ -99,7 +92,12 @@ class SensitivityAsker(QObject):
     seen, visibility, pick : Answer or None
         Newest one about where the band is visible, about all values in the active region and in
         the whole image, and about those at the clicked place.
+    tried : WhatIfAnswer or str
+        Newest one of :meth:`ask_what_if`, or a sentence, or nothing, on why there is none.
     """
+
+    answered = Signal(str)
+    """Emitted with the :data:`Question` whose answers have changed, or with "what if"."""
 
     regions: dict[Source, RegionAnswer]
     fields: dict[Source, FieldAnswer]
@@ -108,69 +106,56 @@ class SensitivityAsker(QObject):
     pick: VisibilityAnswer | None
     _problems: dict[Source, str]
 
-    regionAnswered = Signal()
-    """Emitted when :attr:`regions` or :attr:`problem` has changed."""
-    fieldAnswered = Signal()
-    visibilityAnswered = Signal()
-    whatIfAnswered = Signal(object)
-    """Emitted with a :class:`WhatIfAnswer`, or a sentence, or nothing, on why there is none."""
-
     def __init__(
         self,
         state: ViewerState,
-        sensitivity: SensitivityState,
-        exact: EngineClient,
-        learned: EngineClient,
-        is_starting: Callable[[], bool],
+        asked: SensitivityState,
+        clients: Mapping[EngineName, EngineClient],
         brightness: Brightness,
         parent: QObject,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(parent)
+        self.is_starting = False
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
+        self.tried: WhatIfAnswer | str = ""
         self.pace = AnswerPace(clock)
-        self._state, self._asked = state, sensitivity
-        self._is_starting, self._brightness = is_starting, brightness
+        self.state, self.asked, self._brightness = state, asked, brightness
         self._is_open = self._moves = self._has_moved = False
         self._picture = Raster(REST_SIZE, REST_SIZE)
-        both: dict[EngineName, EngineClient] = {"exact": exact, "learned": learned}
-        alone: dict[EngineName, EngineClient] = {"exact": exact}
+        exact: dict[EngineName, EngineClient] = {"exact": clients["exact"]}
         self._channels = {
             question: Channels(
-                both if question in ("region", "field") else alone,
+                clients if question in ("region", "field") else exact,
                 f"sensitivity: {question}", partial(self._take, question), self,
             )
             for question in get_args(Question)
         }  # fmt: skip
-        self._trials = Channels(both, "what if", self._take_trial, self)
-        self._tried: tuple[Outline, NDArray[np.float32]] | None = None
-        self._before = sensitivity.choices
+        self._trials = Channels(clients, "what if", self._take_trial, self)
+        self._trial: tuple[Outline, NDArray[np.float32]] | None = None
+        self._before = asked.choices
         self._clear()
         self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
+        self._band_rest.timeout.connect(partial(self._ask, "field", "seen"))
         self._due = QTimer(self, singleShot=True)
         self._due.timeout.connect(self._ask_if_due)
         state.inputsChanged.connect(self._follow_inputs)
         state.inputsChangeFinished.connect(self.ask)
-        sensitivity.regionsChanged.connect(self._follow_region)
-        sensitivity.regionChangeFinished.connect(lambda: self._ask("region", "visibility"))
-        sensitivity.bandChanged.connect(self._follow_band)
-        for rests in (sensitivity.bandChangeFinished, self._band_rest.timeout):
-            rests.connect(lambda: self._ask("field", "seen"))
-        sensitivity.placeChanged.connect(self._follow_place)
-        sensitivity.choicesChanged.connect(self._follow_choices)
+        asked.changed.connect(self._follow)
+        asked.finished.connect(self._finish)
 
     @property
     def engines(self) -> list[EngineName]:
         """Engines that may answer, the exact one first; none while nothing is shown."""
-        choice = self._asked.choices.engine
+        choice = self.asked.choices.engine
         names: list[EngineName] = []
         if self._is_open and choice != "learned":
             names.append("exact")
         if self.learned_size is not None and choice != "exact":
             names.append("learned")
-        return names if self._asked.choices.shown else []
+        return names if self.asked.choices.shown else []
 
     @property
     def problem(self) -> str:
@@ -193,7 +178,7 @@ class SensitivityAsker(QObject):
     @property
     def field(self) -> FieldAnswer | None:
         """The answer about the band that is shown first."""
-        inputs = self._state.inputs
+        inputs = self.state.inputs
         return max(
             self.fields.values(), key=lambda a: (a.is_of(inputs), a.source != "learned"),
             default=None,
@@ -210,27 +195,21 @@ class SensitivityAsker(QObject):
         both = self._both(self.regions)
         if not (both and self.is_fresh(both[0])):
             return None
-        values = np.linspace(*self._state.scalar_range, TF_SAMPLES)
+        values = np.linspace(*self.state.scalar_range, TF_SAMPLES)
         inside = (values >= self.window[0]) & (values <= self.window[1])
         exact, learned = (displayed(each)[inside] for each in both)
         return agreement(learned, exact)
 
     def is_fresh(self, answer: RegionAnswer | None) -> bool:
         """Whether an answer is about the present image, region and edits."""
-        if answer is None or not answer.is_of(self._state.inputs):
+        if answer is None or not answer.is_of(self.state.inputs):
             return False
-        request, choices = answer.request, self._asked.choices
-        asked = self._asked.outline, choices.width, choices.measure
+        request, choices = answer.request, self.asked.choices
+        asked = self.asked.outline, choices.width, choices.measure
         return (request.region, request.width, request.measure) == asked
 
     def start_volume(self, window: Range, source: Source) -> None:
-        """Forget all answers, for another volume or light, under which the ray caster is a source.
-
-        Parameters
-        ----------
-        window : tuple of float
-            The scalar values of interest.
-        """
+        """Forget all answers, for another volume, or a light that the ray caster answers so for."""
         self.window, self.exact_source, self._is_open = window, source, True
         self.pace.forget()
         self._forget()
@@ -253,14 +232,14 @@ class SensitivityAsker(QObject):
 
     def ask(self) -> None:
         """Ask everything anew, at full quality; while something moves, after it."""
-        self._moves = self._state.live
+        self._moves = self.state.live
         self._ask("region", "visibility", "field", "seen", "pick")
 
     def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
         """Have an edit rendered by all engines; return False if there is none."""
-        self._tried = self._asked.outline, edit
-        inputs, size = self._state.inputs, min(REST_SIZE, self._picture.shorter)
-        after = edited(inputs, edit, self._asked.choices.height)
+        self._trial = self.asked.outline, edit
+        inputs, size = self.state.inputs, min(REST_SIZE, self._picture.shorter)
+        after = edited(inputs, edit, self.asked.choices.height)
         for name in self.engines:
             self._trials[name].ask(BatchRequest(inputs, self._sized(name, size), (after,)))
         return bool(self.engines)
@@ -273,12 +252,12 @@ class SensitivityAsker(QObject):
 
     def _follow_inputs(self) -> None:
         # A change outside a drag is immediately followed by its final question.
-        if self._state.live and not self._moves:
+        if self.state.live and not self._moves:
             self._band_rest.stop()
             for channels in self._channels.values():
                 channels.cancel()
             self.pace.begin()
-        self._moves = self._has_moved = self._state.live
+        self._moves = self._has_moved = self.state.live
 
     def _ask_if_due(self) -> None:
         """Ask about what has moved, or see to it that it is asked in time."""
@@ -293,51 +272,60 @@ class SensitivityAsker(QObject):
             self._has_moved = False
             self._ask("region", "visibility", "field", "seen", seconds=self.pace.start())
 
-    def _follow_region(self) -> None:
-        if self._asked.dragging:
+    def _follow(self, what: str) -> None:
+        if what == "regions" and self.asked.dragging:
             self._ask("region", "visibility", seconds=DRAG_SECONDS)
+        elif what == "band":
+            self._follow_band()
+        elif what == "place":
+            # What shows at the place before says nothing about another one.
+            self.pick = None
+            self.answered.emit("pick")
+            self._ask("pick")
+        elif what == "choices":
+            self._follow_choices()
 
-    def _follow_band(self, band: object) -> None:
+    def _finish(self, what: str) -> None:
+        self._ask(*(("region", "visibility") if what == "regions" else ("field", "seen")))
+
+    def _follow_band(self) -> None:
         self._has_moved = True
-        if band is None:
+        if self.asked.band is None:
             self._band_rest.stop()
             self._ask("field", "seen", seconds=DRAG_SECONDS)
             self.fields, self.seen = {}, None
-            self.fieldAnswered.emit()
+            self.answered.emit("field")
         elif not self._moves:
             self._ask("field", "seen", seconds=DRAG_SECONDS)
             self._band_rest.start()
 
-    def _follow_place(self) -> None:
-        # What shows at the place before says nothing about another one.
-        self.pick = None
-        self.visibilityAnswered.emit()
-        self._ask("pick")
-
-    def _follow_choices(self, choices: Choices) -> None:
-        before, self._before = self._before, choices
-        if any(getattr(before, n) != getattr(choices, n) for n in ("shown", "measure", "engine")):
+    def _follow_choices(self) -> None:
+        before, self._before = self._before, self.asked.choices
+        if any(
+            getattr(before, name) != getattr(self._before, name)
+            for name in ("shown", "measure", "engine")
+        ):
             # Answers by another measure or engine would be read as the new one's.
             self._forget()
             self.ask()
-        elif before.width != choices.width:
+        elif before.width != self._before.width:
             self.ask()
 
     def order(self, question: Question, live: bool = False) -> list[EngineName]:
         """Engines to ask, the one that is shown first; while dragging, only one that keeps up."""
-        names, band = self.engines, self._asked.band
+        names, band = self.engines, self.asked.band
         if question in ("field", "seen") and (band is None or band.effect != (question == "field")):
             return []
         if question not in ("region", "field"):
             # It is of the data, whoever draws, in whatever light, and is cheap.
-            is_asked = self._asked.place is not None or question != "pick"
-            return ["exact"] if self._is_open and self._asked.choices.shown and is_asked else []
-        if question == "region" and self._moves and not self._asked.shows_curve:
+            is_asked = self.asked.place is not None or question != "pick"
+            return ["exact"] if self._is_open and self.asked.choices.shown and is_asked else []
+        if question == "region" and self._moves and not self.asked.shows_curve:
             # The panel's numbers rest until the hand does.
             return []
-        takes_passes = question == "region" and self._asked.choices.measure == "change"
+        takes_passes = question == "region" and self.asked.choices.measure == "change"
         if len(names) == 2:
-            if takes_passes or (question == "region" and not self._asked.outline.is_in_square):
+            if takes_passes or (question == "region" and not self.asked.outline.is_in_square):
                 # The generator's takes a pass for each of many edits; its image is the square only.
                 names = ["exact"]
             elif self._takes("exact", question, SLOW_SECONDS):
@@ -369,7 +357,7 @@ class SensitivityAsker(QObject):
 
     def _kind(self, name: EngineName, question: Question) -> object:
         """Kind of an answer, by which its times are kept."""
-        return name, self._asked.choices.measure if question == "region" else question
+        return name, self.asked.choices.measure if question == "region" else question
 
     def _takes(self, name: EngineName, question: Question, seconds: float) -> bool:
         """Whether an answer at rest is known to take more than some seconds."""
@@ -380,7 +368,7 @@ class SensitivityAsker(QObject):
     def _ask(self, *questions: Question, seconds: float | None = None) -> None:
         """Ask some questions, or call off what is not to be asked any more."""
         live = seconds is not None
-        if self._is_starting() or (self._state.live and not live):
+        if self.is_starting or (self.state.live and not live):
             return
         orders = {question: self.order(question, live) for question in questions}
         kinds = [self._kind("exact", each) for each in questions if "exact" in orders[each]]
@@ -394,7 +382,7 @@ class SensitivityAsker(QObject):
                     quality = self._sized(name, self.pace.size(kinds, largest, seconds), live=True)
                 else:
                     quality = self.quality(name, question)
-                if question == "region" and len(order) == 2 and not self._asked.outline.points:
+                if question == "region" and len(order) == 2 and not self.asked.outline.points:
                     # Two that shall agree about all of the image are asked about the square.
                     quality = Quality(quality.size)
                 self._channels[question][name].ask(self._request(question, quality))
@@ -403,11 +391,11 @@ class SensitivityAsker(QObject):
             asked = {self.source(name) for name in orders["region"]}
             for source in self.regions.keys() - asked:
                 del self.regions[source]
-                self.regionAnswered.emit()
+                self.answered.emit("region")
 
     def _request(self, question: Question, quality: Quality) -> Request:
-        inputs, outline, choices = self._state.inputs, self._asked.outline, self._asked.choices
-        width, band, place = choices.width, self._asked.band, self._asked.place
+        inputs, outline, choices = self.state.inputs, self.asked.outline, self.asked.choices
+        width, band, place = choices.width, self.asked.band, self.asked.place
         if question == "region":
             return RegionSensitivityRequest(inputs, quality, outline, width, choices.measure)
         if question == "visibility":
@@ -439,31 +427,31 @@ class SensitivityAsker(QObject):
         # That one can answer about regions says that it is well.
         if answer is None or question == "region":
             self._problems[source] = result.error or ""
-            self.regionAnswered.emit()
-        if question in ("field", "seen"):
-            self.fieldAnswered.emit()
-        elif question != "region":
-            self.visibilityAnswered.emit()
+            self.answered.emit("region")
+        if question != "region":
+            self.answered.emit(question)
         self._ask_if_due()
 
     def _take_trial(self, name: EngineName, result: Result) -> None:
-        if self._trials[name].is_pending or self._tried is None:
+        if self._trials[name].is_pending or self._trial is None:
             return
-        if result.value is None or result.request.inputs != self._state.inputs:
-            self.whatIfAnswered.emit(result.error or "")
+        if result.value is None or result.request.inputs != self.state.inputs:
+            self.tried = result.error or ""
+            self.answered.emit("what if")
             return
-        source, (outline, edit), predicted = self.source(name), self._tried, None
+        source, (outline, edit), predicted = self.source(name), self._trial, None
         field = self.fields.get(source)
-        if self._brightness.value == 1 and field and field.is_of(self._state.inputs):
+        if self._brightness.value == 1 and field and field.is_of(self.state.inputs):
             of = field.request
-            if np.array_equal(edit_over(of.values, self._state.scalar_range, of.width), edit):
-                height = self._asked.choices.height
+            if np.array_equal(edit_over(of.values, self.state.scalar_range, of.width), edit):
+                height = self.asked.choices.height
                 predicted = predicted_rmse(field.value, edit, height, outline)
         # As they are shown: the brightness decides which parts fade, and so count.
         colors = np.clip(result.value[..., :3], 0, 1)
         brighten(colors, self._brightness.of(name))
         what_if = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
-        self.whatIfAnswered.emit(WhatIfAnswer(what_if, source))
+        self.tried = WhatIfAnswer(what_if, source)
+        self.answered.emit("what if")
 
     def source(self, name: EngineName) -> Source:
         """Return as what an engine answers."""
@@ -479,8 +467,8 @@ class SensitivityAsker(QObject):
         for channels in (self._trials, *self._channels.values()):
             channels.cancel()
         self._clear()
-        for changed in (self.regionAnswered, self.fieldAnswered, self.visibilityAnswered):
-            changed.emit()
+        for question in get_args(Question):
+            self.answered.emit(question)
 
     def _clear(self) -> None:
         self._problems, self.regions, self.fields = {}, {}, {}

@@ -41,31 +41,25 @@ class NamedRegion:
 
 @dataclass(frozen=True)
 class Choices:
-    """Choices of how sensitivities are measured and shown.
-
-    Attributes
-    ----------
-    shown, visible : bool
-        Whether sensitivities are computed at all; whether the plot has the area of what is visible.
-    curve, whole_curve : bool
-        Whether the plot has the curve of changes: of a region, and of the whole image.
-    engine : {"automatic", "exact", "learned"}
-        Who answers; automatic takes the exact engine where it is fast enough.
-    width, height : float
-        Standard deviation of edits in bins, and opacity of the modes whose effect is predicted.
-    locked : bool
-        Whether scales stay as they are.
-    """
+    """How sensitivities are measured and shown."""
 
     shown: bool = True
+    """Whether they are computed at all."""
     curve: bool = True
+    """Whether the plot has the curve of changes of a region."""
     whole_curve: bool = False
+    """Whether it has that of the whole image, while no region is active."""
     visible: bool = True
+    """Whether the plot has the area of what is visible."""
     measure: Measure = "signed"
     engine: EngineChoice = "automatic"
+    """Automatic takes the exact engine where it is fast enough."""
     width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH
+    """Standard deviation of edits, in bins."""
     height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05
+    """Opacity of the modes whose effect is predicted."""
     locked: bool = False
+    """Whether scales stay as they are."""
 
 
 @dataclass(frozen=True)
@@ -86,23 +80,12 @@ class Band:
 
 
 class SensitivityState(QObject):
-    """Regions, the band of values, the clicked place and the choices.
+    """Regions, the band of values, the clicked place and the choices."""
 
-    Signals come in pairs for what can be dragged: changes, and the end of the drag.
-    """
-
-    choicesChanged = Signal(object)
-    regionsChanged = Signal()
-    """Emitted when the active region, its outline, or the list of regions has changed."""
-    regionChangeFinished = Signal()
-    regionDrawn = Signal()
-    """Emitted after the user has drawn a new region."""
-    bandChanged = Signal(object)
-    """Emitted with the band of values, or None."""
-    bandChangeFinished = Signal()
-    placeChanged = Signal(object)
-    """Emitted with the clicked place as (x, y), as the points of an `Outline`, or None."""
-    toolChanged = Signal(object)
+    changed = Signal(str)
+    """Emitted with what has changed: "choices", "regions", "band", "place" or "tool"."""
+    finished = Signal(str)
+    """Emitted with "regions" or "band" after a drag, and after changes of regions that are none."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -132,7 +115,7 @@ class SensitivityState(QObject):
         choices = replace(self.choices, **changes)
         if choices != self.choices:
             self.choices = choices
-            self.choicesChanged.emit(choices)
+            self.changed.emit("choices")
 
     @property
     def shows_curve(self) -> bool:
@@ -159,16 +142,15 @@ class SensitivityState(QObject):
         """Choose what the next drag in an image draws; None to turn the view."""
         if tool != self.tool:
             self.tool = tool
-            self.toolChanged.emit(tool)
+            self.changed.emit("tool")
 
     def add_region(self, outline: Outline) -> None:
         """Add a region with a name of its own, and make it the active one."""
         self.count += 1
         self.regions = (*self.regions, NamedRegion(f"Region {self.count}", outline))
         self.active = len(self.regions) - 1
-        self._end_pick()
-        self.regionsChanged.emit()
-        self.regionDrawn.emit()
+        self.pick(None)
+        self.changed.emit("regions")
 
     def change_region(self, outline: Outline, reach: Reach = SQUARE) -> None:
         """Move or reshape the active region during a drag; some of it stays within reach."""
@@ -176,18 +158,18 @@ class SensitivityState(QObject):
         if self.active is not None and outline != self.outline:
             self._replace_active(replace(self.regions[self.active], outline=outline))
             self.dragging = True
-            self.regionsChanged.emit()
+            self.changed.emit("regions")
 
     def finish_region(self) -> None:
         """End a drag of a region."""
         self.dragging = False
-        self.regionChangeFinished.emit()
+        self.finished.emit("regions")
 
     def rename_region(self, name: str) -> None:
         """Name the active region; an empty name is ignored."""
         if self.active is not None and name.strip():
             self._replace_active(replace(self.regions[self.active], name=name.strip()))
-            self.regionsChanged.emit()
+            self.changed.emit("regions")
 
     def remove_region(self) -> None:
         """Remove the active region; the whole image is active afterwards."""
@@ -199,9 +181,9 @@ class SensitivityState(QObject):
     def activate(self, index: int | None) -> None:
         """Make a region the active one; None for the whole image. Its answer is asked for now."""
         self.active = index
-        self._end_pick()
-        self.regionsChanged.emit()
-        self.regionChangeFinished.emit()
+        self.pick(None)
+        self.changed.emit("regions")
+        self.finished.emit("regions")
 
     def hover(self, value: float | None, effect: bool = True) -> None:
         """Show a field of a value under the mouse, or none, unless a band is pinned."""
@@ -221,7 +203,7 @@ class SensitivityState(QObject):
     def finish_band(self) -> None:
         """End a drag of the band."""
         self.dragging = False
-        self.bandChangeFinished.emit()
+        self.finished.emit("band")
 
     def pin(self, low: float | None = None, high: float | None = None) -> None:
         """Pin the present band, or another one."""
@@ -229,7 +211,7 @@ class SensitivityState(QObject):
             self._set_band(Band(low, low if high is None else high, pinned=True))
         elif self.band is not None:
             self._set_band(replace(self.band, pinned=True))
-        self.bandChangeFinished.emit()
+        self.finished.emit("band")
 
     def unpin(self) -> None:
         """Show no field any more until a value is hovered over."""
@@ -237,12 +219,9 @@ class SensitivityState(QObject):
 
     def pick(self, place: tuple[float, float] | None) -> None:
         """Ask what shows at a place of the image; None for nowhere."""
-        self.place = place
-        self.placeChanged.emit(place)
-
-    def _end_pick(self) -> None:
-        if self.place is not None:
-            self.pick(None)
+        if place != self.place:
+            self.place = place
+            self.changed.emit("place")
 
     def start_volume(
         self,
@@ -251,10 +230,7 @@ class SensitivityState(QObject):
         active: int | None = None,
         count: int = 0,
     ) -> None:
-        """Take the regions of another volume, and forget what belongs to the one before.
-
-        Its regions are kept for another time step of the same series that has none of its own.
-        """
+        """Take another volume's regions; those before stay for a time step that has none."""
         before, self._series = self._series, series
         if regions or series != before:
             had_any, self.regions, self.count = bool(self.regions), regions, count
@@ -272,4 +248,4 @@ class SensitivityState(QObject):
     def _set_band(self, band: Band | None) -> None:
         if band != self.band:
             self.band = band
-            self.bandChanged.emit(band)
+            self.changed.emit("band")

@@ -73,8 +73,8 @@ class VolumeKeeper(QObject):
         state.viewChangeFinished.connect(partial(self._keep, "view"))
         for name in KEPT_INPUTS:
             state.edited[name].changeFinished.connect(partial(self._keep, name))
-        sensitivity.regionsChanged.connect(self._regions_changed)
-        sensitivity.regionChangeFinished.connect(self._keep_regions)
+        sensitivity.changed.connect(self._sensitivity_changed)
+        sensitivity.finished.connect(lambda _what: self._keep_regions())
 
     def start(self, opened: OpenedVolume) -> VolumeMemory:
         """Show another volume's regions, keep what is made of it from now on, and return it all.
@@ -97,8 +97,8 @@ class VolumeKeeper(QObject):
         """Keep the present TF."""
         self._keep("tf", self._state.transfer_function)
 
-    def _regions_changed(self) -> None:
-        if not self._sensitivity.dragging:
+    def _sensitivity_changed(self, what: str) -> None:
+        if what == "regions" and not self._sensitivity.dragging:
             self._keep_regions()
 
     def _keep_regions(self) -> None:

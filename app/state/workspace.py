@@ -6,14 +6,15 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from app.engines.channels import EngineName
 from app.engines.client import EngineClient
 from app.engines.engines import Builders
 from app.engines.exactness import STOPS
 from app.state.brightness import Brightness
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.image_scheduler import ImageScheduler
+from app.state.latent_pictures import LatentPictures
 from app.state.latent_state import LatentState
-from app.state.latent_work import LatentWork
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
@@ -94,12 +95,9 @@ class Workspace(QObject):
         self.library = Library(preferences)
         self.model = GeneratorWork(generator, builders, device, self)
         self._scheduler = ImageScheduler(state, generator, reference, self)
-        self.sensitivity = SensitivityAsker(
-            state, sensitivity, self._analyst, generator, self._is_starting, brightness, self
-        )
-        self.latent = LatentWork(
-            state, latent, self._analyst, generator, brightness, builders.latent_space, self
-        )
+        both: dict[EngineName, EngineClient] = {"exact": analyst, "learned": generator}
+        self.sensitivity = SensitivityAsker(state, sensitivity, both, brightness, self)
+        self.latent = LatentPictures(state, latent, both, brightness, builders.latent_space, self)
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._scheduler, preferences, self
         )
@@ -132,11 +130,7 @@ class Workspace(QObject):
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
-        self.latent.pictures.allow(STOPS[choices.stop].patience)
-
-    def _is_starting(self) -> bool:
-        """Whether a volume's first pictures are still to be drawn."""
-        return not self.reference.has_drawn
+        self.latent.allow(STOPS[choices.stop].patience)
 
     @property
     def opened(self) -> OpenedVolume | None:
@@ -326,7 +320,7 @@ class Workspace(QObject):
     def _relight(self) -> None:
         """Adapt the generator and the panels to another light of the reference."""
         before = self.model.draws_path, self.model.awaits_path
-        self.latent.pictures.trace(self.reference.settings.lighting == "path")
+        self.latent.trace(self.reference.settings.lighting == "path")
         self._follow_light()
         if (self.model.draws_path, self.model.awaits_path) != before:
             self._follow_scene()
@@ -340,7 +334,8 @@ class Workspace(QObject):
         """Ask the analyst everything anew."""
         if self._opened is not None:
             lighting = self.reference.settings.lighting
-            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "stand-in"
+            source: Source = "exact" if lighting in EXACT_LIGHTINGS else "surrogate"
+            self.sensitivity.is_starting = not self.reference.has_drawn
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()

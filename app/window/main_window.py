@@ -89,7 +89,7 @@ class MainWindow(WindowParts):
         work.preparation.progressed.connect(self.status.show_preparation)
         self._show_light()
         self.crop_card.shownChanged.connect(self._show_crop_handles)
-        self.sensitivity_state.toolChanged.connect(self._show_crop_handles)
+        self.sensitivity_state.changed.connect(self._show_crop_handles)
         self.panes.imagesShown.connect(workspace.show_images)
         self.panes.arranged.connect(self.arrange)
         self.reference.canvas.resized.connect(

@@ -48,8 +48,7 @@ class KeyHints(QObject):
         for each in maps:
             each.setStatusTip(status_keys(MAP))
         panel.setStatusTip(status_keys(PANEL))
-        for changed in (regions.regionsChanged, regions.bandChanged, regions.toolChanged):
-            changed.connect(lambda *_: self._follow())
+        regions.changed.connect(lambda _what: self._follow())
         self._follow()
         self.show("")
 

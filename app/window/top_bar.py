@@ -142,7 +142,7 @@ class ToolStrip(QFrame):
             column.addWidget(button)
         self.rectangle.clicked.connect(lambda on: regions.set_tool("rectangle" if on else None))
         self.lasso.clicked.connect(lambda on: regions.set_tool("lasso" if on else None))
-        regions.toolChanged.connect(self._show_tool)
+        regions.changed.connect(lambda _what: self._show_tool(regions.tool))
 
     def lie_over(self, canvas: QWidget | None) -> None:
         """Lie over a canvas; over none, be hidden."""

@@ -146,13 +146,7 @@ class WindowParts(QMainWindow):
         self.image_error = ImageError(self.context)
         # After the gestures, so that regions get the mouse first.
         self.sensitivity = SensitivityView(
-            self.state,
-            self.sensitivity_state,
-            self.workspace,
-            self.generator,
-            self.reference,
-            self.editor,
-            self,
+            self.workspace, self.generator, self.reference, self.editor, self
         )
         self.crop_handles = [CropHandles(pane.canvas, self.state) for pane in self.context.panes]
 

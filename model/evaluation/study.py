@@ -42,22 +42,11 @@ RESULT_FILE = "result.json"
 
 @dataclass(frozen=True)
 class Variant:
-    """One model of a study.
+    """One model of a study: the name of its folder, its label in the table, and its recipe.
 
-    Attributes
-    ----------
-    name : str
-        Name of its folder.
-    label : str
-        Label in the table.
-    settings : tuple of str
-        Changes of the recipe; see :meth:`TrainingOptions.with_settings`.
-    latent_dim : int or None
-        Latent dimension; None for the size's.
-    paper : tuple of 2 float or None
-        The paper's image RMSE and colour EMD.
-    two_stage_settings : tuple of str
-        Further changes of a recipe that trains the opacity images in a stage of their own.
+    `settings` change the recipe as in :meth:`TrainingOptions.with_settings`, with
+    `two_stage_settings` where opacity images are trained in a stage of their own. `paper` has the
+    paper's image RMSE and colour EMD.
     """
 
     name: str
@@ -76,14 +65,8 @@ class Variant:
 class Study:
     """A study and its variants.
 
-    Attributes
-    ----------
-    paper : str
-        Description of the paper's numbers.
-    neighbor : tuple of 2 float or None
-        The paper's image RMSE and colour EMD of the nearest training image.
-    varied : str
-        The number that the variants' labels are; empty where they are no numbers.
+    `paper` describes the paper's numbers; `neighbor` is its image RMSE and colour EMD of the
+    nearest training image; `varied` says which number the variants' labels are, if they are one.
     """
 
     title: str
@@ -147,21 +130,9 @@ STUDIES: dict[str, Study] = {
 class StudyPlan:
     """Data, training plan and measurements of a study.
 
-    Attributes
-    ----------
-    store : SampleStore
-        A complete store; its hold-out samples are used for measuring, and its
-        training images are also searched for nearest neighbours.
-    volume : Volume
-        Used to compare sensitivities.
-    base : TrainingPlan
-        Training plan on that store. Each variant changes its options or size, and
-        has a subfolder of its folder.
-    count : int
-        Number of hold-out samples to measure.
-    sensitivities : int
-        Number of hold-out samples whose sensitivities are compared with the
-        renderer's; 0 for none.
+    Each variant changes options or size of the `base`, and has a subfolder of its folder. Of the
+    complete store, `count` hold-out samples are measured, and the sensitivities of the first
+    `sensitivities` are compared with the renderer's.
     """
 
     store: SampleStore
@@ -189,25 +160,10 @@ def run_study(
     on_variant: Callable[[Variant], None] = lambda variant: None,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
 ) -> dict[str, Any]:
-    """Train and measure all variants that are not finished yet.
+    """Train and measure all variants that are not finished yet; return the results as plain data.
 
-    Parameters
-    ----------
-    on_variant : callable
-        Called before a variant is trained.
-    on_report : callable
-        Called after each optimization step.
-
-    Returns
-    -------
-    dict
-        Plain data: "variants" with mean errors by name, "nearest_neighbor",
-        and the study's settings.
-
-    Raises
-    ------
-    TrainingError
-        When a folder holds a run with other options or another budget.
+    `on_variant` is called before a variant is trained, `on_report` after each optimization step.
+    A folder that holds a run with other options or another budget is a `TrainingError`.
     """
     samples = plan.store.read("holdout", range(plan.count))
     rows = {}

@@ -1,11 +1,19 @@
-"""Tables of a study's results and the paper's numbers."""
+"""A study's results: a table with the paper's numbers, and pictures by all of its models."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from model.evaluation.study import MEASURES, Study, Variant
+import numpy as np
+from numpy.typing import NDArray
+
+from model.evaluation.holdout import nearest_images, pictures
+from model.evaluation.study import MEASURES, Study, StudyPlan, Variant
+from model.generator.generator import Generator
+from model.metrics import clearly_seen
+from model.networks.card import MODEL_FILE
 from model.training.options import TrainingOptions
 
 
@@ -95,3 +103,31 @@ def _number(value: float | None, digits: int) -> str:
 
 def _paper(numbers: Sequence[float] | None) -> list[str]:
     return ["", ""] if numbers is None else [f"{number:.3f}" for number in numbers]
+
+
+PICTURED = 4
+"""Samples that are shown."""
+
+
+@dataclass(frozen=True, eq=False)
+class StudyPictures:
+    """Images (n, S, S, 3) of some samples: the truth, the nearest training images, each model's."""
+
+    columns: dict[str, NDArray[np.floating]]
+
+
+def study_pictures(study: Study, plan: StudyPlan, count: int = PICTURED) -> StudyPictures:
+    """Draw the first hold-out samples that show something by all models of a finished study."""
+    samples = plan.store.read("holdout", range(plan.count))
+    shows = clearly_seen(samples.rgba)
+    chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]
+    columns: dict[str, NDArray[np.floating]] = {
+        "ground truth": samples.rgba[chosen, ..., :3] / 255,
+        "nearest neighbour": nearest_images(samples.rgba[chosen], plan.store)[..., :3] / 255,
+    }
+    for variant in study.variants:
+        folder = plan.training(variant).folder
+        if (folder / MODEL_FILE).is_file():
+            generator = Generator.load(folder, plan.base.device.type)
+            columns[variant.label] = pictures(generator, plan.store, chosen)[1]
+    return StudyPictures(columns)

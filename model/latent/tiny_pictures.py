@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from model.compilation import compiled
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.raycast.camera import camera_array
+from model.rendering.raycast.rays import make_ray
 from model.rendering.scalars import shown_voxels
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES, Range
@@ -58,8 +59,11 @@ MOST_EXPOSED = 16.0
 DIFFERING = 16
 """Number of TFs that differ most."""
 
-COMPONENTS, CLUSTERS, ROUNDS = 20, 40, 20
-"""Numbers of the pictures that are compared, groups of like pictures, and passes to find them."""
+COMPONENTS, CLUSTERS = 20, 40
+"""Numbers of the pictures that are compared, and groups of like pictures."""
+
+SETTLED = 1.0
+"""Change of the pictures' mean distance from their groups' centers that ends the search."""
 
 LEAST_GROUP = 0.006
 """Share of the pictures that a group needs: odd ones alone stand for nothing."""
@@ -67,8 +71,8 @@ LEAST_GROUP = 0.006
 DIFFERENT = 0.065
 """Root mean square difference of two tiny pictures whose larger ones look different."""
 
-_SAMPLED = 600
-"""Pictures that span the components."""
+_SAMPLED = 300
+"""Pictures that span the components: on a busy machine, twice as many take ten times as long."""
 
 _PART = 500
 """TFs that a thread draws at a time."""
@@ -305,30 +309,33 @@ def _rays(volume: Volume, inputs: SceneInputs, size: int) -> tuple[NDArray[np.fl
     Ends are world distances from the eye; a ray that misses the volume ends where it begins.
     """
     camera = camera_array(inputs.view, volume, crop=inputs.crop)
-    across = (2 * np.arange(size) + 1) / size - 1
-    y, x = np.meshgrid(-across, across, indexing="ij")
-    x, y = camera[14] + camera[15] * x.reshape(-1, 1), camera[16] + camera[17] * y.reshape(-1, 1)
-    stretch = np.sqrt(1 + (x * x + y * y) * camera[13])
-    directions = (camera[3:6] + x * camera[6:9] + y * camera[9:12]) / stretch
-    eye, low, high = camera[:3], camera[18:21], camera[21:24]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = (low - eye) / directions, (high - eye) / directions
-    inside = (eye >= low) & (eye <= high)
-    parallel = directions == 0
-    enter = np.where(parallel, np.where(inside, -np.inf, np.inf), np.minimum(a, b))
-    leave = np.where(parallel, np.inf, np.maximum(a, b))
-    near = np.maximum(enter.max(axis=1), camera[12] * stretch[:, 0])
-    return eye, directions, near, np.maximum(leave.min(axis=1), near)
+    rays = np.empty((size**2, 5))
+    _make_rays(camera, volume.voxel_size, size, rays)
+    return camera[:3], rays[:, :3], rays[:, 3], rays[:, 4]
+
+
+@compiled
+def _make_rays(camera: Any, step: float, size: int, rays: Any) -> None:
+    for row in range(size):
+        for column in range(size):
+            ray, first = make_ray(camera, step, column, row, size)
+            number = row * size + column
+            for axis in range(3):
+                rays[number, axis] = ray.step[axis] / step
+            rays[number, 3] = first - step
+            rays[number, 4] = rays[number, 3] + max(ray.last + 1, 0.0) * step
 
 
 def _principal_components(pictures: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Places (n, 20) of pictures (n, numbers) along the axes on which they differ most."""
+    from scipy.linalg import eigh
+
     known = pictures[:: max(len(pictures) // _SAMPLED, 1)].astype(np.float32)
     known -= known.mean(axis=0)
     # By their products, of which there are fewer than of all pixels.
-    lengths, turns = np.linalg.eigh(known @ known.T)
-    main = slice(-1, -COMPONENTS - 1, -1)
-    axes = known.T @ (turns[:, main] / np.sqrt(np.maximum(lengths[main], 1e-3)))
+    main = [max(len(known) - COMPONENTS, 0), len(known) - 1]
+    lengths, turns = eigh(known @ known.T, subset_by_index=main)
+    axes = (known.T @ (turns / np.sqrt(np.maximum(lengths, 1e-3))))[:, ::-1]
     parts = np.array_split(pictures, len(pictures) // _PART + 1)
     return np.concatenate([part.astype(np.float32) @ axes for part in parts])
 
@@ -338,19 +345,15 @@ def _medoids(places: NDArray[np.float32]) -> NDArray[np.int64]:
 
     Small groups are left out.
     """
-    centers = places[np.random.default_rng(0).permutation(len(places))[:CLUSTERS]]
-    for _ in range(ROUNDS):
-        group = _distances(places, centers).argmin(axis=1)
-        sizes = np.bincount(group, minlength=len(centers))
-        sums = [np.bincount(group, axis, len(centers)) for axis in places.T]
-        means = np.transpose(sums) / np.maximum(sizes, 1)[:, None]
-        centers = np.where(sizes[:, None] > 0, means, centers).astype(np.float32)
-    distances = _distances(places, centers)
-    group = distances.argmin(axis=1)
+    from scipy.cluster.vq import kmeans, vq
+
+    first = places[np.random.default_rng(0).permutation(len(places))[:CLUSTERS]]
+    centers, _error = kmeans(places, first, thresh=SETTLED)
+    group, distances = vq(places, centers)
     sizes = np.bincount(group, minlength=len(centers))
     large = max((sizes >= LEAST_GROUP * len(places)).sum(), DIFFERING)
     members = [np.flatnonzero(group == number) for number in np.argsort(-sizes)[:large]]
-    return np.array([m[distances[m, group[m[0]]].argmin()] for m in members if len(m)])
+    return np.array([m[distances[m].argmin()] for m in members if len(m)])
 
 
 def _distances(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
+from model.scene.region import Region
 from model.scene.scene import Scene
-from model.scene.tf_perturbation import EDIT_WIDTH, with_opacity
+from model.scene.tf_perturbation import EDIT_WIDTH, edit_around, with_opacity
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode
+from model.sensitivity.display import (
+    field_of_value,
+    global_scale,
+    overlay_globally,
+    scale_of,
+    shown_field,
+    shown_responses,
+    spread_blocks,
+)
+from model.sensitivity.learned import Sensitivity
 
 AMPLITUDE = 0.3
 """Opacity of a mode that is added."""
@@ -56,3 +69,177 @@ def rms_change(
     """Root mean square of the change of some pixels' colours, for images (S, S, 3)."""
     change = after[mask].astype(np.float64) - before[mask]
     return float(np.sqrt(np.square(change).mean()))
+
+
+BLOCKS = 16
+"""Blocks along each side by which regions are chosen."""
+
+REGION_BLOCKS = 4
+"""Blocks along each side of a region."""
+
+LEAST_BRIGHTNESS = 0.35
+"""Brightness of the second region, of the first one's, from which on it is chosen."""
+
+
+@dataclass(frozen=True, eq=False)
+class RegionStep:
+    """One row of Fig. 8; the last has no region, and shows what the second edit did.
+
+    Attributes
+    ----------
+    drawn, truth : ndarray, shape (S, S, 3)
+        The model's image and the true one.
+    responses : ndarray of float64, shape (256,), or None
+        The region's sensitivity, as :func:`model.sensitivity.display.shown_responses` returns it.
+    mode : GaussianMode or None
+        The mode that is then added.
+    changes : tuple of 2 float, or None
+        RMS change of the region's colours by it, in the model's images and in the true ones.
+    """
+
+    inputs: SceneInputs
+    drawn: Image
+    truth: Image
+    region: Region | None = None
+    responses: NDArray[np.float64] | None = None
+    mode: GaussianMode | None = None
+    changes: tuple[float, float] | None = None
+
+
+def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
+    """Select two regions that react differently, and add to each what its plot suggests."""
+    found = Sensitivity(subject.generator, inputs)
+    regions = two_regions(found.image, found.field(subject.size // BLOCKS))
+    steps, mode = [], None
+    for region in regions:
+        sensitivity = Sensitivity(subject.generator, inputs)
+        mask = region.mask(subject.size)
+        responses = shown_responses(sensitivity.region(region), int(mask.sum()), EDIT_WIDTH)
+        mode = suggested_mode(subject.generator.scene, inputs, responses, mode)
+        edited = with_mode(inputs, mode)
+        drawn, truth = subject.drawn(inputs), subject.truth(inputs)
+        changes = (
+            rms_change(drawn, subject.drawn(edited), mask),
+            rms_change(truth, subject.truth(edited), mask),
+        )
+        steps.append(RegionStep(inputs, drawn, truth, region, responses, mode, changes))
+        inputs = edited
+    return [*steps, RegionStep(inputs, subject.drawn(inputs), subject.truth(inputs))]
+
+
+def two_regions(image: Image, fields: NDArray[np.floating]) -> tuple[Region, Region]:
+    """Choose the brightest square of an image, and one apart from it that reacts otherwise."""
+    count = len(fields)
+    block = len(image) // count
+    brightness = np.square(image).mean(axis=2).reshape(count, block, count, block).mean((1, 3))
+    sides = range(count - REGION_BLOCKS + 1)
+    places = list(product(sides, sides))
+    light = [_sum(brightness, place) for place in places]
+    reactions = np.stack([_sum(fields, place) for place in places])
+    reactions /= np.linalg.norm(reactions, axis=1, keepdims=True) + 1e-12
+    first = int(np.argmax(light))
+    likeness = reactions @ reactions[first]
+    apart = [
+        index
+        for index, place in enumerate(places)
+        if max(abs(a - b) for a, b in zip(place, places[first], strict=True)) >= REGION_BLOCKS
+    ]
+    seen = [i for i in apart if light[i] >= LEAST_BRIGHTNESS * light[first]] or apart
+    second = min(seen, key=lambda index: likeness[index])
+    return _region(places[first], block), _region(places[second], block)
+
+
+def _sum(values: NDArray[np.floating], place: tuple[int, int]) -> NDArray[np.floating]:
+    row, column = place
+    return values[row : row + REGION_BLOCKS, column : column + REGION_BLOCKS].sum(axis=(0, 1))
+
+
+def _region(place: tuple[int, int], block: int) -> Region:
+    top, left = (block * index for index in place)
+    side = block * REGION_BLOCKS
+    return Region(left, top, left + side, top + side)
+
+
+PAPER_R = 16
+"""The paper's grid resolution r: blocks along each side of a field; it sets 8 or 16."""
+
+
+@dataclass(frozen=True, eq=False)
+class ValueField:
+    """The field of one scalar value, as the paper shows it and with every pixel.
+
+    Attributes
+    ----------
+    band : ndarray of float64, shape (256,)
+        The Gaussian by which fields of neighbouring values count, at most 1.
+    responses : ndarray of float64, shape (256,)
+        Sensitivity of the whole image, in the displayed unit.
+    blocks, pixels : ndarray of float64, shape (S, S, 3)
+        The field in r x r blocks, and for each pixel, coloured over the dim image.
+    scale, whole : float
+        Ends of the scales of opacity and of colour, in the displayed unit.
+    """
+
+    value: float
+    band: NDArray[np.float64]
+    responses: NDArray[np.float64]
+    blocks: NDArray[np.float64]
+    pixels: NDArray[np.float64]
+    scale: float
+    whole: float
+
+
+@dataclass(frozen=True, eq=False)
+class ValueStep:
+    """One row of Fig. 9; the last has no field, and shows what the second edit did."""
+
+    inputs: SceneInputs
+    drawn: Image
+    truth: Image
+    field: ValueField | None = None
+    mode: GaussianMode | None = None
+
+
+def value_edits(subject: Subject, inputs: SceneInputs) -> list[ValueStep]:
+    """Look at the fields of two values, and add a mode at each."""
+    steps, mode = [], None
+    for _ in range(2):
+        responses = whole_responses(subject, inputs)
+        mode = suggested_mode(subject.generator.scene, inputs, responses, mode)
+        field = value_field(subject, inputs, mode.mean)
+        step = ValueStep(inputs, subject.drawn(inputs), subject.truth(inputs), field, mode)
+        steps.append(step)
+        inputs = with_mode(inputs, mode)
+    return [*steps, ValueStep(inputs, subject.drawn(inputs), subject.truth(inputs))]
+
+
+def whole_responses(subject: Subject, inputs: SceneInputs) -> NDArray[np.float64]:
+    """Sensitivity (256,) of the whole image in the displayed unit."""
+    size = subject.size
+    found = Sensitivity(subject.generator, inputs).region(Region.whole(size))
+    return shown_responses(found, size**2, EDIT_WIDTH)
+
+
+def value_field(subject: Subject, inputs: SceneInputs, value: float) -> ValueField:
+    """Compute the field of a scalar value, with the paper's colours: by all values' fields."""
+    size, scalar_range = subject.size, subject.generator.scene.scalar_range
+    block = size // PAPER_R
+    found = Sensitivity(subject.generator, inputs)
+    image = found.image
+    fields = found.field(block)
+    whole = global_scale(fields, block**2, EDIT_WIDTH)
+    of_blocks = shown_responses(
+        field_of_value(fields, value, scalar_range), block**2, EDIT_WIDTH
+    ).astype(np.float32)
+    edit = edit_around(value, scalar_range, EDIT_WIDTH)
+    of_pixels = shown_field(found.change(edit), edit, "change")
+    scale = scale_of(of_blocks)
+    return ValueField(
+        value=value,
+        band=np.asarray(edit / edit.max(), dtype=np.float64),
+        responses=whole_responses(subject, inputs),
+        blocks=overlay_globally(image, spread_blocks(of_blocks, size, block), scale, whole),
+        pixels=overlay_globally(image, of_pixels, scale_of(of_pixels), whole),
+        scale=scale,
+        whole=whole,
+    )

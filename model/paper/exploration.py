@@ -32,19 +32,7 @@ CANDIDATES = 48
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A place on the map, and what is there.
-
-    Attributes
-    ----------
-    radius : float
-        Of the disc that codes are interpolated over.
-    code : ndarray of float32, shape (d,)
-        Interpolated (Shepard).
-    opacities : ndarray of float32, shape (256,)
-        The TF that the code decodes to.
-    image : ndarray, shape (S, S, 3)
-        Drawn from the code.
-    """
+    """A place on the map: the code interpolated over a disc, its decoded TF (256,), its image."""
 
     place: tuple[float, float]
     radius: float
@@ -55,14 +43,9 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Exploration:
-    """A brushed rectangle with its grid, and a place inside it.
+    """A brushed rectangle with the images (4, 4, S, S, 3) of its cells, and a place inside it.
 
-    Attributes
-    ----------
-    inputs : SceneInputs
-        View and colours of all pictures.
-    cells : ndarray of float32, shape (4, 4, S, S, 3)
-        NaN in empty cells.
+    All have the view and the colours of `inputs`; empty cells are NaN.
     """
 
     inputs: SceneInputs

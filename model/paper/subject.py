@@ -23,19 +23,7 @@ Image = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Subject:
-    """A trained model beside its volume.
-
-    Attributes
-    ----------
-    folder : Path
-        The model's.
-    volume : Volume
-        Over the scalar range of the model's scene.
-    space : LatentSpace
-        Of the model's own codec.
-    renderer : Renderer
-        Draws the scene's true images.
-    """
+    """A trained model with its volume, and the renderer of its scene's true images."""
 
     folder: Path
     generator: Generator
@@ -74,15 +62,7 @@ class Subject:
 
 
 def open_subject(folder: Path, source: VolumeSource, device: str = "auto") -> Subject:
-    """Load a model and its volume.
-
-    Raises
-    ------
-    CheckpointError
-        When the folder holds no valid model.
-    VolumeError
-        When the volume is neither given nor shipped.
-    """
+    """Load a model and its volume, over the scalar range of the model's scene."""
     card = load_card(folder)
     volume = volume_of(card.scene, source)
     generator = Generator.load(folder, device)

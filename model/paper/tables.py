@@ -7,15 +7,15 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.evaluation.holdout import generator_errors, neighbor_errors
 from model.latent.code_pictures import draw_codes
+from model.paper.edits import PAPER_R
 from model.paper.subject import Subject
-from model.paper.table import Table
-from model.paper.value_edits import PAPER_R
 from model.samples.sample_rendering import make_renderer, render_samples
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
@@ -106,18 +106,8 @@ def table_1(
 ) -> Table:
     """Return Table 1: the models' data sets and errors, then the paper's.
 
-    Models of one data set are told apart by the names of their folders.
-
-    Parameters
-    ----------
-    errors : sequence of HoldoutErrors
-        Of each.
-    timed : int
-        Samples that rendering is timed on.
-    store : SampleStore, optional
-        Samples of one of the models' scenes, whose own time is taken where it has kept one.
-    nearest : HoldoutErrors, optional
-        Of the store's training images that are nearest to its hold-out images.
+    Rendering is timed on `timed` samples, unless the store is of the scene and has kept its time.
+    `nearest` has the errors of the store's training images nearest to its hold-out images.
     """
     heading = (
         "data set", "resolution", "precision", "MB", "light", "200,000 training images",
@@ -184,15 +174,10 @@ def _sample_seconds(subject: Subject, count: int) -> float:
 
 
 def table_2(subject: Subject, repeats: int, blocks: int = PAPER_R) -> Table:
-    """Return Table 2: size and times of a model, beside the paper's.
+    """Return Table 2: size and times of a model, and the paper's.
 
-    Parameters
-    ----------
-    repeats : int
-        Images and grids of which the median time is taken; fields are timed once, as they take
-        long.
-    blocks : int
-        Blocks along each side of the fields; the paper takes 8 or 16.
+    Times of images and grids are medians of `repeats`. Fields of `blocks` x `blocks` (the paper:
+    8 or 16) are timed once, as they take long.
     """
     generator = subject.generator
     scene, card = generator.scene, generator.card
@@ -249,3 +234,33 @@ def _once(work: Callable[[], object]) -> float:
 def _short(number: float) -> str:
     """Three digits without the leading zero, as the paper's errors are given here."""
     return f"{number:.3f}".removeprefix("0")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table to print, and to write as Markdown.
+
+    Below it are notes: what was measured, and where it differs from the paper.
+    """
+
+    title: str
+    heading: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...] = ()
+
+    def markdown(self) -> str:
+        """Return the table with its title and notes in Markdown."""
+        lines = [f"**{self.title}**", "", _line(self.heading)]
+        lines += [_line(["---"] * len(self.heading)), *map(_line, self.rows)]
+        for note in self.notes:
+            lines += ["", note]
+        return "\n".join(lines) + "\n"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the table as plain data: a dict per row."""
+        rows = [dict(zip(self.heading, row, strict=True)) for row in self.rows]
+        return {"title": self.title, "rows": rows, "notes": list(self.notes)}
+
+
+def _line(cells: list[str] | tuple[str, ...]) -> str:
+    return f"| {' | '.join(cells)} |"

@@ -59,19 +59,11 @@ FIELDS = ("unlit", "direct", "soft", "opacity", "denoised", "traced", "exact")
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Pairs of one volume, float16, radiance and colours times opacity.
+    """Pairs of one volume, float16, radiance and colours times opacity, channels before pixels.
 
-    Attributes
-    ----------
-    unlit, direct, soft : ndarray, shape (N, 3, h, w)
-        Nobody learns from `direct`; it is there to be compared with.
-    opacity : ndarray, shape (N, 1, h, w)
-    denoised, traced : ndarray, shape (N, len(FEW), 3, h, w)
-        After each number of samples in :data:`FEW`.
-    exact : ndarray, shape (N, 3, h, w)
-        Of many other samples, not denoised.
-    error : ndarray of float64, shape (N,)
-        Standard error of `exact`.
+    Images are (N, 3, h, w), the opacity (N, 1, h, w); `denoised` and `traced` have one image for
+    each number of samples in :data:`FEW`. `exact` is of many other samples, not denoised, and
+    `error` its standard error. Nothing learns from `direct`, which is there for comparison.
     """
 
     unlit: NDArray[np.float16]
@@ -167,13 +159,7 @@ def write_pairs(
 ) -> Iterator[Path]:
     """Draw blocks of pairs of each volume in turn, and yield the file of each.
 
-    Files that are there already are not drawn anew, nor yielded. For `many` see
-    :class:`PairDrawer`.
-
-    Raises
-    ------
-    DatasetError
-        When there is no denoiser here, or a file cannot be written.
+    Files that are there already are not drawn anew, nor yielded.
     """
     if not available():
         raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
@@ -204,13 +190,7 @@ def write_block(path: Path, pairs: Pairs) -> None:
 
 
 def read_pairs(folder: Path) -> dict[str, Pairs]:
-    """Read all pairs of a folder, by the beginning of their volume's fingerprint.
-
-    Raises
-    ------
-    DatasetError
-        When there are none, or a file is damaged.
-    """
+    """Read all pairs of a folder, by the beginning of their volume's fingerprint."""
     found: dict[str, list[dict[str, Any]]] = {}
     for path in sorted(folder.glob("*-*-*.npz")):
         try:

@@ -25,16 +25,7 @@ from model.scene.volume import Volume
 def render_samples(
     renderer: Renderer, scene: Scene, seed: int, split: Split, indices: range
 ) -> SampleBatch:
-    """Draw and render samples of a split.
-
-    Parameters
-    ----------
-    renderer : Renderer
-        Renderer of the scene's volume and lighting.
-    split : {"train", "holdout"}
-    indices : range
-        Indices of the samples in the split.
-    """
+    """Draw and render samples of a split, by a renderer of the scene's volume and lighting."""
     samples = [draw_sample(scene, seed, split, i) for i in indices]
     images = np.stack([renderer.render(inputs, scene.image_size) for inputs in samples])
     return SampleBatch(store_inputs(samples, scene), np.rint(images * 255).astype(np.uint8))
@@ -45,19 +36,7 @@ def make_renderer(
     scene: Scene,
     threads: int | None = 1,
 ) -> Renderer:
-    """Create the renderer of a scene.
-
-    Parameters
-    ----------
-    threads : int, optional
-        Number of the ray caster's threads; one by default, for parallel renderers;
-        None for one per processor.
-
-    Raises
-    ------
-    DatasetError
-        When the volume is not the scene's.
-    """
+    """Create the renderer of a scene; the ray caster has so many threads, or one per processor."""
     check_volume(volume, scene)
     return open_renderer(
         scene.renderer,
@@ -89,21 +68,9 @@ def render_store(
     workers: int | None = None,
     on_progress: Callable[[int], None] = lambda count: None,
 ) -> None:
-    """Render a store's missing samples in parallel processes.
+    """Render a store's missing samples in parallel processes, one per processor by default.
 
-    Parameters
-    ----------
-    workers : int, optional
-        Number of processes, one per processor by default.
-    on_progress : callable
-        Called with the number of new samples after each block.
-
-    Raises
-    ------
-    RenderError
-        When a rendering process ends unexpectedly.
-    DatasetError
-        When the volume is not the scene's, or samples cannot be written.
+    `on_progress` is called with the number of new samples after each block.
     """
     tasks = [(s, block) for s in SPLITS for block in store.missing_blocks(s)]
     if not tasks:

@@ -58,8 +58,7 @@ class SampleBatch:
     rgba : ndarray of uint8, shape (N, S, S, 4)
         Premultiplied by opacity, row 0 at the top.
     encoded : dict of ndarray, each of shape (N, ...)
-        The inputs as the networks take them (:func:`model.scene.inputs.encode_inputs`), if
-        they are there already.
+        The inputs as the networks take them, if they are there already.
     """
 
     inputs: Arrays
@@ -108,18 +107,7 @@ MOST_SAMPLES = 100_000_000
 
 
 class SampleStore:
-    """A sample store on disk.
-
-    Parameters
-    ----------
-    path : Path
-        The store's folder.
-
-    Raises
-    ------
-    DatasetError
-        When the folder is not a sample store, or one of an unknown version.
-    """
+    """A sample store on disk; another folder, or another version, is a :class:`DatasetError`."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -148,18 +136,9 @@ class SampleStore:
 
     @classmethod
     def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
-        """Create a store, or open an existing one to continue it.
+        """Create a store, or open an existing one to continue it, or to grow it by larger counts.
 
-        Parameters
-        ----------
-        counts : dict
-            Number of samples of each split; an existing store may grow.
-
-        Raises
-        ------
-        DatasetError
-            When the folder holds something else, or samples of another scene
-            or seed.
+        A folder that holds something else, or samples of another scene or seed, is refused.
         """
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             store = cls(path)
@@ -258,13 +237,7 @@ class SampleStore:
             )
 
     def read(self, split: Split, indices: range) -> SampleBatch:
-        """Read consecutive samples.
-
-        Raises
-        ------
-        DatasetError
-            When they cannot be read.
-        """
+        """Read consecutive samples; lost or altered ones are a :class:`DatasetError`."""
         span = slice(indices.start, indices.stop)
         for number in range(span.start // BLOCK, -(-span.stop // BLOCK)):
             if lost := self._lost(split, number):
@@ -318,19 +291,9 @@ class SampleStore:
     ) -> Iterator[SampleBatch]:
         """Yield a split in random order, endlessly, without holding it in memory.
 
-        Blocks are read in random order; batches are drawn at random from a pool of
-        them. Samples that do not fill a pool's last batch are left out of the pass,
-        as batch normalization needs more than a few samples.
-
-        Parameters
-        ----------
-        split : {"train", "holdout"}
-        seed : list of int
-            Seed of the order.
-        batch_size : int
-            At most the number of samples.
-        skip : int
-            Number of batches to skip at the start.
+        Blocks are read in random order; batches are drawn at random from a pool of them. Samples
+        that do not fill a pool's last batch are left out of the pass, as batch normalization needs
+        more than a few samples. The first `skip` batches are left out.
         """
         all_blocks = _blocks(self.count(split))
         pool_blocks = max(POOL_BLOCKS, -(-batch_size // BLOCK))

@@ -49,28 +49,18 @@ def sample_kind(scene: Scene, seed: int, split: Split, index: int) -> OpacityKin
 
 
 def draw_opacity_tfs(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
-    """Draw a batch of opacity TFs without images, which depends on the arguments only.
-
-    Returns
-    -------
-    ndarray of float32, shape (count, 256)
-        Opacities in [0, 1], sampled over the scalar range.
-    """
+    """Draw opacity TFs (count, 256) without images, which depend on the arguments only."""
     rng = np.random.default_rng([seed, TF_STREAM, index])
     tfs = [draw_opacity_tf(rng, scene) for _ in range(count)]
     return np.stack([tf.sample(scene.scalar_range) for tf in tfs])
 
 
 def draw_edits(scene: Scene, seed: int, index: int, count: int) -> NDArray[np.float32]:
-    """Draw a batch of smooth edits of opacity TFs, which depends on the arguments only.
+    """Draw smooth edits (count, 256) of opacity TFs, which depend on the arguments only.
 
-    Returns
-    -------
-    ndarray of float32, shape (count, 256)
-        Differences of opacity over the scalar range: Gaussians of height
-        :data:`EDIT_HEIGHT`, positive or negative, with means uniform in the scalar
-        window, and standard deviations log-uniform from half to four times those of
-        sensitivities (:data:`model.scene.tf_perturbation.EDIT_WIDTH`).
+    They are Gaussians of height :data:`EDIT_HEIGHT`, positive or negative, with means uniform in
+    the scalar window, and standard deviations log-uniform from half to four times those of
+    sensitivities (:data:`model.scene.tf_perturbation.EDIT_WIDTH`).
     """
     rng = np.random.default_rng([seed, EDIT_STREAM, index])
     lo, hi = scene.scalar_range

@@ -20,13 +20,7 @@ CPU = torch.device("cpu")
 
 @dataclass(frozen=True)
 class EncodedBatch:
-    """Training samples as tensors in [-1, 1], images NCHW.
-
-    Attributes
-    ----------
-    opacity_image : Tensor, shape (N, 1, So, So)
-    image : Tensor, shape (N, 3, S, S)
-    """
+    """Training samples as tensors in [-1, 1]; images are (N, 1, So, So) and (N, 3, S, S)."""
 
     inputs: EncodedInputs
     opacity_image: Tensor
@@ -62,11 +56,7 @@ def encode_batch(
 ) -> EncodedBatch:
     """Encode stored samples, on the device that is to learn from them.
 
-    Parameters
-    ----------
-    opacity_size : int
-        Width and height of the opacity image: the image's opacity, averaged
-        over square blocks of pixels.
+    The opacity image is the image's opacity, averaged over blocks to `opacity_size` pixels.
     """
     if batch.encoded:
         inputs = EncodedInputs.encoded(batch.encoded)

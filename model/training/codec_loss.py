@@ -37,7 +37,10 @@ class CodecLoss:
     def __call__(
         self, codec: LatentCodec, decoded: Tensor, batch: EncodedBatch, step: int
     ) -> Tensor:
-        """Return the loss of a batch's decoded TFs and of this step's random TFs."""
+        """Return the loss of decoded TFs (N, 256) in [-1, 1] and of this step's random TFs.
+
+        Step and rank determine the random TFs, so that resumed runs are reproducible.
+        """
         error = decoded_tf_error(decoded, batch.inputs.opacity_tf, self._options.thick_layer_weight)
         if not self._options.unrendered_tfs:
             return error
@@ -89,7 +92,11 @@ class CodecLoss:
 
 
 def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:
-    """Return the mean squared error of decoded opacity TFs."""
+    """Return the mean squared error of decoded opacity TFs (N, 256) in [-1, 1].
+
+    `thick` weighs the error of :func:`layer_opacity`: a faint mode contributes little to the TF's
+    error, but is clearly visible in images of a thick region of its scalar values.
+    """
     decoded = decoded.float()
     error = (decoded - opacity_tf).square().mean()
     if thick:
@@ -99,7 +106,10 @@ def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tenso
 
 
 def edit_error(decoded: Tensor, edits: Tensor) -> Tensor:
-    """Return the mean squared difference between changes of decoded TFs and their edits."""
+    """Return the mean squared difference between changes of decoded TFs and their edits.
+
+    Both are (N, 256) and differences of TFs in [-1, 1]; the unit is an edit's squared height.
+    """
     return ((decoded - edits) / (2 * EDIT_HEIGHT)).square().mean()
 
 

@@ -23,42 +23,30 @@ from model.volume_files.source import VolumeSource
 class TrainingJob:
     """Description of a training run: data, networks, recipe, budget and output folder.
 
+    Settings that contradict each other or have no effect raise a :class:`TrainingError`.
+
     Attributes
     ----------
-    out : Path
-        Folder of the run and its model.
     store : Path or None
         A stored data set; None renders samples during training.
     preset : str
         Name of a network size, see :data:`model.training.options.PRESETS`.
     color_attention : bool
-        Whether the networks look colours up in the colour TF, see
-        :class:`model.networks.size.NetworkSize`.
+        Whether networks look colours up in the colour TF, see :class:`NetworkSize`.
     width : float or None
-        Number of the networks' channels as a fraction of the paper's, instead of the preset's.
+        Channels of the networks as a fraction of the paper's, instead of the preset's.
     faithful : bool
         Whether to use the paper's recipe without additions.
     settings : tuple of str
         Changes of the recipe, see :meth:`TrainingOptions.with_settings`.
-    samples : int or None
-        The budget; exactly one of the two is given.
     lighting, movable_light, tf_family, window, up, reuse
-        Options of samples that are rendered during training; see
-        :class:`model.scene.scene.Scene` and
-        :class:`model.training.streamed_samples.StreamSource`.
+        Options of samples that are rendered during training.
     start : Path or None
         Folder of a trained model to start from.
     workers : int or None
         Number of rendering threads, one per processor by default.
-    device : {"auto", "cpu", "cuda"}
-    precision : {"auto", "float32", "bfloat16"}
     resume : bool
         Whether to resume the run in the folder.
-
-    Raises
-    ------
-    TrainingError
-        For settings that contradict each other or have no effect.
     """
 
     out: Path

@@ -42,20 +42,11 @@ class HoldoutProbe:
         self.batch = encode_batch(samples, source.scene, size.opacity_size, device)
 
     def measure(self, generator: GeneratorNetwork, sheet: Path) -> dict[str, float]:
-        """Measure a generator and write a sheet of images of the first samples.
+        """Measure a generator and write a PNG sheet of images of the first samples.
 
-        Parameters
-        ----------
-        sheet : Path
-            PNG file. Rows, from the top: true images, generated images, true
-            opacity images, generated opacity images.
-
-        Returns
-        -------
-        dict of float
-            Mean RMSE of opacity TFs, opacity images and images, at the
-            size that the generator draws, and the indicators checked by
-            :class:`model.training.monitor.CollapseGuard`.
+        Its rows are true images, generated images, true opacity images and generated ones. The
+        figures are mean RMSEs of opacity TFs, opacity images and images, at the size that the
+        generator draws, and the indicators checked by :class:`CollapseGuard`.
         """
         image, opacity, tf, latent = self._render(generator)
         real = adaptive_avg_pool2d(self.batch.image, image.shape[-1])
@@ -189,11 +180,7 @@ class Trouble(NamedTuple):
 class CollapseGuard:
     """Checks the steps and measurements of a run for collapse.
 
-    Attributes
-    ----------
-    healthy : bool
-        Whether the last measurement showed no collapse; otherwise no checkpoint may
-        replace an earlier one.
+    Unless the last measurement was `healthy`, no checkpoint may replace an earlier one.
     """
 
     def __init__(self) -> None:
@@ -215,7 +202,7 @@ class CollapseGuard:
     def check_measurement(
         self, stage: Stage, metrics: dict[str, float], steps: int, last: bool = False
     ) -> Trouble | None:
-        """Return the collapse that lasted for :data:`PATIENCE` measurements, or None.
+        """Return the collapse that lasted for :data:`PATIENCE` measurements, or for one at the end.
 
         What was different earlier in the stage and no longer is has collapsed; what never
         was may still be where it started, until :data:`LATEST_START` or the stage's end.

@@ -29,15 +29,8 @@ STAGES = ("opacity", "translation", "small", "joint")
 class StageOptions:
     """Optimization of one stage (paper, section 6, implementation details).
 
-    Attributes
-    ----------
-    batch_size : int
-        At least 2.
-    learning_rate : float
-        Adam's learning rate for generator and discriminator.
-    halvings : float
-        Number of halvings of the learning rate over the stage, unless it
-        follows a cosine.
+    The learning rate is Adam's for generator and discriminator; it is halved so many times over
+    the stage, unless it follows a cosine.
     """
 
     batch_size: int
@@ -113,11 +106,6 @@ class TrainingOptions:
         rendered colour images (Salimans et al. 2016), once it has joined; 0 in the paper.
     opacity_time_share : float
         Fraction of the budget for stage 1 of the paper's two.
-
-    Raises
-    ------
-    TrainingError
-        For values outside their ranges.
     """
 
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
@@ -192,18 +180,7 @@ class TrainingOptions:
         )
 
     def with_settings(self, settings: Sequence[str]) -> TrainingOptions:
-        """Return the options with some of them changed.
-
-        Parameters
-        ----------
-        settings : sequence of str
-            "name=value"; a stage's options are named like "joint.batch_size".
-
-        Raises
-        ------
-        TrainingError
-            For an unknown name, or a value of the wrong type or outside its range.
-        """
+        """Return the options with some of them changed, by settings like "joint.batch_size=8"."""
         data = self.to_json()
         for setting in settings:
             name, _, text = setting.partition("=")

@@ -33,25 +33,16 @@ SHARES = (0.5, 0.25, 0.25)
 CUT = 96
 """Width and height of the parts of pictures that are learned, in pixels."""
 
-TOLD_EVERY = 500
+REPORT_STEPS = 500
 """Steps between two reports."""
 
 
 @dataclass(frozen=True)
 class PathLightOptions:
-    """How the network is trained.
+    """How the network is trained, for so many minutes, those of earlier runs included.
 
-    Attributes
-    ----------
-    minutes : float
-        Of training, those of earlier runs included.
-    size : PathLightSize
-    batch_size : int
-    learning_rate : float
-        At the beginning; it follows a cosine to a hundredth of it.
-    averaging : float
-        Decay of the weights' moving average.
-    seed : int
+    The learning rate follows a cosine to a hundredth of it; `averaging` is the decay of the
+    weights' moving average.
     """
 
     minutes: float
@@ -64,14 +55,9 @@ class PathLightOptions:
 
 @dataclass(frozen=True)
 class PathLightErrors:
-    """RMSE of pictures against those of many samples, whose own noise is taken off.
+    """RMSE of pictures of so many samples, by volume, before and after the network.
 
-    Attributes
-    ----------
-    samples : int
-        Of each pixel of what is finished.
-    denoised, finished : dict of str to float
-        Mean of the pictures' errors, by volume.
+    The noise of what they are compared with is taken off.
     """
 
     samples: int
@@ -86,23 +72,10 @@ class PathLightErrors:
 
 
 class PathLightTrainer:
-    """Trains the network on pairs, from where a checkpoint stopped.
+    """Trains the network on pairs by volume, from where a checkpoint stopped.
 
-    Parameters
-    ----------
-    pairs : dict of str to Pairs
-        By volume; volumes are drawn as often as one another.
-    options : PathLightOptions
-    device : torch.device
-    start : PathLightNetwork, optional
-        Of the options' size; its weights are where the training begins.
-
-    Attributes
-    ----------
-    steps : int
-        Done so far, earlier runs' included.
-    seconds : float
-        Of training so far, earlier runs' included.
+    Volumes are drawn equally often. `start` has the first weights, of the options' size; `steps`
+    and `seconds` include those of earlier runs.
     """
 
     def __init__(
@@ -135,24 +108,15 @@ class PathLightTrainer:
     ) -> None:
         """Train until the time is up.
 
-        Parameters
-        ----------
-        say : callable
-            Called with the mean loss of the last :data:`TOLD_EVERY` steps.
-        keep : Path, optional
-            Where checkpoints are written whenever `say` is called, and at the end.
-
-        Raises
-        ------
-        TrainingError
-            When the loss is no longer finite, or a checkpoint cannot be written.
+        `say` is called with the mean loss of the last :data:`REPORT_STEPS` steps; a checkpoint is
+        then written to `keep`, and at the end.
         """
         losses: list[Tensor] = []
         while self._part < 1:
             begun = time.perf_counter()
             losses.append(self._step())
             self.seconds += time.perf_counter() - begun
-            if len(losses) == TOLD_EVERY:
+            if len(losses) == REPORT_STEPS:
                 loss = float(torch.stack(losses).mean())
                 losses.clear()
                 if not math.isfinite(loss):
@@ -164,13 +128,7 @@ class PathLightTrainer:
             self._save(keep)
 
     def resume(self, path: Path) -> None:
-        """Go on from a checkpoint.
-
-        Raises
-        ------
-        TrainingError
-            When it is damaged, or of another network.
-        """
+        """Go on from a checkpoint; a damaged one, or another network's, is a `TrainingError`."""
         try:
             state = torch.load(path, map_location=self._device, weights_only=True)
             self._network.load_state_dict(state["network"])

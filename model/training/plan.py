@@ -25,16 +25,8 @@ from model.training.stage import Losses
 class TrainingPlan:
     """Inputs of a training run: samples, networks, recipe, budget and output folder.
 
-    Attributes
-    ----------
-    preset : str
-        Name of the preset, for the record.
-    start : WarmStart, optional
-        A trained model whose weights are the initial ones; random by default.
-    precision : {"float32", "bfloat16"}
-        Of the layers of optimization steps under autocast; weights are float32.
-    interval : float
-        Seconds between checkpoints.
+    The precision is that of layers under autocast: weights are float32. Checkpoints are written
+    every `interval` seconds.
     """
 
     source: SampleSource
@@ -84,14 +76,8 @@ def check_image_size(size: NetworkSize, scene: Scene) -> None:
 class TrainingReport:
     """Progress of a run after an optimization step, for a progress bar.
 
-    Attributes
-    ----------
-    spent : float
-        Fraction of the whole budget used, 0..1.
-    metrics : dict of float
-        Most recent hold-out metrics; empty before the first measurement.
-    notice : str
-        A message to show once; usually empty.
+    `spent` is the fraction of the whole budget used, 0..1; `metrics` are the most recent hold-out
+    metrics, if any; `notice` is a message to show once, usually empty.
     """
 
     stage: str
@@ -130,15 +116,7 @@ BUILT_FOR = ("proportions", "view_range", "lighting")
 
 @dataclass(frozen=True)
 class WarmStart:
-    """A trained model to start from.
-
-    Attributes
-    ----------
-    digest : str
-        SHA-256 of its weights; must not change when a run is resumed.
-    network : GeneratorNetwork
-        In evaluation mode, float32, on the CPU.
-    """
+    """A trained model to start from; its weights, and so the digest, must not change in a run."""
 
     digest: str
     card: ModelCard
@@ -146,13 +124,7 @@ class WarmStart:
 
     @classmethod
     def read(cls, folder: Path) -> WarmStart:
-        """Read a model folder.
-
-        Raises
-        ------
-        CheckpointError
-            When the folder holds no model that can be read.
-        """
+        """Read a model folder."""
         return cls(weights_digest(folder), *load_model(folder))
 
     def size_of(self, size: NetworkSize) -> NetworkSize:
@@ -163,15 +135,9 @@ class WarmStart:
     def check(self, size: NetworkSize, scene: Scene) -> None:
         """Refuse a model of another network size or an incompatible scene.
 
-        It may have been trained on smaller images: networks grow.
-
-        The volume may be another one of the same proportions, and the light may
-        differ: training then still needs less time than from random weights.
-
-        Raises
-        ------
-        TrainingError
-            When they differ; the message names all differences.
+        It may have been trained on smaller images: networks grow. The volume may be another one of
+        the same proportions, and the light may differ: training then still needs less time than
+        from random weights.
         """
         own = self.card.size
         if own.image_size < size.image_size:

@@ -20,10 +20,7 @@ LEAST_HOLDOUT = 4
 class SampleSource(ABC):
     """Samples of one scene: an endless stream for training, and a fixed hold-out split.
 
-    Attributes
-    ----------
-    seed : int
-        Seed of the samples; scene and seed alone determine the hold-out split.
+    Scene and seed alone determine the hold-out split.
     """
 
     scene: Scene
@@ -37,18 +34,10 @@ class SampleSource(ABC):
     def batches(
         self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
     ) -> Iterator[SampleBatch]:
-        """Yield batches of random training samples endlessly.
+        """Yield batches of random training samples endlessly; equal arguments give equal batches.
 
-        Parameters
-        ----------
-        stage : int
-            Stage of the training, from 0.
-        seed : int
-            Seed of the training run; equal arguments give equal batches.
-        done : int
-            Number of batches to skip: those used by earlier sessions of the run.
-        image_size : int, optional
-            Width and height of the images, if smaller than the scene's.
+        Each stage, from 0, has batches of its own. The first `done`, used by earlier sessions of
+        the run, are skipped. Images can be smaller than the scene's.
         """
 
     @abstractmethod

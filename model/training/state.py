@@ -34,18 +34,9 @@ STATE_FILE = "training.json"
 
 @dataclass
 class Progress:
-    """Progress of a run.
+    """Progress of a run: its stage or "done", and the seconds and samples of all sessions.
 
-    Attributes
-    ----------
-    stage : str
-        "small", "joint", "opacity", "translation" or "done".
-    seconds : float
-        Wall-clock time of all sessions of the run.
-    samples : int
-        Number of samples seen in all stages.
-    batch : int
-        Number of batches done in this stage.
+    `batch` is the number of batches done in this stage.
     """
 
     stage: str = "opacity"
@@ -93,13 +84,7 @@ def check_new(folder: Path) -> None:
 
 
 def load_progress(folder: Path) -> tuple[Progress, dict[str, Any]]:
-    """Read the progress and the recipe of a run.
-
-    Raises
-    ------
-    TrainingError, CheckpointError
-        When the folder holds no run that can be resumed.
-    """
+    """Read the progress and the recipe of a run."""
     header = _header(folder)
     return Progress(**header["progress"]), header["recipe"]
 
@@ -223,15 +208,10 @@ def unwritable(folder: Path, error: OSError) -> TrainingError:
 
 
 class Interruption:
-    """Context manager that records the first Ctrl-C instead of raising.
+    """Context manager that records the first Ctrl-C, as `asked`, instead of raising.
 
     A second Ctrl-C raises :class:`KeyboardInterrupt` at once. Outside the main
     thread, or if SIGINT has another handler, it does nothing.
-
-    Attributes
-    ----------
-    asked : bool
-        Whether Ctrl-C has been pressed.
     """
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import AbstractContextManager, closing, nullcontext
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -59,12 +59,8 @@ class StreamSource(SampleSource):
     """Samples rendered in the background during training, by threads or by processes.
 
     Threads share the interpreter's lock with the training. A training on a CPU holds it for
-    little of its time, one on a GPU for nearly all of it.
-
-    Attributes
-    ----------
-    rendering_seconds : float
-        Processor time spent on rendering so far, summed over threads.
+    little of its time, one on a GPU for nearly all of it. Each sample is used `reuse` times on
+    average. `rendering_seconds` is the processor time spent so far, summed over threads.
     """
 
     def __init__(
@@ -74,7 +70,6 @@ class StreamSource(SampleSource):
         seed: int,
         reuse: float | None = None,
         threads: int | None = None,
-        ring_samples: int | None = None,
         processes: bool = False,
     ) -> None:
         self.scene = scene
@@ -85,8 +80,8 @@ class StreamSource(SampleSource):
         self._volume = volume
         self._threads = threads or os.cpu_count() or 1
         self._processes = processes
-        most, image_bytes = PROCESS_RINGS if processes else 1, 4 * scene.image_size**2
-        self._capacity = ring_samples or min(most * RING_SAMPLES, most * RING_BYTES // image_bytes)
+        rings = PROCESS_RINGS if processes else 1
+        self._capacity = rings * min(RING_SAMPLES, RING_BYTES // (4 * scene.image_size**2))
         check_volume(volume, scene)
         self._ring: _Ring | None = None
 
@@ -135,10 +130,7 @@ class StreamSource(SampleSource):
 
     def recipe(self) -> dict[str, Any]:
         """Return all properties that must not change when a run is resumed, as plain data."""
-        return super().recipe() | {
-            "reuse": self.reuse,
-            "ring_samples": self._capacity,
-        }
+        return super().recipe() | {"reuse": self.reuse, "ring_samples": self._capacity}
 
     def summary(self) -> dict[str, Any]:
         """Return seed, reuse and rendering time of the samples."""
@@ -154,10 +146,6 @@ class StreamSource(SampleSource):
             self._ring.close()
             self._ring = None
 
-    def _count(self, seconds: float) -> None:
-        with self._lock:
-            self.rendering_seconds += seconds
-
     def _pool(self, scene: Scene) -> ProcessPoolExecutor | None:
         if not self._processes:
             return None
@@ -169,19 +157,17 @@ class StreamSource(SampleSource):
     def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
         """Render block after block into the ring, until it is closed."""
         try:
-            renderer: AbstractContextManager[Renderer | None] = nullcontext()
-            render: Callable[[range], tuple[SampleBatch, float]]
-            if pool is not None:
-                render = partial(_from_worker, pool)
-            else:
-                own = make_renderer(self._volume, scene)
-                renderer, render = closing(own), partial(_timed, own, scene, self.seed)
-            with renderer:
+            with ExitStack() as stack:
+                if pool is not None:
+                    render = partial(_from_worker, pool)
+                else:
+                    own = stack.enter_context(closing(make_renderer(self._volume, scene)))
+                    render = partial(_timed, own, scene, self.seed)
                 while (block := ring.next_block()) is not None:
-                    samples, seconds = render(
-                        range(block.start + ring.offset, block.stop + ring.offset)
-                    )
-                    self._count(seconds)
+                    numbers = range(block.start + ring.offset, block.stop + ring.offset)
+                    samples, seconds = render(numbers)
+                    with self._lock:
+                        self.rendering_seconds += seconds
                     ring.write(block, samples)
         except BaseException as error:
             ring.fail(error)

@@ -60,26 +60,18 @@ def train(
 ) -> None:
     """Train until the budget is used.
 
-    Parameters
-    ----------
-    resume : bool
-        Whether to resume the run in the folder; otherwise the folder must hold none.
-    on_report : callable
-        Called after each optimization step. If it raises
-        :class:`KeyboardInterrupt`, the run is saved and ends, as after Ctrl-C.
+    `on_report` is called after each optimization step. If it raises :class:`KeyboardInterrupt`,
+    the run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved.
 
     Raises
     ------
     CollapseError
         When a loss is no longer finite, or when codes or images collapse.
     TrainingError
-        When the folder holds a run (or, resuming, none or another one), when
-        another process trains there, or when the folder cannot be written.
+        When the folder holds a run (or, resuming, none or another one), when another process
+        trains there, or when the folder cannot be written.
     DatasetError
         When there are too few samples.
-    KeyboardInterrupt
-        After Ctrl-C, once the current step is done and the run is saved; at
-        once and unsaved if it is pressed again.
     """
     try:
         with nullcontext() if parallel.rank() else training_in(plan.folder):
@@ -344,19 +336,9 @@ def run_job(
     job: TrainingJob,
     on_report: Callable[[TrainingReport], None] = lambda report: None,
 ) -> None:
-    """Train; with several processes, each calls this.
+    """Train as a job says; with several processes, each calls this.
 
-    Parameters
-    ----------
-    on_report : callable
-        Called in the first process after each optimization step.
-
-    Raises
-    ------
-    TrainingError, DatasetError, VolumeError, CheckpointError, DeviceError
-        When the run cannot start; see :func:`model.training.trainer.train`.
-    KeyboardInterrupt
-        When it was stopped, and is saved.
+    `on_report` is called in the first process; see :func:`train`.
     """
     if job.resume:
         _check_resumption(job)

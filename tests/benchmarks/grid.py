@@ -1,16 +1,22 @@
-"""The grid of pictures that differ most, against the means of the map's cells: how far apart."""
+"""The grid of pictures that differ most, against the means of the map's cells: how far apart.
+
+With ``--window`` it is opened in the window, and timed from the click.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
+from app.state.latent_pictures import CELL_SIZE, GridPicture
 from app.state.latent_state import FIRST_BRUSH
 from app.state.opened_volume import OpenedVolume
 from model.latent.latent_space import LatentSpace
-from model.latent.tiny_pictures import exposures, overview_of
+from model.latent.tiny_pictures import DIFFERING, exposures, overview_of
 from model.metrics import flip
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -19,6 +25,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.orientation import home_view
 from model.scene.robust_range import robust_range
 from model.volume_files import read_volume
+from tests.benchmarks.motion import PATIENCE_S, close_window, opened_window, run, windows_here
 from tests.benchmarks.rows import options, paths, print_machine, print_rows, timed
 
 APART = 0.05
@@ -27,8 +34,15 @@ APART = 0.05
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Choose, draw and compare; both grids are exposed alike."""
-    asked = options(__doc__, size=96).parse_args(arguments)
+    parser = options(__doc__, size=96)
+    parser.add_argument("--window", action="store_true", help="time it from the click")
+    asked = parser.parse_args(arguments)
     print_machine()
+    if asked.window:
+        with windows_here():
+            rows = [(path.name, *_from_the_click(path)) for path in paths(asked)]
+        print_rows("From the click, s", ("volume", "16 pictures", "sharp"), rows)
+        return
     rows = []
     for path in paths(asked):
         read = read_volume(path)
@@ -65,6 +79,33 @@ def main(arguments: Sequence[str] | None = None) -> None:
         rows.append((volume.name, choosing + drawing, *most, *usual))
     heading = "volume", "s", "pairs", "distinct", "FLIP", "cells: pairs", "distinct", "FLIP"
     print_rows("Pairs of 16 pictures that differ, of 120", heading, rows)
+
+
+def _from_the_click(path: Path) -> tuple[float | None, float | None]:
+    """Seconds until there are 16 pictures, and until these are sharp."""
+    window = opened_window(path)
+    pictures = window.workspace.latent
+    run(
+        PATIENCE_S,
+        lambda: (
+            not window.workspace.opening.is_busy
+            and window.workspace.opened is not None
+            and window.workspace.is_settled
+        ),
+    )
+    seen: list[tuple[float, int]] = []
+    begun = time.perf_counter()
+
+    def note(grid: GridPicture | None) -> None:
+        if grid is not None and len(grid.images) == DIFFERING:
+            seen.append((time.perf_counter() - begun, len(grid.images[0])))
+
+    pictures.gridDrawn.connect(note)
+    window.browse.click()
+    run(PATIENCE_S, lambda: bool(seen) and seen[-1][1] >= CELL_SIZE)
+    close_window(window)
+    sharp = next((at for at, width in seen if width >= CELL_SIZE), None)
+    return seen[0][0] if seen else None, sharp
 
 
 def _figures(images: np.ndarray) -> tuple[int, int, float]:

@@ -54,8 +54,7 @@ class Watched(QObject):
         self._window, self._new = window, 0
         self.begin()
         answers = window.workspace.sensitivity
-        answers.regionAnswered.connect(lambda: self._take("curve", answers.region))
-        answers.visibilityAnswered.connect(lambda: self._take("area", answers.visibility))
+        answers.answered.connect(self._take_answer)
         window.state.inputsChanged.connect(self._note_state)
         window.reference.resultShown.connect(self._note_picture)
         window.reference.canvas.installEventFilter(self)
@@ -84,6 +83,13 @@ class Watched(QObject):
 
     def _note_state(self) -> None:
         self._states.append((self._window.state.inputs, time.perf_counter()))
+
+    def _take_answer(self, what: str) -> None:
+        answers = self._window.workspace.sensitivity
+        if what == "region":
+            self._take("curve", answers.region)
+        elif what == "visibility":
+            self._take("area", answers.visibility)
 
     def _take(self, name: str, answer: Any) -> None:
         self.look()
@@ -119,6 +125,34 @@ def run(seconds: float, step: Callable[[], object] = lambda: None) -> None:
     timer.stop()
 
 
+def opened_window(path: Path) -> MainWindow:
+    """Return a window in which a volume is being opened."""
+    window = MainWindow()
+    window.resize(*WINDOW)
+    window.show()
+    window.workspace.opening.open(path)
+    return window
+
+
+def close_window(window: MainWindow) -> None:
+    """Close a window, and end its timers."""
+    window.close()
+    window.deleteLater()
+    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+@contextmanager
+def windows_here() -> Iterator[None]:
+    """Have an application, off screen where there is no display."""
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    application = QApplication.instance() or QApplication([])
+    assert isinstance(application, QApplication)
+    apply_theme(application)
+    with garbage_collected_here():
+        yield
+
+
 def grip(window: MainWindow, what: str) -> tuple[QWidget, QPoint, QPoint]:
     """Return what is dragged: the widget, where it is grasped, and how far it is moved."""
     if what == "view":
@@ -131,12 +165,9 @@ def grip(window: MainWindow, what: str) -> tuple[QWidget, QPoint, QPoint]:
 
 def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple[object, ...]:
     """Drag in the window, and then have its renderer draw the same."""
-    window = MainWindow()
-    window.resize(*WINDOW)
-    window.show()
+    window = opened_window(path)
     window.sensitivity_state.choose(shown=not asked.hidden)
     watched = Watched(window)
-    window.workspace.opening.open(path)
     window.workspace.reference.choose(lighting=lighting)
     run(PATIENCE_S, lambda: bool(watched.painted) and window.workspace.is_settled)
     run(QUIET_S)
@@ -166,10 +197,7 @@ def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple
     widths = [width for _, width in painted]
     again = [draw for width, draw in drawn if width in widths]
     _, took = timed(lambda: [draw() for draw in again])
-    window.close()
-    # Its timers would go on.
-    window.deleteLater()
-    QApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    close_window(window)
     shown, alone = len(painted) / (ended - begun), len(again) / took
     times = [begun, *(at for at, _ in painted), ended]
     gaps = [later - earlier for earlier, later in itertools.pairwise(times)]
@@ -188,13 +216,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seconds", type=float, default=5.0, help="of a drag")
     parser.add_argument("--hidden", action="store_true", help="without sensitivities")
     asked = parser.parse_args(arguments)
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
-    application = QApplication.instance() or QApplication([])
-    assert isinstance(application, QApplication)
-    apply_theme(application)
     print_machine()
-    with garbage_collected_here():
+    with windows_here():
         for path in paths(asked):
             rows = [measured(path, name, asked) for name in asked.lighting or get_args(Lighting)]
             print_rows(f"{path.name}, {asked.drag} dragged", HEADING, rows)

@@ -36,6 +36,8 @@ def opened(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "start"),
     [
+        ("", WindowStart(SCAN)),
+        ("--renderer vtk", WindowStart(SCAN, renderer="vtk")),
         (str(VOLUME), WindowStart(VOLUME)),
         (f"--device cpu {VOLUME}", WindowStart(VOLUME)),
         (f"{VOLUME} --view=-30,20 --device cpu", WindowStart(VOLUME, view=View(-30, 20))),

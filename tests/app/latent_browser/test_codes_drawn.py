@@ -25,8 +25,8 @@ def window(qtbot, make_window, builders, tmp_path):
     window.latent_state.choose(codec="model", on_map=True)
     window.top_bar.browse.click()
     work = window.workspace.latent
-    qtbot.waitUntil(lambda: work.pictures.grid is not None and work.session.overview is not None)
-    qtbot.waitUntil(lambda: work.pictures.grid is not None and bool(work.pictures.grid.images))
+    qtbot.waitUntil(lambda: work.grid is not None and work.session.overview is not None)
+    qtbot.waitUntil(lambda: work.grid is not None and bool(work.grid.images))
     return window
 
 
@@ -37,7 +37,7 @@ def newest(builders: FakeBuilders, channel: str) -> BatchRequest:
 def test_the_grid_draws_the_mean_codes_in_one_batch(window, builders):
     assert window.latent_state.choices.codec == "model"
     assert builders.spaces == [Path("model")]
-    grid = window.workspace.latent.pictures.grid
+    grid = window.workspace.latent.grid
     assert grid is not None and grid.source == "learned"
     means = grid.cells.codes.reshape(16, -1)[grid.cells.count.ravel() > 0]
     request = newest(builders, "grid")
@@ -50,18 +50,18 @@ def test_the_grid_draws_the_mean_codes_in_one_batch(window, builders):
 def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(qtbot, window, builders):
     work, map_view = window.workspace.latent, window.browser.map
     QTest.mouseMove(map_view, map_view.frame.pixel((-0.3, 0.25)).toPoint())
-    qtbot.waitUntil(lambda: work.pictures.hover is not None)
+    qtbot.waitUntil(lambda: work.hover is not None)
     place = window.latent_state.hover
     assert place is not None
     code, _ = work.session.code_at(place)
     request = newest(builders, "hover")
     assert request.codes == (tuple(code.tolist()),)
-    assert work.pictures.hover is not None and work.pictures.hover.source == "learned"
-    assert work.pictures.hover.tf == work.session.tf_at(place)[0]
+    assert work.hover is not None and work.hover.source == "learned"
+    assert work.hover.tf == work.session.tf_at(place)[0]
 
 
 def test_the_shipped_codecs_codes_are_not_the_models(qtbot, window, builders):
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     window.latent_state.choose(codec="shipped")
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.source == "exact")
     # Without the model, its codec has nothing to draw with.

@@ -63,13 +63,13 @@ def open_browser(qtbot: QtBot, window: MainWindow) -> None:
         # Without a window system, shortcuts of menus are not delivered.
         window.top_bar.browse.click()
     work = window.workspace.latent
-    qtbot.waitUntil(lambda: work.session.map is not None and work.pictures.grid is not None)
+    qtbot.waitUntil(lambda: work.session.map is not None and work.grid is not None)
     assert work.session.overview is not None
 
 
 def open_map(qtbot: QtBot, window: MainWindow) -> None:
     window.browser.bar.map.click()
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells is not None)
     qtbot.waitUntil(lambda: window.workspace.latent.session.different is not None)
 
@@ -125,7 +125,7 @@ def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builde
 
 
 def test_the_grid_shows_the_mean_of_each_cell(window, builders, places):
-    grid = window.workspace.latent.pictures.grid
+    grid = window.workspace.latent.grid
     latent_map = window.workspace.latent.session.map
     for cell, tf in enumerate(grid.tfs):
         row, column = divmod(cell, 4)
@@ -150,7 +150,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     window = make_window()
     open_browser(qtbot, window)
     browser, latent = window.browser, window.workspace.latent
-    session, grid = latent.session, latent.pictures.grid
+    session, grid = latent.session, latent.grid
     assert grid is not None and session.map is not None and session.space is not None
     assert session.different is not None and len(set(session.different)) == 16
     assert not browser.map.isVisible() and not browser.bar.reset.isVisible()
@@ -189,7 +189,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     open_map(qtbot, window)
     assert browser.map.isVisible() and browser.map.width() == browser.grid.width()
     browser.bar.map.click()
-    qtbot.waitUntil(lambda: latent.pictures.grid is not None and not latent.pictures.grid.cells)
+    qtbot.waitUntil(lambda: latent.grid is not None and not latent.grid.cells)
 
 
 def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, builders):
@@ -205,14 +205,14 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
     move(qtbot, window.browser.map, (-0.3, 0.2))
     qtbot.waitUntil(lambda: traced("hover")[-2:] == [False, True])
     # They are shown, and not asked for again.
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     qtbot.waitUntil(lambda: not any(c.is_pending for c in pictures._hovers.values()))
     qtbot.wait(50)
     assert traced("hover").count(True) == 1
 
 
 def test_hovering_shows_picture_and_tf(qtbot, window, builders):
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     caption = window.reference.caption
     before = caption.title, caption.detail
     move(qtbot, window.browser.map, (0.2, 0.1))
@@ -275,7 +275,7 @@ def test_the_brush_is_moved_resized_and_drawn_anew(qtbot, window):
     drag(map_view, pixel(map_view, (-0.9, -0.9)), pixel(map_view, (-0.5, -0.6)), modifier=NO_KEY)
     assert latent.brush == pytest.approx((-0.9, -0.9, -0.5, -0.6), abs=0.02)
     assert window.state.edits.stack.count() == 0
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells.count.sum() < 40)
     # Another button does not interrupt a drag.
     latent.set_brush((-0.4, -0.4, 0.4, 0.4))
@@ -335,7 +335,7 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot, window):
 
 
 def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, builders, monkeypatch):
-    pictures = window.workspace.latent.pictures
+    pictures = window.workspace.latent
     first = pictures.grid
     window.state.set_view(View(77, 0, 0, 1))
     assert window.browser.grid.is_stale
@@ -456,7 +456,7 @@ def test_another_volume_has_its_own_map(qtbot, window, builders):
     session = window.workspace.latent.session
     tf, _ = session.tf_at((0.3, 0.3))
     builders.volumes["other"] = make_volume("other", 300.0)
-    with qtbot.waitSignal(session.mapOpened):
+    with qtbot.waitSignal(session.mapChanged, check_params_cb=lambda map_: map_ is not None):
         window.workspace.opening.open(Path("other"))
     assert session.space.frame.scalar_range == (100.0, 300.0)
     # A TF of the map before cannot be taken.

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
     QAbstractButton,
     QAbstractSpinBox,
     QApplication,
+    QTableWidget,
     QToolButton,
     QWidget,
 )
@@ -151,7 +152,7 @@ def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(qtbot, window):
     assert area.second_labels.labels == ()
     window.sensitivity.chips.change.click()
     labels = {text: place for place, text in area.second_labels.labels}
-    (unit,) = (text for text in labels if ".01" in text and "/" in text)
+    (unit,) = (text for text in labels if text == "per .01")
     numbers = {text: place for text, place in labels.items() if text != unit}
     assert len(numbers) == 3 and "0" in numbers
     plus, minus = (next(t for t in numbers if t.startswith(sign)) for sign in "+−")
@@ -171,7 +172,7 @@ def test_the_curves_unit_zero_and_sign_are_read_from_the_plot(qtbot, window):
         assert top + height * (1 - numbers[text]) == pytest.approx(y, abs=2)
     # The same numbers are there as a table.
     dialog = window.sensitivity.show_table()
-    table = dialog.table
+    table = dialog.findChild(QTableWidget)
     assert table.rowCount() == 256 and table.columnCount() == 3
     heads = [table.horizontalHeaderItem(i).text() for i in range(3)]
     assert heads == ["Value", "Change per .01, exact", "Change per .01, learned"]
@@ -283,7 +284,7 @@ def test_a_peaks_label_covers_no_handle(qtbot, window, builders, monkeypatch):
     for height in (0.1, 0.3, 0.38, 0.45, 0.6):
         modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
         visible = window.sensitivity.visible
-        with qtbot.waitSignal(window.workspace.sensitivity.visibilityAnswered):
+        with qtbot.waitSignal(window.workspace.sensitivity.answered):
             window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
         (label,) = [each for each in visible._labels if each.isVisible()]
         view = window.editor.area.widget

@@ -114,7 +114,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
     assert "cosine 1.00, good" in window.sensitivity.source.said
     (interval,) = responses.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
-    assert "1   139.2" in window.sensitivity.findings.edit_rows[0].text
+    assert "1   at 139.2" in window.sensitivity.findings.edit_rows[0].text
 
 
 def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(qtbot, window, builders):
@@ -209,24 +209,20 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     xs, ys = zip(*square.points, strict=True)
     assert (np.mean(xs), np.mean(ys)) == pytest.approx((0.3, 0.6), abs=0.01)
     before = window.state.transfer_function
-    buttons = {
-        "raise": findings.raises[0],
-        "lower": findings.lowers[0],
-        "isolate": findings.isolates[0],
-    }
+    buttons = dict(zip(("raise", "lower", "isolate"), findings.value_rows[0].buttons, strict=True))
     for name, button in buttons.items():
         button.click()
         assert window.state.edits.stack.undoText() == f"{name} value"
         assert window.state.transfer_function != before
         window.state.edits.undo()
         assert window.state.transfer_function == before
-        qtbot.waitUntil(findings.raises[0].isEnabled)
+        qtbot.waitUntil(buttons["raise"].isEnabled)
     for there, back in (("raise", "lower"), ("lower", "raise")):
         for name in (there, there, back, back):
             buttons[name].click()
             qtbot.waitUntil(buttons[name].isEnabled)
         assert window.state.transfer_function == before
-    assert findings.isVisible() and findings.values_heading.text() == "Values here"
+    assert findings.isVisible() and findings.values_heading.text() == "Values at the clicked place"
     QTest.keyClick(canvas, Qt.Key.Key_Escape)
     assert window.sensitivity_state.place is None and label.isHidden()
     assert findings.isVisible()
@@ -500,16 +496,16 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot,
     np.testing.assert_allclose(tf.opacity.sample(), listed, atol=0.01)
     # At once again: the answer is about the image before.
     QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
-    window.sensitivity.findings.adds[0].click()
+    window.sensitivity.findings.edit_rows[0].buttons[0].click()
     assert window.state.transfer_function == tf
     window.state.edits.undo()
     assert window.state.transfer_function == before
-    qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
-    window.sensitivity.findings.adds[0].click()
+    qtbot.waitUntil(window.sensitivity.findings.edit_rows[0].buttons[0].isEnabled)
+    window.sensitivity.findings.edit_rows[0].buttons[0].click()
     assert window.state.transfer_function == tf
     window.state.edits.undo()
-    qtbot.waitUntil(window.sensitivity.findings.adds[0].isEnabled)
-    (other,) = window.sensitivity.findings.adds[0].menu().actions()
+    qtbot.waitUntil(window.sensitivity.findings.edit_rows[0].buttons[0].isEnabled)
+    (other,) = window.sensitivity.findings.edit_rows[0].buttons[0].menu().actions()
     other.trigger()
     striking = window.state.transfer_function
     assert striking.opacity == tf.opacity
@@ -525,8 +521,8 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot, window):
     qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
     assert "difference" in window.sensitivity.exact.caption
     # The fake's second image is .1 brighter than the first.
-    assert "exact changes 0.100" in what_if.result
-    assert "learned changes 0.100" in what_if.result
+    assert "exact changes by .1" in what_if.result
+    assert "learned changes by .1" in what_if.result
     # Without a band, the mode is at the first value of the list.
     value = window.sensitivity.responses.intervals[0].value
     tried = float(what_if.result.removeprefix("At ").partition(":")[0])
@@ -660,7 +656,7 @@ def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monke
     assert window.sensitivity.visible.peak_texts == ["180.0 · 100 %"]
     # The list of a clicked place is of that.
     state.pick((0.5, 0.5))
-    assert findings.values_heading.text() == "Values here"
+    assert findings.values_heading.text() == "Values at the clicked place"
 
 
 def test_what_is_shown_is_saved_as_figure_and_numbers(
@@ -726,7 +722,8 @@ def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot, builders):
         QTest.keyClick(window, key)
     drag(window.generator.canvas, QPoint(30, 30), QPoint(60, 60), QPoint(90, 90))
     view = window.sensitivity
-    for button in (view.what_if.button, view.band.tag.add, *view.findings.adds):
+    adds = [row.buttons[0] for row in view.findings.edit_rows]
+    for button in (view.what_if.button, view.band.tag.add, *adds):
         button.click()
     assert window.sensitivity.result() is None
     window.close()

@@ -67,7 +67,7 @@ class Asking:
 
     def __post_init__(self) -> None:
         self.asker = SensitivityAsker(
-            self.state, self.asked, self.exact, self.learned, lambda: False,  # type: ignore[arg-type]
+            self.state, self.asked, {"exact": self.exact, "learned": self.learned},  # type: ignore[dict-item]
             SimpleNamespace(value=1.0), self.state, lambda: self.now,  # type: ignore[arg-type]
         )  # fmt: skip
         self.asked.choose(whole_curve=True)

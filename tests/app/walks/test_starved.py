@@ -98,8 +98,8 @@ def test_nothing_on_screen_is_older_than_a_second_while_something_moves(
         show("image", result.request.inputs)
 
     window.reference.resultShown.connect(note)
-    asker.visibilityAnswered.connect(
-        lambda: asker.visibility and show("area", asker.visibility.request.inputs)
+    asker.answered.connect(
+        lambda what: what == "visibility" and show("area", asker.visibility.request.inputs)
     )
     slow.widths.clear()
     qtbot.waitUntil(move, timeout=1000 * PATIENCE_S)

@@ -39,7 +39,7 @@ def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, m
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
     assert samples == [1, 64]
     assert window.workspace.model_lighting == "path"
-    assert window.workspace.sensitivity.exact_source == "stand-in"
+    assert window.workspace.sensitivity.exact_source == "surrogate"
     assert "Trained with" not in window.generator.hint
     # The model answers nothing meanwhile.
     assert window.workspace.latent.model is None

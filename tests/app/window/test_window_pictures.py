@@ -66,7 +66,7 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
     elif name == "browser":
         window.latent_state.choose(shown=True)
         work = window.workspace.latent
-        qtbot.waitUntil(lambda: work.pictures.grid is not None)
+        qtbot.waitUntil(lambda: work.grid is not None)
         qtbot.waitUntil(lambda: work.session.overview is not None)
     elif name == "dialog":
         dialog = FigureDialog({"reference": (960, 720)}, FigureChoice(960, 720))

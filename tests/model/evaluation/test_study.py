@@ -10,8 +10,7 @@ import torch
 from model.errors import TrainingError
 from model.evaluation.holdout import evaluate
 from model.evaluation.study import STUDIES, Study, StudyPlan, Variant, run_study
-from model.evaluation.study_pictures import study_pictures
-from model.evaluation.study_table import markdown
+from model.evaluation.study_table import markdown, study_pictures
 from model.generator.generator import Generator
 from model.metrics import clearly_seen
 from model.networks.generator_network import LatentCodec

@@ -6,9 +6,18 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from model.paper.edits import AMPLITUDE, MOST_OPACITY, rms_change, suggested_mode, with_mode
-from model.paper.region_edits import REGION_BLOCKS, region_edits, two_regions
-from model.paper.value_edits import PAPER_R, value_edits
+from model.paper.edits import (
+    AMPLITUDE,
+    MOST_OPACITY,
+    PAPER_R,
+    REGION_BLOCKS,
+    region_edits,
+    rms_change,
+    suggested_mode,
+    two_regions,
+    value_edits,
+    with_mode,
+)
 from model.scene.tf_perturbation import edit_around, with_opacity
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.sensitivity.display import per_small_edit

@@ -5,7 +5,7 @@ from model.latent.codes import sample_codes
 from model.latent.embedding import principal_places
 from model.latent.latent_map import LatentMap
 from model.paper.exploration import DETAIL_SHARE, WHOLE_SHARE, detail, overview, walk
-from model.paper.overview import approach
+from model.paper.pictures import approach
 from model.samples.sampling import draw_opacity_tfs, draw_sample
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from model import metrics
-from model.paper.comparison import compared_samples
+from model.paper.pictures import compared_samples
 from model.paper.tables import PAPER_TABLE_1, holdout_errors, nearest_errors, table_1, table_2
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
@@ -79,7 +79,7 @@ def test_artifacts_are_the_worst_of_their_kind(subject, monkeypatch):
         "emd": np.where(np.arange(count) == 3, 0.9, 0.1),
         "opacity_rmse": np.where(np.arange(count) == 3, 0.9, np.linspace(0.1, 0.5, count)),
     }
-    monkeypatch.setattr("model.paper.comparison.generator_errors", lambda g, s: errors)
+    monkeypatch.setattr("model.paper.pictures.generator_errors", lambda g, s: errors)
     monkeypatch.setattr("model.metrics.LEAST_BRIGHTNESS", 0.0)
     found = compared_samples(subject, count)
     by = {sample.why: sample.index for sample in found}

@@ -60,7 +60,7 @@ def test_it_learns_what_is_missing_on_pictures_that_it_has_not_seen():
 def test_a_stopped_training_goes_on(tmp_path, monkeypatch):
     # Each step takes a second.
     monkeypatch.setattr(path_light_training, "time", SimpleNamespace(perf_counter=count().__next__))
-    monkeypatch.setattr(path_light_training, "TOLD_EVERY", 2)
+    monkeypatch.setattr(path_light_training, "REPORT_STEPS", 2)
     trainer, losses = make(4 / 60), []
     trainer.run(losses.append, tmp_path / "a.training")
     assert len(losses) == 2

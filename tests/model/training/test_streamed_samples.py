@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from itertools import islice
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from model.scene.volume import Volume
 from model.training.sources import StoredSource
 from model.training.streamed_samples import (
     FIRST_SAMPLES,
+    PROCESS_RINGS,
+    RING_SAMPLES,
     STAGE_SAMPLES,
     StreamSource,
 )
@@ -33,8 +36,11 @@ def raycast(scene):
 
 
 @contextmanager
-def stream(volume: Volume, scene: Scene, **options: object) -> Iterator[StreamSource]:
-    source = StreamSource(volume, scene, seed=5, **options)
+def stream(
+    volume: Volume, scene: Scene, ring: int = RING_SAMPLES, **options: object
+) -> Iterator[StreamSource]:
+    with mock.patch("model.training.streamed_samples.RING_SAMPLES", ring):
+        source = StreamSource(volume, scene, seed=5, **options)
     try:
         yield source
     finally:
@@ -85,7 +91,9 @@ def test_batches_do_not_depend_on_threads(volume, raycast):
 def test_batches_do_not_depend_on_processes(volume, raycast):
     with (
         stream(volume, raycast, threads=1) as one,
-        stream(volume, raycast, threads=2, ring_samples=8192, processes=True) as other,
+        stream(
+            volume, raycast, threads=2, ring=RING_SAMPLES // PROCESS_RINGS, processes=True
+        ) as other,
     ):
         for a, b in zip(
             islice(one.batches(1, 16, 3, 0, 16), 4), other.batches(1, 16, 3, 0, 16), strict=False
@@ -106,7 +114,7 @@ def test_a_rendering_process_that_is_gone_is_told(volume, raycast):
 
 
 def test_a_stream_goes_on_where_it_stopped(volume, raycast):
-    options = {"threads": 1, "reuse": 1.0, "ring_samples": 600}
+    options = {"threads": 1, "reuse": 1.0, "ring": 600}
     with stream(volume, raycast, **options) as source:
         whole = list(islice(source.batches(0, 16, 3, 0), 14))
         rest = list(islice(source.batches(0, 16, 3, 9), 5))
@@ -117,7 +125,7 @@ def test_a_stream_goes_on_where_it_stopped(volume, raycast):
 @pytest.mark.slow
 def test_samples_are_learned_from_as_often_as_asked(volume, raycast):
     reuse, ring, batches, size = 4.0, 256, 240, 32
-    with stream(volume, raycast, threads=1, reuse=reuse, ring_samples=ring) as source:
+    with stream(volume, raycast, threads=1, reuse=reuse, ring=ring) as source:
         drawn = [numbers(b, raycast) for b in islice(source.batches(0, size, 3, 0), batches)]
     for number, batch in enumerate(drawn):
         newest = FIRST_SAMPLES + int(number * size / reuse)

@@ -1,0 +1,149 @@
+"""What the panel of findings says, as data: values of a region or place, edits that show most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from app.short_numbers import short
+from app.state.sensitivity_answers import VisibilityAnswer
+from app.state.sensitivity_asker import SensitivityAsker
+from model.scene.region import ImageRegion
+from model.scene.value_text import range_text, value_text
+from model.sensitivity.contributions import Contribution, contributions, follow, percentages
+from model.sensitivity.peaks import Interval
+
+ROWS = 3
+"""Most values, and most edits."""
+
+LEAST_SAID = 0.001
+"""Smallest change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step."""
+
+WAITING = "computing …"
+
+VALUE_TIP = "Values, and their share of what is visible"
+EDIT_TIP = (
+    "A mode of this opacity at {} to {} changes the region's pixels (0 to 1) by about this much,\n"
+    "and by less where the image saturates. What if renders the edit."
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the panel: its texts from the left on, and below them a bar as long as a share."""
+
+    texts: tuple[str, ...]
+    tip: str
+    badge: str = ""
+    share: float | None = None
+
+    @property
+    def text(self) -> str:
+        """The line as it is read."""
+        return "   ".join(word for word in (self.badge, *self.texts) if word)
+
+
+@dataclass(frozen=True)
+class Values:
+    """The values that show in a region or at a place; kept in their order while they are edited."""
+
+    place: ImageRegion | None = None
+    found: tuple[Contribution, ...] = ()
+
+    def of(self, asker: SensitivityAsker, holds: bool) -> Values:
+        """Return the present ones, if they are held in the order of these."""
+        answer = answer_of_values(asker)
+        if answer is None:
+            return Values()
+        scalar_range, place = asker.state.scalar_range, answer.request.regions[0]
+        before = self.found if holds and place == self.place else ()
+        found = contributions(answer.value[0], scalar_range)
+        return Values(place, follow(before, found, scalar_range)[:ROWS])
+
+
+def answer_of_values(asker: SensitivityAsker) -> VisibilityAnswer | None:
+    """Return the answer that has the panel's values; None while it is not known."""
+    asked, answer = asker.asked, asker.visibility
+    if asked.place is not None:
+        return asker.pick
+    return answer if answer is not None and answer.request.regions[0] == asked.outline else None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that the panel says; what is not fresh is of another image, and dim.
+
+    `effects` say what each edit does: on its flag, and in words.
+    """
+
+    title: str
+    values_heading: str
+    values: tuple[Row, ...]
+    values_note: str
+    values_fresh: bool
+    edits: tuple[Row, ...]
+    edits_note: str
+    edits_fresh: bool
+    effects: tuple[tuple[str, str], ...]
+
+
+def findings_of(
+    asker: SensitivityAsker,
+    values: tuple[Contribution, ...],
+    intervals: tuple[Interval, ...],
+    left_out: float | None,
+    is_flat: bool,
+) -> Findings:
+    """Say what was found about the active region, and the clicked place if there is one."""
+    asked, state = asker.asked, asker.state
+    answer, fresh = answer_of_values(asker), asker.is_fresh(asker.region)
+    values_fresh = answer is not None and answer.is_of(state.inputs)
+    waiting = WAITING if asker.engines else ""
+    edits = [_edit(asker, number, interval) for number, interval in enumerate(intervals, 1)]
+    if intervals:
+        note = "" if left_out is None else f"Peak at {_value(asker, left_out)}: background"
+    elif fresh:
+        # Or it only rises towards values that hardly any voxel has: see the curve.
+        note = "no edit changes this region" if is_flat else "no peak: see the curve"
+    else:
+        note = WAITING if asker.is_waiting else ""
+    return Findings(
+        title=asked.region_name,
+        values_heading="Values visible" if asked.place is None else "Values at the clicked place",
+        values=tuple(
+            Row((_reach(asker, one), f"{percent} %"), VALUE_TIP, share=one.share)
+            for one, percent in zip(values, percentages(values), strict=True)
+        ),
+        values_note="" if values else "nothing visible" if values_fresh else waiting,
+        values_fresh=values_fresh,
+        edits=tuple(row for row, _effect in edits),
+        edits_note=note,
+        edits_fresh=fresh,
+        effects=tuple(effect for _row, effect in edits),
+    )
+
+
+def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row, tuple[str, str]]:
+    """Return an edit's row, and its effect for the flag and in words."""
+    choices, at = asker.asked.choices, _value(asker, interval.value)
+    change = interval.predicted(choices.height)
+    size = change_text(change)
+    words = {"change": "changes", "signed": "brighter" if change > 0 else "darker"}
+    word = words[choices.measure]
+    tip = EDIT_TIP.format(_value(asker, interval.low), _value(asker, interval.high))
+    row = Row((f"at {at}", f"{word} by {size}"), tip, badge=str(number))
+    name = f"Edit {number} at {at}, {word} by {size}; Enter adds it"
+    return row, (f"{word} {size}", name)
+
+
+def change_text(change: float) -> str:
+    """Write the size of a change of pixel values, 0 to 1, to a thousandth."""
+    size = abs(change)
+    return "under .001" if size < LEAST_SAID else short(round(size, 3))
+
+
+def _value(asker: SensitivityAsker, value: float) -> str:
+    return value_text(value, asker.state.scalar_range, asker.state.scale)
+
+
+def _reach(asker: SensitivityAsker, found: Contribution) -> str:
+    return range_text(found.reach, asker.state.scalar_range, asker.state.scale)
