@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Literal
 
-from PySide6.QtCore import QEvent, QRectF, QSize, Qt
+from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QActionGroup, QColor, QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
 
@@ -22,7 +22,7 @@ _ICON = QSize(14, 12)
 AROUND = 18
 """Beside and between a chip's colour and its text, in pixels."""
 
-_Form = Literal["line", "area", "region"]
+_Form = Literal["change", "visible", "voxels", "region"]
 
 
 class Chip(QToolButton):
@@ -84,15 +84,9 @@ class Chip(QToolButton):
             self.setChecked(on)
         self._draw()
 
-    def changeEvent(self, event: QEvent) -> None:
-        """Take the colours of another theme."""
-        if event.type() == QEvent.Type.PaletteChange:
-            self._draw()
-        super().changeEvent(event)
-
     def _draw(self) -> None:
-        colors = {"line": theme.CHANGE, "area": self._area_color, "region": theme.CHANGE}
-        color = QColor(colors[self._form])
+        colors = {"visible": theme.VISIBLE, "voxels": theme.FAINT_TEXT}
+        color = QColor(colors.get(self._form, theme.CHANGE))
         ratio = self.devicePixelRatioF()
         picture = QPixmap(_ICON * ratio)
         picture.setDevicePixelRatio(ratio)
@@ -101,9 +95,9 @@ class Chip(QToolButton):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         if not self._is_on:
             painter.setOpacity(0.45)
-        if self._form == "line":
+        if self._form == "change":
             painter.fillRect(QRectF(0, 5, 14, 2), color)
-        elif self._form == "area":
+        elif self._form != "region":
             painter.setPen(QPen(color, 1))
             painter.setBrush(color if self._is_on else Qt.BrushStyle.NoBrush)
             painter.drawRoundedRect(QRectF(1, 1.5, 12, 9), 2, 2)
@@ -114,10 +108,6 @@ class Chip(QToolButton):
             painter.drawRoundedRect(QRectF(1, 1.5, 12, 9), 2, 2)
         painter.end()
         self.setIcon(QIcon(picture))
-
-    @property
-    def _area_color(self) -> str:
-        return theme.VISIBLE if self.accessibleName() == "Visible" else theme.FAINT_TEXT
 
 
 MEASURES: dict[str, tuple[Measure, str]] = {
@@ -178,10 +168,10 @@ class ChipBar(QWidget):
         self.region = Chip(
             "Whole image", "region", "The part of the image that curve and values refer to"
         )
-        self.change = Chip("Change", "line", CHANGE_TIP)
+        self.change = Chip("Change", "change", CHANGE_TIP)
         self.more = QToolButton()
-        self.visible = Chip("Visible", "area", VISIBLE_TIP)
-        self.voxels = Chip("Voxels", "area", VOXELS_TIP)
+        self.visible = Chip("Visible", "visible", VISIBLE_TIP)
+        self.voxels = Chip("Voxels", "voxels", VOXELS_TIP)
         for chip in (self.change, self.visible, self.voxels):
             chip.setCheckable(True)
         self.panel = IconButton("panel", "Values and edits", "F8")

@@ -46,7 +46,7 @@ class EditActions:
 
     def add_mode(self, index: int, striking: bool = False) -> None:
         """Add a mode in an interval, if wanted in a colour that stands out."""
-        intervals = self._layer.intervals
+        intervals = self._layer.peaks.intervals
         if index < len(intervals) and self._asker.is_fresh(self._asker.region):
             self._add(intervals[index].value, self._width, striking)
 

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.short_numbers import short
-from app.state.sensitivity_answers import VisibilityAnswer
+from app.state.sensitivity_answers import RegionAnswer, VisibilityAnswer, displayed
 from app.state.sensitivity_asker import SensitivityAsker
 from model.scene.region import ImageRegion
+from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_text import range_text, value_text
 from model.sensitivity.contributions import Contribution, contributions, follow, percentages
-from model.sensitivity.peaks import Interval
+from model.sensitivity.display import FLOOR, SMALL_EDIT
+from model.sensitivity.peaks import Interval, strongest_intervals
 
 ROWS = 3
 """Most values, and most edits."""
@@ -68,6 +73,52 @@ def answer_of_values(asker: SensitivityAsker) -> VisibilityAnswer | None:
     return answer if answer is not None and answer.request.regions[0] == asked.outline else None
 
 
+def displayed_now(
+    asker: SensitivityAsker, answer: RegionAnswer | None
+) -> NDArray[np.float64] | None:
+    """Responses (256,) in the displayed unit; None without any of the present measure."""
+    if answer is None or answer.request.measure != asker.asked.choices.measure:
+        return None
+    return displayed(answer)
+
+
+def of_interest(asker: SensitivityAsker) -> NDArray[np.bool_]:
+    """Whether each of 256 values is not below those of interest, where the background is.
+
+    The background may react 100 times as much.
+    """
+    return np.asarray(np.linspace(*asker.state.scalar_range, TF_SAMPLES) >= asker.window[0])
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """The highest peaks of the region's curve, the highest one first."""
+
+    intervals: tuple[Interval, ...] = ()
+    left_out: float | None = None
+    """Value of the highest peak that is not among them, as it is of the background."""
+    strongest: float | None = None
+    """Value where an edit shows most; None where none shows."""
+
+    @classmethod
+    def of(cls, asker: SensitivityAsker) -> Peaks:
+        """Find them in the answer that is shown first."""
+        answer = asker.region
+        values = displayed_now(asker, answer)
+        if answer is None or values is None or not asker.asked.choices.shown:
+            return cls()
+        scalar_range, low = answer.request.inputs.opacity_tf.scalar_range, asker.window[0]
+        window = low, asker.state.scalar_range[1]
+        found = strongest_intervals(values, scalar_range, ROWS, window=window)
+        of_all = strongest_intervals(values, scalar_range, ROWS)
+        strongest = None
+        if np.abs(values).max() >= FLOOR * SMALL_EDIT:
+            inside = np.where(of_interest(asker), np.abs(values), 0.0)
+            strongest = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
+        left_out = next((peak.value for peak in of_all if peak.value < low), None)
+        return cls(found, left_out, strongest)
+
+
 @dataclass(frozen=True)
 class Findings:
     """All that the panel says; what is not fresh is of another image, and dim.
@@ -87,23 +138,21 @@ class Findings:
 
 
 def findings_of(
-    asker: SensitivityAsker,
-    values: tuple[Contribution, ...],
-    intervals: tuple[Interval, ...],
-    left_out: float | None,
-    is_flat: bool,
+    asker: SensitivityAsker, values: tuple[Contribution, ...], peaks: Peaks
 ) -> Findings:
     """Say what was found about the active region, and the clicked place if there is one."""
     asked, state = asker.asked, asker.state
     answer, fresh = answer_of_values(asker), asker.is_fresh(asker.region)
     values_fresh = answer is not None and answer.is_of(state.inputs)
     waiting = WAITING if asker.engines else ""
-    edits = [_edit(asker, number, interval) for number, interval in enumerate(intervals, 1)]
-    if intervals:
-        note = "" if left_out is None else f"Peak at {_value(asker, left_out)}: background"
+    edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
+    if peaks.intervals:
+        out = peaks.left_out
+        note = "" if out is None else f"peak at {_value(asker, out)} left out: background"
     elif fresh:
         # Or it only rises towards values that hardly any voxel has: see the curve.
-        note = "no edit changes this region" if is_flat else "no peak: see the curve"
+        flat = peaks.strongest is None
+        note = "no edit changes this region" if flat else "no peak: see the curve"
     else:
         note = WAITING if asker.is_waiting else ""
     return Findings(

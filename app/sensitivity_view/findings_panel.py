@@ -289,7 +289,7 @@ class FindingsPanel(QFrame):
         if asker.state.live:
             return
         self.values = self.values.of(asker, self._holds)
-        said = findings_of(asker, self.values.found, layer.intervals, layer.left_out, layer.is_flat)
+        said = findings_of(asker, self.values.found, layer.peaks)
         self.title.set_full_text(said.title)
         self.rename.setEnabled(asker.asked.active is not None)
         self.values_heading.setText(said.values_heading)

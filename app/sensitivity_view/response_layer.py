@@ -14,15 +14,14 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from app import theme
+from app.sensitivity_view.findings import ROWS, Peaks, displayed_now, of_interest
 from app.sensitivity_view.visible_layer import STALE
 from app.short_numbers import short
-from app.state.sensitivity_answers import RegionAnswer, displayed
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_text import value_text
-from model.sensitivity.display import FLOOR, SMALL_EDIT
-from model.sensitivity.peaks import Interval, strongest_intervals
+from model.sensitivity.display import FLOOR
 
 FLAG_HEIGHT = 19
 FLAG_GAP = 3
@@ -82,9 +81,7 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
         flag.move(left, plot.top())
 
 
-FLAGS = 3
-
-UNIT = "per .01"
+UNIT = "  per .01"
 """At the top of the numbers, as they are changes by an edit of .01 of opacity."""
 
 
@@ -98,13 +95,7 @@ class ResponseLayer:
         self._state, self._asked = asker.state, asker.asked
         self._view = area.second
         self._limit = FLOOR
-        self.intervals: tuple[Interval, ...] = ()
-        """Those with a flag: the highest peaks of the curve, the highest one first."""
-        self.left_out: float | None = None
-        """Value of the highest peak that would have a flag if it were not of the background."""
-        self.is_flat = True
-        self.strongest: float | None = None
-        """Scalar value of the strongest response; None where no edit shows."""
+        self.peaks = Peaks()
         self._curves: dict[str, Any] = {
             name: pg.PlotCurveItem(antialias=True) for name in ("exact", "learned")
         }
@@ -117,7 +108,7 @@ class ResponseLayer:
             self._view.addItem(item, ignoreBounds=True)
         for curve in self._curves.values():
             curve.hide()
-        self.flags = [PeakFlag(number + 1) for number in range(FLAGS)]
+        self.flags = [PeakFlag(number + 1) for number in range(ROWS)]
         for number, flag in enumerate(self.flags):
             flag.clicked.connect(lambda _=False, n=number: add_mode(n))
             flag.hide()
@@ -158,48 +149,26 @@ class ResponseLayer:
 
     def refresh(self) -> None:
         """Draw the newest responses."""
-        answers = {
-            name: self._asker.regions.get(source)
-            for name, source in (
-                ("exact", self._asker.exact_source),
-                ("learned", "learned"),
-            )
-        }
-        shown = {name: self._displayed(answer) for name, answer in answers.items()}
-        for name, curve in self._curves.items():
-            values, of = shown[name], answers[name]
-            curve.setVisible(values is not None and self._is_shown)
-            if values is not None and of is not None:
+        asker = self._asker
+        self._shown = {}
+        for name, source in (("exact", asker.exact_source), ("learned", "learned")):
+            answer, curve = asker.regions.get(source), self._curves[name]
+            values = displayed_now(asker, answer)
+            is_shown = values is not None and self._is_shown
+            curve.setVisible(is_shown)
+            if answer is not None and values is not None and is_shown:
                 # The TF's range may have changed since it was asked.
-                self._area.draw(curve, values, of.request.inputs.opacity_tf.scalar_range)
-        self._scale_axis([values for values in shown.values() if values is not None])
-        self._shown = {
-            name: (values, of.request.inputs.opacity_tf.scalar_range)
-            for name, values in shown.items()
-            if values is not None and (of := answers[name]) is not None and self._is_shown
-        }
+                scalar_range = answer.request.inputs.opacity_tf.scalar_range
+                self._area.draw(curve, values, scalar_range)
+                self._shown[name] = values, scalar_range
+        self._scale_axis()
         self._mark_cut()
         self.mark_stale()
-        if self._state.live:
-            # Flags follow once nothing moves.
-            return
-        answer = self._asker.region
-        values = self._displayed(answer)
-        found: tuple[Interval, ...] = ()
-        self.left_out = None
-        if values is not None and answer is not None and self._asked.choices.shown:
-            scalar_range = answer.request.inputs.opacity_tf.scalar_range
-            self.is_flat = bool(np.abs(values).max() < FLOOR * SMALL_EDIT)
-            inside = np.abs(self._inside(values))
-            at = float(np.linspace(*scalar_range, TF_SAMPLES)[int(inside.argmax())])
-            self.strongest = None if self.is_flat else at
-            found = strongest_intervals(values, scalar_range, FLAGS, window=self._interest)
-            of_all = strongest_intervals(values, scalar_range, FLAGS)
-            low = self._interest[0]
-            self.left_out = next((peak.value for peak in of_all if peak.value < low), None)
-        if found != self.intervals:
-            self.intervals = found
-            self._place_flags()
+        # Flags follow once nothing moves.
+        if not self._state.live:
+            before, self.peaks = self.peaks, Peaks.of(asker)
+            if self.peaks != before:
+                self._place_flags()
 
     def say_effects(self, effects: Sequence[tuple[str, str]]) -> None:
         """Write on each flag what its edit does, and name it by that in words."""
@@ -224,25 +193,10 @@ class ResponseLayer:
         else:
             self.mark_stale()
 
-    def _displayed(self, answer: RegionAnswer | None) -> NDArray[np.float64] | None:
-        """Responses in the displayed unit; None for those of another measure."""
-        if answer is None or answer.request.measure != self._asked.choices.measure:
-            return None
-        return displayed(answer)
-
-    @property
-    def _interest(self) -> Range:
-        """The values of interest, and all above: it is below them that the background lies."""
-        return self._asker.window[0], self._state.scalar_range[1]
-
-    def _inside(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Responses of the values of interest; those of the background may be 100 times as high."""
-        scalars = np.linspace(*self._state.scalar_range, TF_SAMPLES)
-        lo, hi = self._interest
-        return np.where((scalars >= lo) & (scalars <= hi), values, 0.0)
-
-    def _scale_axis(self, curves: list[NDArray[np.float64]]) -> None:
-        highest = max((float(np.abs(self._inside(v)).max()) for v in curves), default=0.0)
+    def _scale_axis(self) -> None:
+        asker = self._asker
+        inside = (np.abs(values[of_interest(asker)]) for values, _range in self._shown.values())
+        highest = max((float(each.max(initial=0.0)) for each in inside), default=0.0)
         limit = max(1.15 * highest, FLOOR)
         choices = self._asked.choices
         if choices.locked and self._limit > FLOOR:
@@ -276,7 +230,11 @@ class ResponseLayer:
             "An arrow marks where the curve leaves the plot."
         )
         self._mark_cut()
-        self._place_flags()
+        if self._state.live:
+            # A scale does not move the flags, for which the card at the handle would look for room.
+            self._draw_stems()
+        else:
+            self._place_flags()
 
     def _mark_cut(self) -> None:
         """Put an arrow where a curve leaves the plot: once for each part outside."""
@@ -321,22 +279,31 @@ class ResponseLayer:
         self.fit()
 
     def _place_flags(self) -> None:
+        """Put the flags of the values in sight over their peaks."""
         area = self._area
-        places = [area.axis.place(interval.value) for interval in self.intervals]
-        shown, stems = [], []
+        places = [area.axis.place(interval.value) for interval in self.peaks.intervals]
+        shown: dict[QWidget, int] = {}
         for number, flag in enumerate(self.flags):
             here = self._is_shown and number < len(places) and 0 <= places[number] <= 1
             flag.setVisible(here)
             if here:
-                shown.append(flag)
-                peak = min(max(self.intervals[number].response, -self._limit), self._limit)
-                stems.append((places[number], peak))
+                shown[flag] = area.pixel(area.opacity, places[number], 0.0).x()
+        self._draw_stems()
+        place_flags(list(shown), list(shown.values()), area.rect)
+        area.flagsMoved.emit()
+
+    def _draw_stems(self) -> None:
+        """Draw lines from the flags down to their peaks."""
         top = self._view.viewRange()[1][1]
-        xs, ys = [x for x, _ in stems], [y for _, y in stems]
+        flagged = [
+            interval
+            for interval, flag in zip(self.peaks.intervals, self.flags, strict=False)
+            if not flag.isHidden()
+        ]
+        xs = [self._area.axis.place(interval.value) for interval in flagged]
+        ys = [min(max(each.response, -self._limit), self._limit) for each in flagged]
         self._tops.setData(xs, ys)
         self._stems.setData(np.repeat(xs, 2), np.array([[y, top] for y in ys]).ravel())
-        place_flags(shown, [area.pixel(area.opacity, x, 0.0).x() for x in xs], area.rect)
-        area.flagsMoved.emit()
 
 
 def round_below(limit: float) -> float:

@@ -142,7 +142,9 @@ class SensitivityView(QObject):
             "inputs": (visible.mark_stale, responses.mark_stale),
             "rest": (findings.refresh,),
             "axis": (visible.place_labels, responses.fit, band.refresh),
-            "colors": (visible.recolor, responses.recolor, band.refresh, self._show_source),
+            "colors": (
+                visible.recolor, responses.recolor, band.refresh, chips.refresh, self._show_source,
+            ),
         }  # fmt: skip
 
     def _connect(self) -> None:
@@ -229,7 +231,7 @@ class SensitivityView(QObject):
 
     def toggle_pin(self) -> None:
         """Keep the band of values, or the best one, when the mouse leaves; or release it."""
-        band, best = self._asked.band, self.responses.intervals
+        band, best = self._asked.band, self.responses.peaks.intervals
         if band is not None and band.pinned:
             self._asked.unpin()
         elif band is not None:

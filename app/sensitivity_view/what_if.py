@@ -164,7 +164,8 @@ class WhatIf(QObject):
         scalar_range, width = self._asker.state.scalar_range, asked.choices.width
         if asked.band is not None:
             return edit_over(asked.band.values, scalar_range, width)
-        value = layer.intervals[0].value if layer.intervals else layer.strongest
+        peaks = layer.peaks
+        value = peaks.intervals[0].value if peaks.intervals else peaks.strongest
         return None if value is None else edit_around(value, scalar_range, width)
 
     def _say(self, result: str) -> None:

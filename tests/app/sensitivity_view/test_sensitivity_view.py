@@ -1,4 +1,4 @@
-"""Sensitivities in the window, on fake engines, by real mouse and key events."""
+"""Sensitivities in the window as a whole, on fake engines, by real mouse and key events."""
 
 from __future__ import annotations
 
@@ -9,95 +9,30 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QFileDialog, QWidget
+from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
-from window_fakes import FakeBuilders, FakeEngine
+from sensitivity_events import at, drag
 
 from app.engines.requests import (
-    RegionSensitivityRequest,
     Request,
-    ValueSensitivityRequest,
-    ValueVisibilityRequest,
-    VisibilityRequest,
 )
-from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.sensitivity_view.what_if import CLICK_MS
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.tf_emphasis import STRIKING_COLORS
-from model.scene.tf_perturbation import edit_around, edit_over
+from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
 from model.scene.volume import Volume
-from model.sensitivity.display import overlay, scale_of, shown_field, shown_responses
+from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import edited
 
 
-@pytest.fixture
-def window(qtbot, make_window):
-    """A window with a model, whose engines have both answered."""
-    window = make_window()
-    asker = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: set(asker.regions) == {"exact", "learned"})
-    qtbot.waitUntil(lambda: asker.visibility is not None)
-    return window
-
-
-def at(canvas: ImageCanvas, x: float, y: float) -> QPoint:
-    """Position of a place of the image."""
-    rect = canvas.image_rect
-    return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
-
-
-def drag(widget: QWidget, *points: QPoint) -> None:
-    QTest.mousePress(widget, Qt.MouseButton.LeftButton, pos=points[0])
-    for point in points[1:]:
-        QTest.mouseMove(widget, point)
-    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, pos=points[-1])
-
-
-def over_plot(window: MainWindow, value: float, height: float = 0.8) -> QPoint:
-    """Position of a value in the opacity plot."""
-    area = window.editor.area
-    place = QPointF(area.axis.place(value), height)
-    return area.widget.mapFromScene(area.opacity.mapViewToScene(place))
-
-
-def hover(window: MainWindow, value: float, effect: bool = True) -> None:
-    """Move the mouse to a value, with Ctrl for what an edit there would change."""
-    viewport, at = window.editor.area.widget.viewport(), over_plot(window, value)
-    control, none = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
-    QApplication.sendEvent(
-        viewport,
-        QMouseEvent(
-            QEvent.Type.MouseMove, at, viewport.mapToGlobal(at), Qt.MouseButton.NoButton,
-            Qt.MouseButton.NoButton, control if effect else none,
-        ),
-    )  # fmt: skip
-
-
-def regions_listed(window: MainWindow) -> list[str]:
-    """The regions in the chip's menu, above its other entries."""
-    chips = window.sensitivity.chips
-    chips.fill_regions()
-    texts = [action.text() for action in chips.regions_menu.actions()]
-    return texts[: texts.index("")]
-
-
-def choose_in_region_menu(window: MainWindow, text: str) -> None:
-    window.sensitivity.chips.fill_regions()
-    actions = window.sensitivity.chips.regions_menu.actions()
-    next(action for action in actions if action.text().startswith(text)).trigger()
-
-
-def asked(builders: FakeBuilders, kind: type) -> list:
-    return [request for request in builders.analysts[-1].others if type(request) is kind]
+def _is_of(answer: Any, inputs: SceneInputs) -> bool:
+    return answer is not None and answer.is_of(inputs)
 
 
 def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
@@ -112,269 +47,9 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
         np.testing.assert_allclose(responses.curve(name), expected, rtol=1e-5, atol=1e-9)
     assert not responses.is_marked_stale
     assert "cosine 1.00, good" in window.sensitivity.source.said
-    (interval,) = responses.intervals
+    (interval,) = responses.peaks.intervals
     assert interval.value == pytest.approx(100 + 100 * 100 / 255)
     assert "1   at 139.2" in window.sensitivity.findings.edit_rows[0].text
-
-
-def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(qtbot, window, builders):
-    state, reference, generator = (
-        window.sensitivity_state, window.reference.canvas, window.generator.canvas,
-    )  # fmt: skip
-    view = window.state.view
-    QTest.keyClick(window, Qt.Key.Key_R)
-    assert state.tool == "rectangle"
-    drag(reference, at(reference, 0.2, 0.3), at(reference, 0.4, 0.5), at(reference, 0.5, 0.6))
-    assert state.tool is None
-    assert np.ravel(state.outline.points[::2]) == pytest.approx([0.2, 0.3, 0.5, 0.6], abs=0.01)
-    assert window.sensitivity.chips.region.caption == "Region 1 ▾"
-    # In the other image: by its upper edge, then by its lower right corner.
-    drag(generator, at(generator, 0.35, 0.3), at(generator, 0.4, 0.4), at(generator, 0.45, 0.5))
-    assert np.ravel(state.outline.points[::2]) == pytest.approx([0.3, 0.5, 0.6, 0.8], abs=0.02)
-    drag(generator, at(generator, 0.6, 0.8), at(generator, 0.7, 0.8), at(generator, 0.9, 0.9))
-    assert np.ravel(state.outline.points[::2]) == pytest.approx([0.3, 0.5, 0.9, 0.9], abs=0.02)
-    assert window.state.view == view
-    qtbot.waitUntil(
-        lambda: (
-            asked(builders, RegionSensitivityRequest)[-1].region == state.outline
-            and not asked(builders, RegionSensitivityRequest)[-1].quality.live
-        )
-    )
-    state.change_region(state.outline.moved(0.01, 0.0))
-    qtbot.waitUntil(lambda: asked(builders, RegionSensitivityRequest)[-1].quality.live)
-    state.finish_region()
-    # Inside, the mouse turns the view.
-    drag(generator, at(generator, 0.5, 0.7), at(generator, 0.6, 0.7))
-    assert window.state.view != view
-    # Switching off ends a drag.
-    state.add_region(Outline.rectangle(0.2, 0.2, 0.6, 0.6))
-    QTest.mousePress(generator, Qt.MouseButton.LeftButton, pos=at(generator, 0.4, 0.2))
-    QTest.mouseMove(generator, at(generator, 0.45, 0.3))
-    assert state.dragging
-    outline = state.outline
-    QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
-    assert not state.choices.shown and not state.dragging
-    state.choose(shown=True)
-    QTest.mouseMove(generator, at(generator, 0.6, 0.5))
-    assert state.outline == outline
-
-
-def test_a_lasso_and_several_regions(qtbot, window):
-    state, canvas = window.sensitivity_state, window.generator.canvas
-    QTest.keyClick(window, Qt.Key.Key_L)
-    around = [(0.3, 0.3), (0.6, 0.3), (0.6, 0.5), (0.5, 0.7), (0.3, 0.6)]
-    drag(canvas, *(at(canvas, x, y) for x, y in around))
-    assert len(state.outline.points) == 5
-    state.add_region(Outline.rectangle(0, 0, 0.25, 0.25))
-    assert regions_listed(window) == ["Whole image", "Region 1", "Region 2"]
-    state.rename_region("  lung ")
-    assert window.sensitivity.chips.region.caption == "lung ▾"
-    state.activate(0)
-    qtbot.waitUntil(
-        lambda: window.workspace.sensitivity.is_fresh(window.workspace.sensitivity.region)
-    )
-    choose_in_region_menu(window, "Remove")
-    assert regions_listed(window) == ["Whole image", "lung"]
-    assert state.outline == Outline()
-    # A click with the tool draws nothing.
-    QTest.keyClick(window, Qt.Key.Key_R)
-    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.5, 0.5))
-    assert len(state.regions) == 1 and state.tool is None
-    # A region cannot be lost outside the image.
-    state.add_region(Outline.rectangle(0.4, 0.4, 0.6, 0.6))
-    state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
-    state.finish_region()
-    assert state.outline.mask(16).any()
-    state.pin(150.0)
-    window.sensitivity.band.tag.add.click()
-    assert window.state.edits.stack.undoText() == "add mode"
-    QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
-
-
-def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
-    canvas, findings = window.reference.canvas, window.sensitivity.findings
-    label, plot = window.sensitivity.labels[1], window.editor.area.rect
-    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 0.3, 0.6))
-    qtbot.waitUntil(lambda: "100 %" in label.text.text())
-    # It is there and nothing has moved; its button opens the panel.
-    assert label.isVisible() and not window.sensitivity.labels[0].isVisible()
-    assert canvas.rect().contains(label.geometry())
-    assert not label.geometry().contains(at(canvas, 0.3, 0.6))
-    assert findings.isHidden() and window.editor.area.rect == plot
-    label.button.click()
-    assert findings.isVisible() and "100 %" in findings.value_rows[0].text
-    asked = [r for r in builders.analysts[-1].others if r.channel == "sensitivity: pick"]
-    square = asked[-1].regions[0]
-    xs, ys = zip(*square.points, strict=True)
-    assert (np.mean(xs), np.mean(ys)) == pytest.approx((0.3, 0.6), abs=0.01)
-    before = window.state.transfer_function
-    buttons = dict(zip(("raise", "lower", "isolate"), findings.value_rows[0].buttons, strict=True))
-    for name, button in buttons.items():
-        button.click()
-        assert window.state.edits.stack.undoText() == f"{name} value"
-        assert window.state.transfer_function != before
-        window.state.edits.undo()
-        assert window.state.transfer_function == before
-        qtbot.waitUntil(buttons["raise"].isEnabled)
-    for there, back in (("raise", "lower"), ("lower", "raise")):
-        for name in (there, there, back, back):
-            buttons[name].click()
-            qtbot.waitUntil(buttons[name].isEnabled)
-        assert window.state.transfer_function == before
-    assert findings.isVisible() and findings.values_heading.text() == "Values at the clicked place"
-    QTest.keyClick(canvas, Qt.Key.Key_Escape)
-    assert window.sensitivity_state.place is None and label.isHidden()
-    assert findings.isVisible()
-    qtbot.waitUntil(lambda: findings.edit_rows[0].text.startswith("1 "))
-
-
-def test_hovering_shows_the_field_with_its_image(qtbot, window, builders):
-    hover(window, 140.0)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
-    qtbot.waitUntil(
-        lambda: any(not each.quality.live for each in asked(builders, ValueSensitivityRequest))
-    )
-    band = window.sensitivity_state.band
-    assert band is not None and band.low == pytest.approx(140.0, abs=0.5)
-    # The fake's field is the value itself in every pixel.
-    edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
-    inputs = window.state.inputs
-    image = window.sensitivity.exact.image_of(inputs)
-    assert image is not None
-    field = shown_field(np.full((16, 16, 3), band.low), edit, "signed")
-    expected = overlay(image, field, scale_of(field), "signed").astype(np.float32)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover == to_qimage(expected))
-    assert "exact" in window.sensitivity.exact.caption
-    qtbot.waitUntil(lambda: "learned" in window.sensitivity.learned.caption)
-    QApplication.sendEvent(window.editor.area.widget.viewport(), QEvent(QEvent.Type.Leave))
-    assert window.reference.canvas.cover is None
-    assert window.sensitivity.exact.caption == ""
-
-
-def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_would_change(
-    qtbot, window, builders
-):
-    state, cover = window.sensitivity_state, window.sensitivity.learned
-    hover(window, 140.0, effect=False)
-    qtbot.waitUntil(lambda: "part of a pixel that shows" in cover.caption)
-    qtbot.waitUntil(lambda: not asked(builders, ValueVisibilityRequest)[-1].quality.live)
-    assert not asked(builders, ValueSensitivityRequest)
-    band = state.band
-    assert band is not None and not band.effect
-    # The fake's field is .4 in every pixel.
-    image = cover.image_of(window.state.inputs)
-    assert image is not None
-    field = np.full((16, 16), (band.low - 100) / 100)
-    expected = overlay(image, field, scale_of(field), "visible").astype(np.float32)
-    qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected))
-    # It is of the data, whoever draws: the other image stays as it is.
-    assert window.reference.canvas.cover is None
-    assert window.sensitivity.result().kind == "region"
-    # Ctrl asks the other question where the mouse is.
-    QTest.keyPress(window, Qt.Key.Key_Control)
-    assert state.band is not None and state.band.effect and state.band.low == band.low
-    qtbot.waitUntil(lambda: "slope per" in cover.caption)
-    QTest.keyRelease(window, Qt.Key.Key_Control)
-    qtbot.waitUntil(lambda: "part of a pixel" in cover.caption)
-    # What is kept stays what it is.
-    QTest.keyClick(window, Qt.Key.Key_P)
-    QTest.keyPress(window, Qt.Key.Key_Control)
-    assert state.band is not None and state.band.pinned and not state.band.effect
-    QTest.keyRelease(window, Qt.Key.Key_Control)
-
-
-def test_beside_the_square_of_a_wide_image_all_is_asked_and_shown_too(qtbot, make_window, builders):
-    window = make_window(model=None, size="pane")
-    canvas, state = window.reference.canvas, window.sensitivity_state
-    qtbot.waitUntil(lambda: canvas.pixels == (canvas.image.width(), canvas.image.height()))
-    shape = canvas.image.height(), canvas.image.width()
-    assert shape[1] > 1.8 * shape[0]
-    state.set_tool("rectangle")
-    drag(canvas, at(canvas, 1.1, 0.2), at(canvas, 1.2, 0.3), at(canvas, 1.3, 0.6))
-    assert np.ravel(state.outline.points[::2]) == pytest.approx([1.1, 0.2, 1.3, 0.6], abs=0.01)
-    asker = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: asker.is_fresh(asker.region))
-    answer = asker.region
-    assert answer is not None and not asker.learned_size
-    rows, columns = answer.request.quality.pixels.shape
-    assert columns / rows == pytest.approx(shape[1] / shape[0], abs=0.02)
-    # The fake answers with the region's number of pixels.
-    assert answer.value.max() == pytest.approx(0.2 * 0.4 * rows**2, rel=0.05)
-    state.change_region(state.outline.moved(5.0, 0.0), canvas.reach)
-    left = min(x for x, _ in state.outline.points)
-    assert 1.3 < left < 0.5 + canvas.reach[0]
-    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=at(canvas, 1.2, 0.5))
-    assert state.place == pytest.approx((1.2, 0.5), abs=0.01)
-    # A mouse that was there already, in another test, would not move.
-    for value in (150.0, 140.0):
-        hover(window, value)
-    qtbot.waitUntil(lambda: canvas.cover is not None)
-    assert (canvas.cover.height(), canvas.cover.width()) == shape
-
-
-def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):
-    asker, state = window.workspace.sensitivity, window.sensitivity_state
-    state.add_region(Outline.rectangle(0.8, 0.2, 1.2, 0.4))
-    state.finish_region()
-    qtbot.waitUntil(lambda: asker.is_fresh(asker.regions.get("exact")))
-    assert set(asker.regions) == {"exact"}
-    label = window.sensitivity.source
-    qtbot.waitUntil(lambda: "learned: outside the model's image" in label.said)
-    state.choose(engine="exact")
-    qtbot.waitUntil(lambda: "exact" in label.said)
-    assert "outside the model's image" not in label.said
-
-
-def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkeypatch):
-    answer = FakeEngine.value_sensitivity
-
-    def of_the_generator(request: ValueSensitivityRequest, *_: object) -> NDArray[np.float32]:
-        return 1.5 * answer(builders.generators[-1], request)
-
-    monkeypatch.setattr(builders.generators[-1], "value_sensitivity", of_the_generator)
-    window.sensitivity_state.pin(140.0)
-    exact, learned = window.sensitivity.exact, window.sensitivity.learned
-    qtbot.waitUntil(lambda: "exact" in exact.caption and "learned" in learned.caption)
-    band = window.sensitivity_state.band
-    edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
-    highest = shown_field(np.full((16, 16, 3), 1.5 * 140.0), edit, "signed")
-    qtbot.waitUntil(lambda: exact.scale == learned.scale == pytest.approx(scale_of(highest)))
-
-
-def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
-    viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
-    width = state.choices.width
-    position = QPointF(over_plot(window, 150.0))
-    wheel = QWheelEvent(
-        position, viewport.mapToGlobal(position), QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
-    QApplication.sendEvent(viewport, wheel)
-    assert state.choices.width == pytest.approx(width * 1.15**2)
-    drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
-    assert state.band is not None and state.band.pinned
-    assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
-    QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
-    hover(window, 110.0)
-    assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
-    qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
-    QTest.keyClick(window, Qt.Key.Key_P)
-    assert state.band is None and window.generator.canvas.cover is None
-    # Who moves a handle sees the picture.
-    (mode, *_) = window.state.transfer_function.opacity.modes
-    hover(window, 110.0)
-    assert window.sensitivity_state.band is not None
-    top = over_plot(window, mode.mean, mode.amplitude)
-    drag(viewport, top, over_plot(window, mode.mean + 5, mode.amplitude))
-    assert window.state.transfer_function.opacity.modes[0] != mode
-    hover(window, 110.0)
-    assert window.sensitivity_state.band is None
-    # Whoever comes back, or clicks beside the handles, asks again.
-    QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
-    hover(window, 112.0)
-    assert window.sensitivity_state.band is not None
 
 
 def test_escape_ends_one_thing_after_the_other(window):
@@ -400,35 +75,6 @@ def test_escape_ends_one_thing_after_the_other(window):
     assert canvas.grab().toImage() != before
     state.set_tool(None)
     assert canvas.grab().toImage() == before
-
-
-def test_a_field_is_never_over_another_image(qtbot, window, builders):
-    window.sensitivity_state.pin(150.0)
-    qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.fields)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    analyst = builders.analysts[-1]
-    analyst.gate = threading.Semaphore(0)
-    window.state.set_view(View(10.0, 5.0))
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    qtbot.waitUntil(lambda: window.sensitivity.exact.image_of(window.state.inputs) is not None)
-    # The image is there, its field is not: what the pane shows is the last pair, or no field.
-    field = window.workspace.sensitivity.fields["exact"]
-    assert not field.is_of(window.state.inputs)
-    old = window.sensitivity.exact.image_of(field.request.inputs)
-    cover = window.reference.canvas.cover
-    if cover is not None:
-        edit = edit_over((150.0, 150.0), (100.0, 200.0), field.request.width)
-        shown = shown_field(field.value, edit, "signed")
-        assert old is not None
-        assert cover == to_qimage(overlay(old, shown, scale_of(shown), "signed").astype("f4"))
-    assert window.sensitivity.responses.is_marked_stale
-    assert window.sensitivity.visible.is_marked_stale
-    for _ in range(40):
-        analyst.gate.release()
-    qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
-    qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
-    qtbot.waitUntil(lambda: not window.sensitivity.visible.is_marked_stale)
-    analyst.gate = None
 
 
 def test_an_error_is_said_and_forgotten(qtbot, window, builders):
@@ -479,7 +125,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
 
 def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot, window):
     before = window.state.transfer_function
-    (interval,) = window.sensitivity.responses.intervals
+    (interval,) = window.sensitivity.responses.peaks.intervals
     flag = window.sensitivity.responses.flags[0]
     QTest.mouseClick(flag, Qt.MouseButton.LeftButton)
     tf = window.state.transfer_function
@@ -514,72 +160,6 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot,
     ]
 
 
-def test_what_if_shows_the_edit_while_the_key_is_held(qtbot, window):
-    what_if = window.sensitivity.what_if
-    QTest.keyPress(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
-    assert "difference" in window.sensitivity.exact.caption
-    # The fake's second image is .1 brighter than the first.
-    assert "exact changes by .1" in what_if.result
-    assert "learned changes by .1" in what_if.result
-    # Without a band, the mode is at the first value of the list.
-    value = window.sensitivity.responses.intervals[0].value
-    tried = float(what_if.result.removeprefix("At ").partition(":")[0])
-    assert tried == pytest.approx(value, abs=0.5)
-    QTest.keyRelease(window, Qt.Key.Key_W)
-    assert window.reference.canvas.cover is None
-    # After a short press nothing is covered.
-    QTest.keyClick(window, Qt.Key.Key_W)
-    qtbot.waitUntil(lambda: "learned changes" in window.sensitivity.what_if.result)
-    assert window.generator.canvas.cover is None
-
-
-def test_a_click_on_what_if_lasts_until_the_next_one(qtbot, window):
-    button, exact = window.sensitivity.what_if.button, window.reference.canvas
-    button.click()
-    qtbot.waitUntil(lambda: exact.cover is not None)
-    assert button.isChecked()
-    button.click()
-    assert exact.cover is None and not button.isChecked()
-    button.click()
-    qtbot.waitUntil(lambda: exact.cover is not None)
-    window.state.set_view(View(80.0))
-    assert not button.isChecked()
-    QTest.mousePress(button, Qt.MouseButton.LeftButton)
-    qtbot.wait(CLICK_MS + 50)
-    QTest.mouseRelease(button, Qt.MouseButton.LeftButton)
-    assert exact.cover is None and not button.isChecked()
-    # It follows the mouse while it is on.
-    what_if, state = window.sensitivity.what_if, window.sensitivity_state
-    qtbot.waitUntil(button.isEnabled)
-    button.click()
-    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
-    state.hover(170.0)
-    # The bin that is nearest to it.
-    qtbot.waitUntil(lambda: what_if.result.startswith("At 169.8"))
-    qtbot.waitUntil(lambda: "exact changes" in what_if.result)
-    QTest.keyClick(window, Qt.Key.Key_Escape)
-    assert not what_if.button.isChecked()
-    # What was said of one value does not stay beside another.
-    state.hover(120.0)
-    assert what_if.result == ""
-    state.hover(None)
-    # It ends where the view turns, or another window comes.
-    for end in (
-        lambda: window.state.set_view(View(120.0, 5.0)),
-        lambda: QApplication.sendEvent(window, QEvent(QEvent.Type.ActivationChange)),
-    ):
-        qtbot.waitUntil(window.sensitivity.what_if.button.isEnabled)
-        qtbot.waitUntil(lambda: window.workspace.is_settled)
-        QTest.keyPress(window, Qt.Key.Key_W)
-        qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-        window.isActiveWindow = lambda: False
-        end()
-        assert window.reference.canvas.cover is None
-        QTest.keyRelease(window, Qt.Key.Key_W)
-
-
 def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     window.sensitivity_state.pin(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
@@ -599,10 +179,6 @@ def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
     assert button.toolTip().startswith("Switch Region > Guidance on")
-
-
-def _is_of(answer: Any, inputs: SceneInputs) -> bool:
-    return answer is not None and answer.is_of(inputs)
 
 
 def test_questions_follow_every_input_of_the_image(qtbot, window):
@@ -630,33 +206,6 @@ def test_outside_what_the_model_was_trained_on_is_marked(qtbot, window):
     # Until the exact field is there, the learned one is shown in both panes.
     qtbot.waitUntil(lambda: "exact" in window.sensitivity.exact.caption)
     assert "outside" not in window.sensitivity.exact.caption
-
-
-def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monkeypatch):
-    def two_values(request: VisibilityRequest) -> NDArray[np.float32]:
-        """In a region three of four parts at bin 51; in the whole image all at bin 204."""
-        bins = np.arange(256)
-        one, other = (np.exp(-((bins - center) ** 2) / 50) for center in (51, 204))
-        rows = [other if not region.points else 3 * one + other for region in request.regions]
-        return np.array(rows, dtype=np.float32)
-
-    monkeypatch.setattr(builders.analysts[-1], "visibility", two_values)
-    state, findings = window.sensitivity_state, window.sensitivity.findings
-
-    def text() -> str:
-        return ", ".join(row.text for row in findings.value_rows if row.text)
-
-    state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))
-    state.finish_region()
-    qtbot.waitUntil(lambda: text() == "116.1 to 123.9   75 %, 176.1 to 183.9   25 %")
-    # The peaks in the plot say it, too: from a fifth on.
-    assert window.sensitivity.visible.peak_texts == ["120.0 · 75 %", "180.0 · 25 %"]
-    state.activate(None)
-    qtbot.waitUntil(lambda: text() == "176.1 to 183.9   100 %")
-    assert window.sensitivity.visible.peak_texts == ["180.0 · 100 %"]
-    # The list of a clicked place is of that.
-    state.pick((0.5, 0.5))
-    assert findings.values_heading.text() == "Values at the clicked place"
 
 
 def test_what_is_shown_is_saved_as_figure_and_numbers(
@@ -696,22 +245,6 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
         builders.analysts[-1].gate.release()
     qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
     builders.analysts[-1].gate = None
-
-
-def test_a_click_on_the_colour_bar_locks_its_scale(qtbot, window):
-    window.sensitivity_state.pin(150.0)
-    qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
-    scale = window.sensitivity.exact.scale
-    QTest.mouseClick(window.sensitivity.learned.bar, Qt.MouseButton.LeftButton)
-    assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
-    window.sensitivity_state.pin(199.0)
-
-    def is_answered() -> bool:
-        field = window.workspace.sensitivity.fields.get("exact")
-        return field is not None and field.request.values == (199.0, 199.0)
-
-    qtbot.waitUntil(is_answered)
-    assert window.sensitivity.exact.scale == scale
 
 
 def test_keys_and_buttons_without_a_volume_do_no_harm(qtbot, builders):
