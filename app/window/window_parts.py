@@ -35,7 +35,7 @@ from app.window.image_error import ImageError
 from app.window.notices import Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
-from app.window.preset_pictures import PresetPictures
+from app.window.presets import Presets
 from app.window.scene_notices import SceneNotices
 from app.window.sessions import Sessions
 from app.window.status_line import StatusLine
@@ -159,7 +159,7 @@ class WindowParts(QMainWindow):
         self.files = Files(self.context, self.sessions, self.editor.show_small_range)
         self.saving = FigureSaving(self.context, self.overlays, self.image_error)
         self.empty_card = EmptyCard(self.context, self.files)
-        PresetPictures(self.editor.menu.presets, self.context)
+        Presets(self.editor.menu.presets, self.context)
         self.scene_notices = SceneNotices(self.context, self.editor.range.set_range)
 
     def arrange(self) -> None:

@@ -1,0 +1,92 @@
+"""Presets in the window: pictures of the open volume, and the user's own ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+from PySide6.QtCore import QObject
+from PySide6.QtGui import QImage
+from PySide6.QtWidgets import QInputDialog, QMessageBox
+
+from app.controls import add_action
+from app.state.own_presets import own_presets, preset_name, remove_own_preset, save_own_preset
+from app.tf_editor.preset_menu import PICTURE, PresetMenu
+from app.window.context import Context
+from app.window.small_pictures import SmallPictures
+from model.errors import TransferFunctionError
+from model.scene.range_fitting import fit_to_range
+from model.scene.tf_presets import Preset
+
+KEY = "presets"
+"""Of notices about presets."""
+
+
+class Presets(QObject):
+    """Draws the presets' pictures whenever their menu opens, and keeps the user's own presets."""
+
+    def __init__(self, menu: PresetMenu, context: Context) -> None:
+        super().__init__(menu)
+        self._menu, self._context, self._state = menu, context, context.state
+        self._folder = context.preferences.folder
+        self._names: tuple[str, ...] = ()
+        self._pictures = SmallPictures("presets", PICTURE, context, self._show)
+        menu.own = self._own
+        menu.picturesWanted.connect(self._ask)
+        menu.aboutToHide.connect(self._pictures.stop_tracing)
+        if self._folder is not None:
+            menu.addSeparator()
+            add_action(menu, "Save as preset…", self.ask_and_save)
+            self._removal = menu.addMenu("Remove preset")
+            menu.aboutToShow.connect(self._fill_removal)
+
+    def ask_and_save(self) -> None:
+        """Ask for a name, and save the present TF as a preset."""
+        window = self._context.window
+        text, is_given = QInputDialog.getText(window, "Save as preset", "Name of the preset")
+        name, folder = preset_name(text), self._folder
+        if not is_given or not name or folder is None:
+            return
+        is_there, buttons = name in own_presets(folder), QMessageBox.StandardButton
+        question = f"The preset {name} exists. Replace it?"
+        if is_there and QMessageBox.question(window, "Replace", question) != buttons.Yes:
+            return
+        try:
+            save_own_preset(folder, name, self._state.transfer_function)
+        except TransferFunctionError as error:
+            self._context.fail(str(error), KEY)
+        else:
+            self._context.status.tell(f"Saved the preset {name}.")
+
+    def remove(self, name: str) -> None:
+        """Remove one of the user's presets."""
+        if self._folder is not None:
+            remove_own_preset(self._folder, name)
+            self._context.status.tell(f"Removed the preset {name}.")
+
+    def _own(self) -> list[Preset]:
+        scale, scalar_range = self._state.scale, self._state.scalar_range
+        return [
+            Preset(name, "Saved by you", fit_to_range(tf.on_scale(scale), scalar_range))
+            for name, tf in own_presets(self._folder).items()
+        ]
+
+    def _fill_removal(self) -> None:
+        self._removal.clear()
+        for name in own_presets(self._folder):
+            add_action(self._removal, name.replace("&", "&&"), partial(self.remove, name))
+        self._removal.menuAction().setVisible(not self._removal.isEmpty())
+
+    def _ask(self, listed: tuple[Preset, ...]) -> None:
+        self._names = tuple(preset.name for preset in listed)
+        # The image may be wider than the pictures, and zoomed.
+        shown = replace(self._state.inputs, view=self._state.for_picture(self._state.view))
+        self._pictures.ask(
+            [
+                replace(shown, opacity_tf=preset.tf.opacity, color_tf=preset.tf.color)
+                for preset in listed
+            ]
+        )
+
+    def _show(self, images: list[QImage]) -> None:
+        self._menu.set_pictures(dict(zip(self._names, images, strict=True)))
