@@ -15,15 +15,7 @@ from app.engines.worker import THREAD_PREFIX
 class BackgroundCall(QObject):
     """Calls a function in a thread and emits its result or its error as a signal.
 
-    After :meth:`abandon` neither `done` nor `failed` is emitted, only
-    `finished`.
-
-    Parameters
-    ----------
-    function : callable
-        A function without arguments; called in the new thread.
-    name : str
-        Name of the thread, for debuggers.
+    After :meth:`abandon` neither `done` nor `failed` is emitted, only `finished`.
     """
 
     done = Signal(object)
@@ -71,13 +63,7 @@ class BackgroundCall(QObject):
 
 
 class LatestCall(QObject):
-    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next.
-
-    Parameters
-    ----------
-    name : str
-        Name of the threads, for debuggers.
-    """
+    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next."""
 
     done = Signal(object)
     failed = Signal(str)

@@ -2,40 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import replace
+from enum import Enum
+from functools import partial
 from itertools import count
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from PySide6.QtCore import QObject, Signal
 
 from app.engines.messages import EngineReady, Progress, Result
 from app.engines.requests import IMAGES, Engine, ImageRequest, Request
-from app.engines.states import SETTLED_STATES, TRANSITIONS, EngineState
 from app.engines.worker import EngineWorker
+
+EngineName = Literal["exact", "learned"]
+"""The ray caster, or a generator."""
 
 _numbers = count(1)
 
 _R = TypeVar("_R", bound=Request)
+_K = TypeVar("_K", bound=Hashable)
+
+
+class EngineState(Enum):
+    """State of an engine client."""
+
+    EMPTY = "empty"
+    """There is no engine yet."""
+    WAITING = "waiting"
+    """The engine waits for something else, such as a volume."""
+    LOADING = "loading"
+    """The engine is being built; requests wait for it."""
+    WORKING = "working"
+    """The newest image is being drawn."""
+    SETTLED = "settled"
+    """The newest final image is available."""
+    PAUSED = "paused"
+    """The engine accepts no requests, for a reason that is not an error."""
+    FAILED = "failed"
+    """There is an error instead of the newest image."""
+
+
+SETTLED_STATES = frozenset({EngineState.SETTLED, EngineState.PAUSED, EngineState.FAILED})
+"""States in which no further result is expected."""
 
 
 class Channel(QObject):
-    """Asks an engine for one asker, who alone hears the answers.
+    """Asks a client's engine, now and after it was replaced, and hears its own answers alone.
 
     A request replaces one of the same channel that the engine has not begun, and calls off one that
-    it has, unless that is live. Channels of one engine take turns.
-
-    Parameters
-    ----------
-    client : EngineClient
-        Whose engine is asked, now and after it was replaced.
-    name : str
-        What is asked for, in a few words; each channel of a client has its own.
-
-    Attributes
-    ----------
-    newest : Request or None
-        What was asked last; None where that was called off.
+    it has, unless that is live. Channels of one engine take turns. The name says what is asked
+    for. The newest request is None where it was called off.
     """
 
     asked = Signal(object)
@@ -61,13 +78,7 @@ class Channel(QObject):
         return self._pending is not None
 
     def ask(self, request: _R) -> _R:
-        """Ask something, in place of what was asked before.
-
-        Returns
-        -------
-        Request
-            The same with its number and the channel's name; the result has it, too.
-        """
+        """Ask something, in place of what was asked before; return it with its number."""
         request = replace(request, sequence=next(_numbers), channel=self.name)
         self.client.submit(request)
         return request
@@ -90,7 +101,7 @@ class Channel(QObject):
         self._await(None)
 
     def note(self, progress: Progress) -> None:
-        """Tell the asker how far an answer has got."""
+        """Pass on how far the newest answer has got."""
         if self._pending is not None and self._pending.sequence == progress.request.sequence:
             self.progressed.emit(progress.part)
 
@@ -108,26 +119,47 @@ class Channel(QObject):
             self.pendingChanged.emit(self.is_pending)
 
 
+class Channels(dict[_K, Channel]):
+    """A channel to each of some engines, by the same keys as their clients.
+
+    Each :class:`Result` is taken by a function with the key of its engine.
+    """
+
+    def __init__(
+        self,
+        clients: Mapping[_K, EngineClient],
+        name: str,
+        take: Callable[[_K, Result], object],
+        parent: QObject,
+    ) -> None:
+        super().__init__({key: Channel(each, name, parent) for key, each in clients.items()})
+        for key, channel in self.items():
+            channel.answered.connect(partial(take, key))
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether an answer of any of the engines is awaited."""
+        return any(channel.is_pending for channel in self.values())
+
+    def cancel(self) -> None:
+        """Call off what was asked of all of them."""
+        for channel in self.values():
+            channel.cancel()
+
+
 class EngineClient(QObject):
     """Runs one engine at a time in a worker thread and tracks its state.
 
-    Who asks it opens a :class:`Channel`, and hears the answers there. The state depends on the
-    channel of its own images only.
-
-    Parameters
-    ----------
-    name : str
-        Name of the worker's thread.
+    Whoever asks it opens a :class:`Channel`. The state depends on the channel of its own images
+    only.
 
     Attributes
     ----------
     text : str
         Explanation of the state: what the engine waits for, why it draws nothing, or
         the error. Empty while images are drawn.
-    description : str
-        Device and backend of the engine, for display; may be empty.
-    remark : str
-        One sentence on why this engine draws, and no other; may be empty.
+    description, remark : str
+        The engine's; see :class:`app.engines.requests.Engine`.
     by_raycast : bool
         Whether the ray caster drew the last image that no other follows.
     images : Channel
@@ -153,7 +185,7 @@ class EngineClient(QObject):
         self._wanted = -1
         self._takes_requests = True
         self._busy_text = ""
-        self._is_built = False
+        self._is_built = self._is_held = False
         self._early: dict[str, Request] = {}
         self._channels: dict[str, Channel] = {}
         self.images = Channel(self, IMAGES, self)
@@ -181,10 +213,7 @@ class EngineClient(QObject):
     def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
         """Replace the engine by one built by `factory` in a new worker thread.
 
-        Parameters
-        ----------
-        busy_text : str
-            What is said meanwhile; empty to leave the last image as it is.
+        A text is shown meanwhile; an empty one leaves the last image as it is.
         """
         self.stop()
         self._takes_requests = True
@@ -211,11 +240,17 @@ class EngineClient(QObject):
         if request.channel == IMAGES:
             self._wanted = request.sequence
         self._channels[request.channel].accept(request)
-        if self._is_built:
+        if self._is_built and not self._is_held:
             self._pass_on(request)
         else:
-            # Until the engine is built, nobody knows whether it fits what is asked for.
+            # Before the engine is built, it is not known whether it fits what is asked for.
             self._early[request.channel] = request
+
+    def hold(self, is_held: bool) -> None:
+        """Keep requests back, as something else needs the processors, or pass them on."""
+        self._is_held = is_held
+        if self._is_built:
+            self._pass_on_early()
 
     def abandon(self, channel: str) -> None:
         """Call off the requests of a channel."""
@@ -231,12 +266,7 @@ class EngineClient(QObject):
     def pause(self, text: str, settled: bool = True) -> None:
         """Ignore requests from now on, for a reason that is not an error.
 
-        Parameters
-        ----------
-        text : str
-            Explanation for the user.
-        settled : bool
-            False if an image is still expected.
+        It is settled unless an image is still expected.
         """
         self._takes_requests = False
         for channel in self._channels.values():
@@ -271,8 +301,6 @@ class EngineClient(QObject):
         self._retired.clear()
 
     def _enter(self, state: EngineState, text: str = "") -> None:
-        """Enter a state; emit `stateChanged` if the state or its text has changed."""
-        assert state is self.state or state in TRANSITIONS[self.state], (self.state, state)
         changed = (state, text) != (self.state, self.text)
         self.state, self.text = state, text
         if changed:
@@ -289,13 +317,16 @@ class EngineClient(QObject):
     def _engine_ready(self, ready: EngineReady) -> None:
         self.description, self.remark = ready.description, ready.remark
         worker = self._worker
-        # Whoever listens may pause the client, ask for something newer, or start another engine.
+        # A listener may pause the client, ask for something newer, or start another engine.
         self.engineReady.emit(ready)
         if self._worker is not worker:
             return
         self._is_built = True
-        early, self._early = self._early, {}
-        if self._takes_requests and self._worker is not None:
+        self._pass_on_early()
+
+    def _pass_on_early(self) -> None:
+        if self._takes_requests and self._worker is not None and not self._is_held:
+            early, self._early = self._early, {}
             # What is to be seen comes before questions about it.
             for request in sorted(early.values(), key=_is_question):
                 self._pass_on(request)
@@ -307,14 +338,15 @@ class EngineClient(QObject):
 
     def _take_result(self, result: Result) -> None:
         request = result.request
-        self.description = result.description or self.description
+        image = result.image
+        self.description = self.description if image is None else image.by or self.description
         self.remark = result.remark or self.remark
         if not self._takes_requests:
             return
         if request.channel != IMAGES:
             self._channels[request.channel].deliver(result)
             return
-        if result.value is None:
+        if image is None:
             # An older image's error says nothing about the one that is on its way.
             if request.sequence == self._wanted:
                 self.images.drop()
@@ -323,8 +355,8 @@ class EngineClient(QObject):
         if self.state is not EngineState.WORKING:
             # From now on the image is shown instead of the text.
             self._enter(EngineState.WORKING)
-        if not result.stands_in:
-            self.by_raycast = result.by_raycast
+        if not image.is_preview:
+            self.by_raycast = image.by_raycast
         self.images.deliver(result)
         if result.is_last and not request.quality.live and request.sequence == self._wanted:
             self._enter(EngineState.SETTLED)

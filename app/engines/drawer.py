@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
-from app.engines.image import Image
-from app.engines.messages import SupersededError
-from app.engines.requests import UNWATCHED, ImageRequest, Watch
-from app.engines.sizes import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
+from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
+from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
+from model.rendering.fallback import FallbackRenderer
 from model.rendering.raster import Raster
 from model.rendering.renderer import Renderer
 from model.scene.inputs import SceneInputs
@@ -22,9 +24,9 @@ FIRST_GUESS_S = 5e-6
 """Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
 
 BAND_S, MOST_BANDS = 0.1, 32
-"""Time that a band of a final image should take, and the largest number of bands.
+"""Time that a band of VTK's final image should take, and the largest number of bands.
 
-A final image is given up between two bands.
+The image is given up between two bands. The ray caster's is given up anywhere.
 """
 
 LIVE_COARSENESS = 4.0
@@ -34,62 +36,58 @@ The ray caster's have all samples: in the same time fewer pixels are nearer to t
 than fewer samples, and all pixels are that image.
 """
 
+PATIENCE_S = 0.02
+"""Time after which one looks again whether an image of another thread is still wanted."""
 
+_T = TypeVar("_T")
+
+
+@dataclass
 class Drawer:
-    """Draws by one renderer, and measures how long that takes.
+    """Draws by one renderer, at sizes that its measured times allow.
 
-    Parameters
+    Attributes
     ----------
     sample_distance : float
         Of VTK's images at rest, in voxels.
-    name : str
+    name : {"vtk", "raycast"}
         Which renderer it is, where it does not know itself.
-    smooth : float, optional
+    smooth_distance : float, optional
         Sample distance of the ray caster's images; by default the same.
     is_brief : bool
         Whether no image may take long, as another renderer draws soon.
-    sizes : Sizes, optional
-        What is known of the times of its images.
+    remark : str
+        One sentence on why this renderer draws; empty if it was asked for.
     """
 
-    def __init__(
-        self,
-        renderer: Renderer,
-        sample_distance: float,
-        name: RendererName = "raycast",
-        smooth: float | None = None,
-        is_brief: bool = False,
-        sizes: Sizes | None = None,
-    ) -> None:
-        self.renderer = renderer
-        self.sizes = sizes or Sizes()
-        self.sample_distance, self._smooth = sample_distance, smooth or sample_distance
-        self._name, self._is_brief = name, is_brief
+    renderer: Renderer
+    sample_distance: float
+    name: RendererName = "raycast"
+    smooth_distance: float | None = None
+    is_brief: bool = False
+    remark: str = ""
+    sizes: Sizes = field(default_factory=Sizes)
 
     @property
     def description(self) -> str:
         """Name of the renderer; where another one had to draw, the sentence that says so."""
-        name = RENDERER_NAMES["raycast" if self.by_raycast else self._name]
+        name = RENDERER_NAMES["raycast" if self.by_raycast else self.name]
         return getattr(self.renderer, "reason", "") or name
-
-    @property
-    def remark(self) -> str:
-        """One sentence on why this renderer draws; empty if it was asked for."""
-        return getattr(self.renderer, "remark", "")
 
     @property
     def by_raycast(self) -> bool:
         """Whether the ray caster draws."""
-        return getattr(self.renderer, "by_raycast", self._name == "raycast")
+        return getattr(self.renderer, "by_raycast", self.name == "raycast")
 
     @property
     def distance(self) -> float:
         """Distance between samples of images at rest, in voxels."""
-        return self._smooth if self.by_raycast else self.sample_distance
+        smooth = self.smooth_distance if self.by_raycast else None
+        return smooth or self.sample_distance
 
     def is_slow(self, whole: Raster) -> bool:
-        """Return whether something is to be seen before an image at rest."""
-        return self.sizes.is_slow(self.distance, whole)
+        """Return whether another renderer's image is to be seen before one at rest."""
+        return self.sizes.is_slow(self.distance, whole, SOON_SECONDS)
 
     def moving_raster(self, whole: Raster, seconds: float) -> Raster:
         """Return the pixels that there is time for while something moves."""
@@ -98,28 +96,28 @@ class Drawer:
     def moving(self, inputs: SceneInputs, raster: Raster) -> Image:
         """Draw an image while something moves."""
         image = self._drawn(inputs, raster, self._moving_distance)
-        return replace(image, stands_in=self._moving_distance != self.distance)
+        return replace(image, is_preview=self._moving_distance != self.distance)
 
     def resting(
         self,
         request: ImageRequest,
         watch: Watch,
         width: int = 0,
-        stand_in_limits: Sequence[float] = (),
+        preview_limits: Sequence[float] = (),
     ) -> Iterator[Image]:
         """Draw ever finer images.
 
         Parameters
         ----------
         width : int
-            That of the image which is shown; see :meth:`app.engines.sizes.Sizes.at_rest`.
-        stand_in_limits : sequence of float
+            That of the image which is shown; see :meth:`app.engines.pace.Sizes.at_rest`.
+        preview_limits : sequence of float
             Seconds that each may take where those of another renderer follow.
         """
-        limits = stand_in_limits or limits_of(request, self._is_brief)
+        limits = preview_limits or limits_of(request, self.is_brief)
         whole = request.quality.pixels
         coming = self.sizes.at_rest(
-            self.distance, whole, width, limits, must_end=not stand_in_limits
+            self.distance, whole, width, limits, must_end=not preview_limits
         )
         image, before = None, None
         for raster, is_last in coming:
@@ -127,33 +125,93 @@ class Drawer:
                 yield replace(image, is_last=is_last)
                 return
             before = raster
-            expected = self.sizes.expected(self.distance, raster.side)
-            seconds = expected or FIRST_GUESS_S * raster.columns * raster.rows
-            bands = min(math.ceil(seconds / BAND_S), MOST_BANDS)
-            image = self._drawn(request.inputs, raster, self.distance, bands, watch)
+            image = self._drawn(request.inputs, raster, self.distance, watch)
             yield replace(image, is_last=is_last)
 
+    def render(
+        self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch = UNWATCHED
+    ) -> Array:
+        """Render pixels with a distance between samples; given up where that is possible."""
+        renderer = self.renderer
+        if isinstance(renderer, VtkElsewhere):
+            return renderer.watched(inputs, raster, distance, watch)
+        asking = getattr(renderer, "asking", None)
+        with asking(watch.go_on) if asking else nullcontext():
+            return renderer.render(inputs, raster, distance)
+
     def _drawn(
-        self,
-        inputs: SceneInputs,
-        raster: Raster,
-        distance: float,
-        bands: int = 1,
-        watch: Watch = UNWATCHED,
+        self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch | None = None
     ) -> Image:
-        """Draw a band of rows after the other."""
         begun = time.perf_counter()
-        rgba = np.empty((*raster.shape, 4), dtype=np.float32)
-        for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
-            go_on_if(watch)
-            rgba[band.top : band.bottom] = self.renderer.render(inputs, band, distance)
+        if watch is None or self.by_raycast:
+            rgba = self.render(inputs, raster, distance, watch or UNWATCHED)
+        else:
+            rgba = self._in_bands(inputs, raster, distance, watch)
         seconds = time.perf_counter() - begun
         self.sizes.note(distance, raster.side, seconds)
         return Image(rgba, seconds, self.description, by_raycast=self.by_raycast)
 
+    def _in_bands(
+        self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch
+    ) -> Array:
+        expected = self.sizes.expected(distance, raster.side)
+        seconds = expected or FIRST_GUESS_S * raster.columns * raster.rows
+        bands = min(math.ceil(seconds / BAND_S), MOST_BANDS)
+        rgba = np.empty((*raster.shape, 4), dtype=np.float32)
+        for band in raster.tiles(raster.columns, math.ceil(raster.rows / bands)):
+            watch.go_on()
+            rgba[band.top : band.bottom] = self.render(inputs, band, distance, watch)
+        return rgba
+
     @property
     def _moving_distance(self) -> float:
         return self.distance * (1.0 if self.by_raycast else LIVE_COARSENESS)
+
+
+class VtkElsewhere:
+    """VTK as a renderer in a thread of its own, which opens, uses and closes it.
+
+    So neither its opening nor its image holds up what another renderer draws meanwhile.
+    """
+
+    def __init__(self, open_vtk: Callable[[], FallbackRenderer]) -> None:
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="vtk")
+        self._opening = self._thread.submit(open_vtk)
+        self.sample_distance = 0.0
+
+    def opened(self, watch: Watch) -> FallbackRenderer:
+        """Wait until it is open, and return it."""
+        vtk = _awaited(self._opening, watch)
+        self.sample_distance = vtk.sample_distance
+        return vtk
+
+    @property
+    def reason(self) -> str:
+        """Sentence on what VTK failed in, so that the ray caster draws; empty if it did not."""
+        return self._opening.result().reason
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+        return self._opening.result().by_raycast
+
+    def render(
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+    ) -> Array:
+        """Render one image; see :class:`model.rendering.renderer.Renderer`."""
+        return self.watched(inputs, size, sample_distance, UNWATCHED)
+
+    def watched(
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None, watch: Watch
+    ) -> Array:
+        """Render one image, and do not wait for it once it is no longer wanted."""
+        render = self._opening.result().render
+        return _awaited(self._thread.submit(render, inputs, size, sample_distance), watch)
+
+    def close(self) -> None:
+        """Release VTK, once it has drawn what it was asked for."""
+        self._thread.submit(lambda: self._opening.result().close())
+        self._thread.shutdown()
 
 
 def limits_of(request: ImageRequest, is_brief: bool = False) -> tuple[float, ...]:
@@ -165,7 +223,7 @@ def limits_of(request: ImageRequest, is_brief: bool = False) -> tuple[float, ...
     return SOON_SECONDS, REST_SECONDS, LONGEST_SECONDS
 
 
-def go_on_if(watch: Callable[[], bool]) -> None:
-    """Give up an answer that nobody waits for any more."""
-    if not watch():
-        raise SupersededError
+def _awaited(coming: Future[_T], watch: Watch) -> _T:
+    while not wait([coming], PATIENCE_S).done:
+        watch.go_on()
+    return coming.result()

@@ -18,24 +18,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.drawer import Drawer
-from app.engines.image import Image
-from app.engines.renderer_engine import RendererEngine
+from app.engines.pace import FIRST_SCALE, FIRST_SLOW_SCALE, Sizes
+from app.engines.renderer_engine import ReferenceEngine, RendererEngine
 from app.engines.requests import (
     UNWATCHED,
     Array,
     BatchRequest,
     Engine,
+    Image,
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
-    TradeRequest,
     ValueSensitivityRequest,
-    ValueVisibilityRequest,
-    VisibilityRequest,
     Watch,
 )
-from app.engines.sizes import FIRST_SCALE, FIRST_SLOW_SCALE, Sizes
-from model.errors import NotOfferedError
 from model.kernel_cache import KernelGroup
 from model.rendering.renderer import Renderer, smooth_distance
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
@@ -63,19 +59,21 @@ BACKEND_NAMES: dict[BackendName, str] = {
 }
 
 
+SOFT_REMARK = "Soft light is the ray caster's."
+"""Why VTK does not draw soft light."""
+
+
 @dataclass(frozen=True)
 class ReferenceSettings:
     """Settings of the reference renderer.
 
     Attributes
     ----------
-    lighting : {"none", "direct", "soft", "path"}
-    light : LightDirection or None
     sample_distance : float
         Sample distance of VTK's final images and of derivatives, in voxels; see
         :func:`model.rendering.renderer.smooth_distance` for the ray caster's.
     renderer : "auto" or a renderer's name
-        "auto" for VTK, and for the ray caster where it draws the same without a graphics card.
+        "auto" for VTK at rest, and the ray caster while something moves.
     denoises : bool
         Whether path-traced pictures are denoised, where the package for it is installed.
     samples : int
@@ -83,6 +81,9 @@ class ReferenceSettings:
     passes : bool
         Whether another renderer draws soon, once its kernels are compiled: until then no image
         takes long, and nothing draws in VTK's place.
+    is_truth : bool
+        Whether a generator's image is compared with it. Then "auto" has VTK draw at rest without
+        a graphics card, too; else the ray caster draws there, which is several times as fast.
     """
 
     lighting: Lighting = "none"
@@ -92,11 +93,7 @@ class ReferenceSettings:
     denoises: bool = True
     samples: int = 64
     passes: bool = False
-
-    @classmethod
-    def of(cls, scene: Scene) -> ReferenceSettings:
-        """Return lighting, light and sample distance of a generator's training images."""
-        return cls(scene.lighting, scene.light, scene.sample_distance)
+    is_truth: bool = False
 
     @property
     def smooth_distance(self) -> float:
@@ -124,15 +121,14 @@ class Builders:
     kernels: Callable[[Volume, ReferenceSettings], tuple[KernelGroup, ...]] = lambda *_: ()
 
 
-class GeneratorEngine:
+class GeneratorEngine(Engine):
     """A trained generator as an engine; images always have the generator's size."""
 
-    remark = ""
-    image_error = None
+    scene: Scene
     draws_codes = True
 
     def __init__(self, generator: Generator) -> None:
-        self._generator = generator
+        self._generator, self.scene = generator, generator.scene
         self._differentiated: tuple[object, Sensitivity] | None = None
 
     @property
@@ -143,20 +139,11 @@ class GeneratorEngine:
         words = [device, BACKEND_NAMES[name], "" if precision == "float32" else precision]
         return ", ".join(filter(None, words))
 
-    @property
-    def scene(self) -> Scene:
-        """Scene that the generator was trained on."""
-        return self._generator.scene
-
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Generate one image."""
         begun = time.perf_counter()
         rgba = self._generator.render(request.inputs)
         yield Image(rgba, time.perf_counter() - begun, self.description)
-
-    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
-        """Not supported: generators have one size."""
-        raise NotOfferedError("A generator's images have one size.")
 
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Generate an image; its size is the generator's."""
@@ -200,21 +187,10 @@ class GeneratorEngine:
             self._differentiated = question, found
         return self._differentiated[1]
 
-    def visibility(self, request: VisibilityRequest) -> Array:
-        """Not supported: generators have no samples along rays."""
-        raise NotOfferedError("A generator does not know which scalar values are visible.")
-
-    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
-        """Not supported: generators have no samples along rays."""
-        raise NotOfferedError("A generator does not know where scalar values are visible.")
-
     def latent_images(self, request: BatchRequest) -> Array:
         """Generate images from latent codes in one pass."""
         codes = np.array(request.codes, dtype=np.float32)
         return self._generator.render_latent(codes, request.inputs)
-
-    def close(self) -> None:
-        """Do nothing: the weights are released with the object."""
 
 
 def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None = None) -> Volume:
@@ -227,34 +203,28 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     from model.rendering.fallback import FallbackRenderer
     from model.rendering.renderer import open_renderer
 
-    place = volume, settings.lighting, settings.light, settings.sample_distance
-    if settings.lighting == "path":
+    name, lighting = settings.renderer, settings.lighting
+    place = volume, lighting, settings.light, settings.sample_distance
+    if lighting == "path":
         return _path_tracing_engine(volume, settings)
-    if settings.renderer == "raycast":
-        return RendererEngine(_drawer(settings, open_renderer("raycast", *place), "raycast"))
-    if settings.passes and settings.renderer == "vtk":
+    if settings.passes and name == "vtk":
         return RendererEngine(_drawer(settings, open_renderer("vtk", *place)))
-    if settings.renderer == "vtk" or settings.lighting == "soft":
+    if name == "vtk" and lighting != "soft":
         return RendererEngine(_drawer(settings, FallbackRenderer(*place)))
-    from app.engines.reference_engine import ReferenceEngine
+    drawer = _drawer(settings, open_renderer("raycast", *place), "raycast")
+    if name == "raycast":
+        return RendererEngine(drawer)
+    if lighting == "soft":
+        return RendererEngine(replace(drawer, remark=SOFT_REMARK))
+    spares = not settings.is_truth
+    caster = drawer.renderer
+    return ReferenceEngine(drawer, partial(FallbackRenderer, *place, spares, caster))
 
-    def open_final(drawer: Drawer) -> Drawer:
-        vtk = FallbackRenderer(*place, spares_processor=True, ray_caster=drawer.renderer)
-        return _drawer(settings, vtk, sizes=drawer.sizes if vtk.by_raycast else None)
 
-    ray_caster = _drawer(settings, open_renderer("raycast", *place), "raycast")
-    return ReferenceEngine(ray_caster, open_final)
-
-
-def _drawer(
-    settings: ReferenceSettings,
-    renderer: Renderer,
-    name: RendererName = "vtk",
-    sizes: Sizes | None = None,
-) -> Drawer:
-    sizes = sizes or Sizes(FIRST_SLOW_SCALE if settings.lighting == "soft" else FIRST_SCALE)
+def _drawer(settings: ReferenceSettings, renderer: Renderer, name: RendererName = "vtk") -> Drawer:
+    sizes = Sizes(FIRST_SLOW_SCALE if settings.lighting == "soft" else FIRST_SCALE)
     distances = settings.sample_distance, settings.smooth_distance
-    return Drawer(renderer, distances[0], name, distances[1], settings.passes, sizes)
+    return Drawer(renderer, distances[0], name, distances[1], settings.passes, sizes=sizes)
 
 
 def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
@@ -272,8 +242,8 @@ def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     def open_soft() -> Drawer:
         return _drawer(soft, open_renderer("raycast", volume, PATH_FIELDS, *place), "raycast")
 
-    may_stand_in = open_soft if settings.renderer == "auto" else None
-    return PathTracingEngine(refining, settings.sample_distance, release, may_stand_in)
+    may_preview = open_soft if settings.renderer == "auto" else None
+    return PathTracingEngine(refining, settings.sample_distance, release, may_preview)
 
 
 def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
@@ -281,13 +251,13 @@ def _analyst_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     for library in ("cmap", "scipy.ndimage", "skimage.measure", "skimage.transform"):
         import_module(library)
     if settings.lighting == "path":
-        from app.engines.stand_in import StandInEngine
+        from app.engines.path_tracing import PathAnalyst
         from model.rendering.path_tracing import denoising
 
         is_clean = settings.denoises and denoising.installed()
         tracing = partial(_reference_engine, volume, settings) if is_clean else None
         place = settings.light, settings.sample_distance
-        return StandInEngine(volume, *place, tracing)
+        return PathAnalyst(volume, *place, tracing)
     return _reference_engine(volume, replace(settings, renderer="raycast"))
 
 
@@ -317,7 +287,7 @@ def _kernels(volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, 
         )
     return (
         KernelGroup(voxels, "path", "images"),
-        # In it, path-traced pictures are finished, and the analyst draws.
+        # Path-traced pictures need it, and the analyst draws in it.
         KernelGroup(voxels, PATH_FIELDS, "images"),
         KernelGroup(voxels, PATH_FIELDS, "questions"),
         KernelGroup(voxels, PATH_CURVES, "questions"),

@@ -1,4 +1,4 @@
-"""Stops of the slider from fast to exact: what an image may take in motion, and owe at rest."""
+"""The trade of speed for accuracy: the stops of its slider, and the error of coarser images."""
 
 from __future__ import annotations
 
@@ -6,8 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from app.engines.quality import GOOD_ENOUGH
+import numpy as np
+from numpy.typing import NDArray
+
 from model.scene.scene import Lighting
+
+GOOD_ENOUGH = 0.003
+"""Error of an image, root mean square of its colours, that no eye sees: less than an 8-bit step."""
 
 USUAL_SECONDS = 1 / 12
 """Time that an image may take while something moves, without a choice."""
@@ -15,8 +20,16 @@ USUAL_SECONDS = 1 / 12
 MOST_PATIENCE = 2.0
 """Longest time of answers other than images, as a multiple of the usual one."""
 
+REFINING_SECONDS = 15.0
+"""Time within which path-traced light is refined: samples that would end later are not begun."""
+
+COMPARED = 128
+"""Pixels along each side, at most, by which two images are compared."""
+
 Stop = Literal["fast", "balanced", "exact"]
 """Name of a stop."""
+
+Rgba = NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -33,12 +46,15 @@ class Exactness:
         Most samples of each of its pixels.
     distance : float or None
         Between samples of the ray caster and of VTK at rest, in voxels; None for the usual one.
+    refining_seconds : float
+        Time that a path-traced image at rest may take.
     """
 
     live_seconds: float
     error: float
     samples: int
     distance: float | None = None
+    refining_seconds: float = REFINING_SECONDS
 
     @property
     def patience(self) -> float:
@@ -46,10 +62,7 @@ class Exactness:
         return min(self.live_seconds / USUAL_SECONDS, MOST_PATIENCE)
 
     def distance_in(self, lighting: Lighting) -> float | None:
-        """Return the distance between samples under a light; None for the usual one.
-
-        Paths have no steps.
-        """
+        """Return the distance between samples under a light, which paths do not have."""
         return None if lighting == "path" else self.distance
 
 
@@ -57,9 +70,34 @@ STOPS: dict[Stop, Exactness] = {
     # From 32 to 64 samples, a denoised image takes twice the time and loses a tenth of its error.
     "fast": Exactness(1 / 30, 0.012, 32),
     "balanced": Exactness(USUAL_SECONDS, GOOD_ENOUGH, 32),
-    "exact": Exactness(math.inf, 0.001, 1024, 0.25),
+    "exact": Exactness(math.inf, 0.001, 1024, 0.25, math.inf),
 }
 """The fastest first."""
 
 USUAL: Stop = "balanced"
-"""The stop that there is without a choice."""
+"""The stop without a choice."""
+
+
+def distance(coarse: Rgba, fine: Rgba) -> float:
+    """Root mean squared difference of two images' colours, as a screen shows them.
+
+    The coarse one is interpolated linearly at a grid of the other one's pixels.
+    """
+    places = [_grid(count) for count in fine.shape[:2]]
+    truth = fine[np.ix_(*places)][..., :3]
+    found = coarse[..., :3]
+    for axis in (0, 1):
+        have = coarse.shape[axis]
+        at = np.clip((places[axis] + 0.5) * have / fine.shape[axis] - 0.5, 0, have - 1)
+        before = np.floor(at).astype(np.intp)
+        part = (at - before).astype(np.float32).reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
+        after = np.minimum(before + 1, have - 1)
+        found = np.take(found, before, axis) * (1 - part) + np.take(found, after, axis) * part
+    one, other = (np.clip(np.nan_to_num(image), 0, 1) for image in (found, truth))
+    return float(np.sqrt(np.mean((one - other).astype(np.float64) ** 2)))
+
+
+def _grid(count: int) -> NDArray[np.intp]:
+    """Places of at most :data:`COMPARED` pixels, evenly over all of them."""
+    chosen = min(count, COMPARED)
+    return ((np.arange(chosen) + 0.5) * count / chosen).astype(np.intp)

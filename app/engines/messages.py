@@ -4,45 +4,37 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from app.engines.requests import Request
+from app.engines.requests import Array, Image, Request
 from model.errors import TfscopeError
 from model.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """Result of a request: an array or an error, never both. Several, where images become better.
+    """Result of a request: an image or another array, or an error, which is one sentence.
 
-    Attributes
-    ----------
-    value : ndarray of float32, or None
-        Array of the shape given by the request's class.
-    error : str or None
-        One sentence for the user.
-    seconds : float
-        Computation time.
-    description, remark : str
-        The engine's, which may change as it falls back on another renderer; "" for as before.
-    is_last, by_raycast, stands_in, samples
-        Of an image; see :class:`app.engines.image.Image`.
-    image_error : float or None
-        Its `error`, or that of a picture to save.
+    There are several where images become better. The remark is the engine's; "" for as before.
     """
 
     request: Request
-    value: NDArray[np.float32] | None
-    error: str | None
-    seconds: float
-    description: str = ""
+    image: Image | None
+    error: str | None = None
     remark: str = ""
-    is_last: bool = True
-    by_raycast: bool = False
-    stands_in: bool = False
-    samples: int = 1
-    image_error: float | None = None
+
+    @property
+    def value(self) -> Array | None:
+        """Array of the shape given by the request's class; None for an error."""
+        return None if self.image is None else self.image.rgba
+
+    @property
+    def seconds(self) -> float:
+        """Computation time."""
+        return 0.0 if self.image is None else self.image.seconds
+
+    @property
+    def is_last(self) -> bool:
+        """Whether nothing better follows."""
+        return self.image is None or self.image.is_last
 
 
 @dataclass(frozen=True)
@@ -53,25 +45,9 @@ class Progress:
     part: float
 
 
-class SupersededError(Exception):
-    """Raised by an engine that gives up an answer nobody waits for any more."""
-
-
 @dataclass(frozen=True)
 class EngineReady:
-    """Message that an engine is built and accepts requests.
-
-    Attributes
-    ----------
-    description : str
-        Device and backend, for display; may be empty.
-    scene : Scene or None
-        Scene that a generator was trained on; None for renderers.
-    draws_codes : bool
-        Whether it draws images from latent codes.
-    remark : str
-        One sentence on why this one draws, and no other; may be empty.
-    """
+    """Message that an engine is built; see :class:`app.engines.requests.Engine`."""
 
     description: str
     scene: Scene | None

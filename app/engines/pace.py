@@ -1,9 +1,35 @@
-"""Sizes of images that keep up with the mouse, by the time that they took before."""
+"""How many pixels there is time for, by the time that earlier images and answers took."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
+from model.rendering.raster import TIME_GROWTH, Raster
+
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)
-"""Sizes of a picture, as fractions of the whole one."""
+"""Sizes of an image, as fractions of the whole one."""
+
+SOON_SECONDS = 0.2
+"""Time that a first, coarse image at rest may take, where all pixels take longer than is waited."""
+
+SHARP_SECONDS = 0.6
+"""Time of all pixels up to which no coarser image comes before: that would only hold them up."""
+
+REST_SECONDS = 3.0
+"""Time that the image after a first, coarse one may take."""
+
+LONGEST_SECONDS = 120.0
+"""Time that an image of all pixels may take, unless their number is the user's choice; otherwise
+there are as many as that allows."""
+
+FINER = 1.2
+"""Smallest factor by which the next image is wider."""
+
+FIRST_SIZE = 384
+"""Largest side of the first image, before it is known how long its pixels take."""
+
+FIRST_SCALE, FIRST_SLOW_SCALE = 0.35, 0.25
+"""Parts of the width that it has, without and with light that takes long."""
 
 
 class Pace:
@@ -46,12 +72,12 @@ class Pace:
         return None if per_pixel is None else per_pixel * self._pixels(size)
 
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
-        """Return the largest of :data:`SCALES` at which a picture takes at most some seconds.
+        """Return the largest of :data:`SCALES` at which an image takes at most some seconds.
 
         Parameters
         ----------
         size : float
-            Of the whole picture: the square root of its number of pixels.
+            Of the whole image: the square root of its number of pixels.
         first : float
             Scale as long as nothing is known.
         """
@@ -65,3 +91,60 @@ class Pace:
     def _pixels(self, size: float) -> float:
         """Number of pixels, as far as it counts."""
         return float(size ** (2 * self._growth))
+
+
+class Sizes(Pace):
+    """Chooses the pixels of images; the first one has a part of the width."""
+
+    def __init__(self, first: float = FIRST_SCALE) -> None:
+        # Of small images a good part of the time has nothing to do with their pixels.
+        super().__init__(TIME_GROWTH)
+        self._first_part = first
+
+    def is_slow(self, kind: object, raster: Raster, seconds: float = SHARP_SECONDS) -> bool:
+        """Return whether a coarse image comes before one of these pixels."""
+        expected = self.expected(kind, raster.side)
+        return expected is None or expected > seconds
+
+    def within(self, kind: object, whole: Raster, seconds: float) -> Raster:
+        """Return the most pixels, at most the whole image's, that there is time for."""
+        first = min(self._first_part, FIRST_SIZE / whole.side)
+        return whole.scaled(self.scale(kind, whole.side, seconds, first))
+
+    def at_rest(
+        self,
+        kind: object,
+        whole: Raster,
+        width: int,
+        limits: Sequence[float],
+        must_end: bool = True,
+    ) -> Iterator[tuple[Raster, bool]]:
+        """Yield the pixels of ever finer images, and whether it is the last.
+
+        How long one of them took, which is noted meanwhile, tells the size of the next.
+
+        Parameters
+        ----------
+        width : int
+            That of the image which is shown; 0 if there is none. None but the last is coarser,
+            which is as fine as those before at least.
+        limits : sequence of float
+            Seconds that each may take.
+        must_end : bool
+            Whether the last is wanted even if it is coarser.
+        """
+        finest = None
+        if not self.is_slow(kind, whole):
+            limits = limits[-1:]
+        for number, seconds in enumerate(limits, 1):
+            is_last = number == len(limits)
+            is_known = self.expected(kind, whole.side) is not None
+            raster = whole if is_last and not is_known else self.within(kind, whole, seconds)
+            is_last = is_last or raster.width >= whole.width
+            if finest is not None and raster.width <= FINER * finest.width:
+                raster = finest
+            if raster.width > FINER * width or (is_last and must_end):
+                finest, width = raster, raster.width
+                yield raster, is_last
+            if is_last:
+                return

@@ -1,26 +1,36 @@
-"""The path tracer as an engine, whose images have ever more samples."""
+"""Path-traced light: the path tracer as an engine, and the analyst under that light."""
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-
-import numpy as np
-from numpy.typing import NDArray
+from itertools import count
 
 from app.engines.drawer import Drawer, limits_of
-from app.engines.image import Image
-from app.engines.messages import SupersededError
-from app.engines.renderer_engine import TILE, RendererEngine
-from app.engines.requests import UNWATCHED, Array, ImageRequest, PictureRequest, Request, Watch
-from app.engines.sizes import FINER, FIRST_SLOW_SCALE, SOON_SECONDS, Sizes
+from app.engines.pace import FINER, FIRST_SLOW_SCALE, SOON_SECONDS, Sizes
+from app.engines.renderer_engine import RendererEngine
+from app.engines.requests import (
+    UNWATCHED,
+    Array,
+    BatchRequest,
+    Engine,
+    Image,
+    ImageRequest,
+    PictureRequest,
+    Request,
+    SupersededError,
+    Watch,
+)
 from model.rendering.path_tracing.coarse_light import SIDE
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 from model.rendering.path_tracing.renderer import questions
 from model.rendering.raster import Raster
+from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
+from model.scene.light import LightDirection
+from model.scene.scene import PATH_CURVES, PATH_FIELDS
+from model.scene.volume import Volume
 
 MOVING, SAMPLE = "moving", "one sample of each pixel"
 """Kinds of images, whose times are measured."""
@@ -29,14 +39,23 @@ FEW_CLEAN, FEW = 1, 16
 """Samples of each pixel of small pictures, where they are cleaned and where they are not."""
 
 MARGIN = 64
-"""Pixels around a tile of a picture to save."""
+"""Pixels around a tile of a picture to save: what takes the noise out looks around each pixel."""
+
+FIRST_GUESS_S = 5e-6
+"""Expected time of a traced pixel before the first: that on two cores."""
+
+TRACED_SECONDS = 2.0
+"""Time of several small pictures up to which they are traced."""
+
+FORGOTTEN = 0.8
+"""Factor of the expected time each time that it was too long."""
 
 
 class PathTracingEngine(RendererEngine):
-    """The path tracer as an engine, which counts an image's samples, and estimates its error.
+    """The path tracer as an engine: images have ever more samples, and an estimated error.
 
-    While something moves, several pixels share their light. Where nothing cleans, the ray caster
-    draws then, in soft light.
+    While something moves, several pixels share their light. Without a denoiser the ray caster
+    draws then, in soft light, if it may.
 
     Parameters
     ----------
@@ -45,7 +64,7 @@ class PathTracingEngine(RendererEngine):
     sample_distance : float
         Of final images, in voxels.
     release : callable
-        Releases what cleans.
+        Releases the denoiser.
     open_soft : callable, optional
         Opens the ray caster in soft light; None to do without.
     """
@@ -62,35 +81,35 @@ class PathTracingEngine(RendererEngine):
         self._release, self._open_soft = release, open_soft
         self._soft: Drawer | None = None
         self._sizes = Sizes(FIRST_SLOW_SCALE)
-        self._said = ""
-        # What is traced, how it goes on and how far it has got.
+        self._details = ""
+        # What is traced, what comes of it, and what has come, in how many seconds all together.
         self._traced: tuple[SceneInputs, Raster] | None = None
         self._coming: Iterator[Refined] = iter(())
         self._last: Refined | None = None
-        self._seconds = 0.0
+        self._seconds = self._spent = 0.0
         self._watch = UNWATCHED
 
     @property
     def description(self) -> str:
         """Name of the renderer, and what it says of its last image."""
-        return f"path tracer{self._said}"
+        return f"path tracer{self._details}"
 
     def _moving_raster(self, whole: Raster, seconds: float) -> Raster:
-        if self._stand_in is not None:
-            return self._stand_in.moving_raster(whole, seconds)
+        if self._preview is not None:
+            return self._preview.moving_raster(whole, seconds)
         return self._sizes.within(MOVING, whole, seconds)
 
     def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
-        if self._stand_in is not None:
-            return replace(self._stand_in.moving(request.inputs, raster), stands_in=True)
+        if self._preview is not None:
+            return replace(self._preview.moving(request.inputs, raster), is_preview=True)
         begun = time.perf_counter()
-        found = self._refining.moving(request.inputs, raster, watch, self._distance)
+        found = self._refining.moving(request.inputs, raster, watch.is_wanted, self._distance)
         if found is None:
             raise SupersededError
         self._seconds = time.perf_counter() - begun
         self._sizes.note(MOVING, raster.side, self._seconds)
-        said = f", light of 1 in {SIDE**2} pixels, {found.deed}" if found.deed else ""
-        return self._image(found, said)
+        details = f", light of 1 in {SIDE**2} pixels, {found.deed}" if found.deed else ""
+        return self._image(found, details)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
         """Trace more and more samples of each pixel, on from where the same scene's image ended.
@@ -100,7 +119,7 @@ class PathTracingEngine(RendererEngine):
         inputs, whole = request.inputs, request.quality.pixels
         if self._last is not None and self._traced is not None and self._traced[0] == inputs:
             width = max(width, self._last.rgba.shape[1])
-        if width < whole.width and self._sizes.is_slow(SAMPLE, whole):
+        if width < whole.width and self._sizes.is_slow(SAMPLE, whole, SOON_SECONDS):
             for image in self._first(request, watch, width):
                 yield replace(image, is_last=False)
                 width = image.width
@@ -111,9 +130,9 @@ class PathTracingEngine(RendererEngine):
     def _first(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
         """Draw what is seen before the first sample of each pixel."""
         whole = request.quality.pixels
-        if self._stand_in is not None:
-            for image in self._stand_in.resting(request, watch, width, (SOON_SECONDS,)):
-                yield replace(image, stands_in=True)
+        if self._preview is not None:
+            for image in self._preview.resting(request, watch, width, (SOON_SECONDS,)):
+                yield replace(image, is_preview=True)
             return
         raster = self._sizes.within(MOVING, whole, SOON_SECONDS)
         if raster.width > FINER * width:
@@ -126,97 +145,145 @@ class PathTracingEngine(RendererEngine):
         self._watch = watch
         if self._traced != (request.inputs, raster):
             self._traced, self._last = (request.inputs, raster), None
+            self._spent = 0.0
             self._coming = self._refining.refined(
-                request.inputs, raster, MOST_SAMPLES, lambda: self._watch(), self._distance
+                request.inputs, raster, MOST_SAMPLES, self._is_wanted, self._distance
             )
         found, stop = self._last or self._go_on(raster), request.stop
         while True:
-            said = f", {found.samples} sample{'s' * (found.samples > 1)}"
-            said += f", {found.deed}" if found.deed else ""
+            details = f", {found.samples} sample{'s' * (found.samples > 1)}"
+            details += f", {found.deed}" if found.deed else ""
             is_enough = found.samples >= stop.samples or found.error <= stop.error
-            yield replace(self._image(found, said), is_last=is_last and is_enough)
+            # The next one has twice the samples.
+            is_enough = is_enough or 2 * self._spent > stop.refining_seconds
+            yield replace(self._image(found, details), is_last=is_last and is_enough)
             if is_enough or not is_last:
                 return
             found = self._go_on(raster)
+
+    def _is_wanted(self) -> bool:
+        return self._watch.is_wanted()
 
     def _go_on(self, raster: Raster) -> Refined:
         """Trace more samples."""
         begun = time.perf_counter()
         self._last = next(self._coming, None)
         if self._last is None:
-            # It has ended, as nobody wants it.
+            # It has ended, as it is no longer wanted.
             self._traced = None
             raise SupersededError
         self._seconds = time.perf_counter() - begun
+        self._spent += self._seconds
         if self._last.samples == 1:
             self._sizes.note(SAMPLE, raster.side, self._seconds)
         return self._last
 
-    def _image(self, found: Refined, said: str) -> Image:
-        self._said = said
+    def _image(self, found: Refined, details: str) -> Image:
+        self._details = details
         samples, error = found.samples, found.error
         return Image(found.rgba, self._seconds, self.description, samples=samples, error=error)
 
     @property
-    def _stand_in(self) -> Drawer | None:
+    def _preview(self) -> Drawer | None:
         """The ray caster in soft light, where it draws what moves."""
         if self._soft is None and self._open_soft is not None and not self._refining.cleans:
             self._soft = self._open_soft()
         return self._soft
 
-    def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, watch: Watch) -> Array:
+    def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
         """Trace a small image of few samples."""
-        renderer = self._refining
-        samples = FEW_CLEAN if renderer.cleans else FEW
-        drawn = renderer.drawn(inputs, pixels, samples, watch, distance)
+        renderer, quality = self._refining, request.quality
+        samples, apart = FEW_CLEAN if renderer.cleans else FEW, quality.coarseness * self._distance
+        return self._whole(inputs, quality.pixels, samples, watch.is_wanted, apart).rgba
+
+    def _tile(
+        self, request: PictureRequest, tile: Raster, watch: Watch
+    ) -> tuple[Array, float | None]:
+        """Trace a tile, with the samples that the request asks for, or as many as are usual."""
+        quality, wide, asked = request.quality, tile.grown(MARGIN), count(1)
+        samples = quality.samples if quality.samples > 1 else self._refining.samples
+        share = 1 / questions(wide, samples)
+
+        def is_wanted() -> bool:
+            watch.note(next(asked) * share)
+            return watch.is_wanted()
+
+        drawn = self._whole(request.inputs, wide, samples, is_wanted, self._distance)
+        top, left = tile.top - wide.top, tile.left - wide.left
+        return drawn.rgba[top : top + tile.rows, left : left + tile.columns], drawn.error
+
+    def _whole(
+        self,
+        inputs: SceneInputs,
+        raster: Raster,
+        samples: int,
+        is_wanted: Callable[[], bool],
+        distance: float,
+    ) -> Refined:
+        drawn = self._refining.drawn(inputs, raster, samples, is_wanted, distance)
         if drawn is None:
             raise SupersededError
-        return drawn.rgba
-
-    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
-        """Trace a picture of any size, tile by tile, with the samples that the request asks for.
-
-        Tiles are drawn with a margin: what takes the noise out looks around each pixel.
-        """
-        quality, renderer = request.quality, self._refining
-        whole, distance = quality.pixels, self._distance
-        samples = quality.samples if quality.samples > 1 else renderer.samples
-        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
-        squares = 0.0
-        tiles = list(whole.tiles(TILE, TILE))
-        for number, tile in enumerate(tiles):
-            wide = tile.grown(MARGIN)
-            counting = _Counting(watch, number / len(tiles), 1 / len(tiles), wide, samples)
-            drawn = renderer.drawn(request.inputs, wide, samples, counting, distance)
-            if drawn is None:
-                raise SupersededError
-            top, left = tile.top - wide.top, tile.left - wide.left
-            image = drawn.rgba[top : top + tile.rows, left : left + tile.columns]
-            part = picture[tile.top : tile.bottom, tile.left : tile.right]
-            part[...] = np.rint(255 * image)
-            squares += drawn.error**2 * tile.rows * tile.columns
-        self.image_error = math.sqrt(squares / (whole.height * whole.width))
-        return picture
+        return drawn
 
     def close(self) -> None:
-        """End the tracer and the ray caster, and release what cleans."""
+        """End the tracer and the ray caster, and release the denoiser."""
         super().close()
         if self._soft is not None:
             self._soft.renderer.close()
         self._release()
 
 
-class _Counting:
-    """Notes how far a tile has got by how often it was asked whether that is wanted."""
+class PathAnalyst(RendererEngine):
+    """The analyst under path-traced light, in soft light, which is nearest to it.
+
+    Fields of values are in soft light, too; curves of regions are unlit.
+
+    Parameters
+    ----------
+    sample_distance : float
+        Of final images, in voxels.
+    tracing : callable, optional
+        Builds what traces small pictures that are wanted so, where there is time for them.
+    """
 
     def __init__(
-        self, watch: Watch, begun: float, share: float, tile: Raster, samples: int
+        self,
+        volume: Volume,
+        light: LightDirection | None,
+        sample_distance: float,
+        tracing: Callable[[], Engine] | None = None,
     ) -> None:
-        self._watch, self._begun = watch, begun
-        self._part = share / questions(tile, samples)
-        self._asked = 0
+        place = light, sample_distance
+        super().__init__(Drawer(RaycastRenderer(volume, PATH_FIELDS, *place), sample_distance))
+        self._curves, self._tracing = RaycastRenderer(volume, PATH_CURVES, *place), tracing
+        self._tracer: Engine | None = None
+        self._traced_seconds = FIRST_GUESS_S
 
-    def __call__(self) -> bool:
-        self._asked += 1
-        self._watch.note(self._begun + self._asked * self._part)
-        return self._watch()
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
+        """Trace the images if that is wanted and fast enough; else draw them in soft light."""
+        pixels = request.quality.pixels
+        count = pixels.columns * pixels.rows * (1 + len(request.more))
+        if not request.traced or self._tracing is None:
+            return super().images(request, watch)
+        if self._traced_seconds * count > TRACED_SECONDS:
+            # The processors may have been busy: another time it is tried again.
+            self._traced_seconds *= FORGOTTEN
+            return super().images(request, watch)
+        if self._tracer is None:
+            self._tracer = self._tracing()
+            # What is loaded then says nothing of the next ones.
+            self._tracer.images(replace(request, more=()), watch)
+        begun = time.perf_counter()
+        images = self._tracer.images(request, watch)
+        self._traced_seconds = (time.perf_counter() - begun) / count
+        return images
+
+    def close(self) -> None:
+        """Release all of them."""
+        super().close()
+        self._curves.close()
+        if self._tracer is not None:
+            self._tracer.close()
+
+    def _of_curves(self) -> RaycastRenderer:
+        return self._curves

@@ -7,11 +7,11 @@ from typing import cast
 import numpy as np
 
 from app.engines.drawer import Drawer
-from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     Engine,
     ImageRequest,
+    Quality,
     RegionSensitivityRequest,
     ValueSensitivityRequest,
     ValueVisibilityRequest,

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.engines.drawer import Drawer, go_on_if
-from app.engines.image import Image
+from app.engines.drawer import Drawer, VtkElsewhere
+from app.engines.exactness import distance
+from app.engines.pace import SCALES, SOON_SECONDS, Sizes
 from app.engines.requests import (
     UNWATCHED,
     Array,
     BatchRequest,
+    Engine,
+    Image,
     ImageRequest,
     PictureRequest,
     RegionSensitivityRequest,
@@ -25,31 +29,24 @@ from app.engines.requests import (
     VisibilityRequest,
     Watch,
 )
-from app.engines.trade import traded
 from model.errors import NotOfferedError
+from model.rendering.fallback import FallbackRenderer
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
 
 if TYPE_CHECKING:
-    from model.rendering.raster import Raster
     from model.rendering.raycast.renderer import RaycastRenderer
-    from model.scene.inputs import SceneInputs
 
 TILE = 1024
 """Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
 
+PREVIEW_SECONDS = 1.5
+"""Time that the ray caster's image at rest may take, which is shown until VTK's is there."""
 
-class RendererEngine:
-    """One renderer as an engine.
 
-    Parameters
-    ----------
-    drawer : Drawer
-        Draws its images.
-    """
-
-    scene = None
-    draws_codes = False
-    image_error: float | None = None
+class RendererEngine(Engine):
+    """One renderer as an engine."""
 
     def __init__(self, drawer: Drawer) -> None:
         self._drawer = drawer
@@ -81,7 +78,7 @@ class RendererEngine:
             self._finest = None
         width = 0 if self._finest is None else self._finest[1].width
         for image in self._resting(request, watch, width):
-            if not image.stands_in:
+            if not image.is_preview:
                 self._finest = inputs, image
             yield image
 
@@ -90,7 +87,83 @@ class RendererEngine:
         if self._finest is None or self._finest[0] != request.inputs:
             raise NotOfferedError("There is no image at rest to measure others against.")
         whole, (_inputs, truth) = request.quality.pixels, self._finest
-        return traded(partial(self._moving, request, watch=watch), whole, truth.rgba, watch)
+        found: list[tuple[float, float]] = []
+        for scale in sorted(SCALES):
+            watch.go_on()
+            watch.note(len(found) / len(SCALES))
+            image = self._moving(request, whole.scaled(scale), watch)
+            found.append((image.seconds, distance(image.rgba, truth.rgba)))
+        return np.array(found, dtype=np.float32)
+
+    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
+        """Render a picture of any size, tile by tile."""
+        whole = request.quality.pixels
+        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
+        tiles, squares = list(whole.tiles(TILE, TILE)), 0.0
+        for done, tile in enumerate(tiles):
+            watch.go_on()
+            watch.note(done / len(tiles))
+            rgba, error = self._tile(request, tile, watch.part(done / len(tiles), 1 / len(tiles)))
+            part = picture[tile.top : tile.bottom, tile.left : tile.right]
+            part[...] = np.rint(255 * rgba)
+            squares += (error or 0.0) ** 2 * tile.rows * tile.columns
+            is_estimated = error is not None
+        self.image_error = math.sqrt(squares / whole.side**2) if is_estimated else None
+        return picture
+
+    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
+        """Render the images one after the other."""
+        images = []
+        for done, inputs in enumerate((request.inputs, *request.more)):
+            watch.go_on()
+            watch.note(done / (1 + len(request.more)))
+            images.append(self._small(request, inputs, watch))
+        return np.stack(images)
+
+    def region_sensitivity(
+        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
+    ) -> Array:
+        """Differentiate the image exactly."""
+        from model.sensitivity.exact import region_responses
+
+        renderer, size = self._of_curves(), request.quality.pixels
+        with renderer.asking(watch.go_on), renderer.coarsely_lit(request.quality.live):
+            return region_responses(
+                renderer, request.inputs, size, request.region, request.width, request.measure
+            )
+
+    def value_sensitivity(
+        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
+    ) -> Array:
+        """Differentiate the image exactly."""
+        renderer = self._ray_caster()
+        edit = edit_over(request.values, renderer.scalar_range, request.width)
+        with renderer.asking(watch.go_on), renderer.coarsely_lit(request.quality.live):
+            return renderer.change(request.inputs, request.quality.pixels, edit)
+
+    def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
+        """Compute the visibility of each scalar value."""
+        from model.sensitivity.exact import visibility
+
+        renderer, size = self._ray_caster(), request.quality.pixels
+        with renderer.asking(watch.go_on):
+            found = {
+                region: visibility(renderer, request.inputs, size, region)
+                for region in dict.fromkeys(request.regions)
+            }
+        return np.stack([found[region] for region in request.regions])
+
+    def value_visibility(self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED) -> Array:
+        """Compute how much of each pixel shows some values."""
+        renderer = self._ray_caster()
+        edit = edit_over(request.values, renderer.scalar_range, request.width)
+        weights, pixels = edit / edit.max(), request.quality.pixels
+        with renderer.asking(watch.go_on):
+            return renderer.value_visibility(request.inputs, pixels, weights)
+
+    def close(self) -> None:
+        """Release the OpenGL context or the threads."""
+        self._drawer.renderer.close()
 
     def _moving_raster(self, whole: Raster, seconds: float) -> Raster:
         return self._drawer.moving_raster(whole, seconds)
@@ -103,79 +176,22 @@ class RendererEngine:
         """Draw ever finer images, where one of a width is shown."""
         return self._drawer.resting(request, watch, width)
 
-    def _own(self) -> Drawer:
+    def _tile(
+        self, request: PictureRequest, tile: Raster, watch: Watch
+    ) -> tuple[Array, float | None]:
+        """Draw a tile of a picture to save, and estimate its error if it has one."""
+        drawer = self._own(watch)
+        return drawer.render(request.inputs, tile, drawer.distance, watch), None
+
+    def _small(self, request: BatchRequest, inputs: SceneInputs, watch: Watch) -> Array:
+        """Draw one of several small images, in which rings are not what one sees."""
+        drawer, quality = self._own(watch), request.quality
+        apart = drawer.sample_distance * quality.coarseness
+        return drawer.render(inputs, quality.pixels, apart, watch)
+
+    def _own(self, _watch: Watch) -> Drawer:
         """Return what draws at rest."""
         return self._drawer
-
-    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
-        """Render a picture of any size, tile by tile."""
-        whole = request.quality.pixels
-        drawer = self._own()
-        picture = np.empty((whole.height, whole.width, 4), dtype=np.uint8)
-        tiles = list(whole.tiles(TILE, TILE))
-        for done, tile in enumerate(tiles):
-            go_on_if(watch)
-            watch.note(done / len(tiles))
-            image = drawer.renderer.render(request.inputs, tile, drawer.distance)
-            part = picture[tile.top : tile.bottom, tile.left : tile.right]
-            part[...] = np.rint(255 * image)
-        return picture
-
-    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
-        """Render the images one after the other."""
-        # Small pictures: rings are not what one sees in them.
-        pixels = request.quality.pixels
-        distance = self._own().sample_distance * request.quality.coarseness
-        images = []
-        for done, inputs in enumerate((request.inputs, *request.more)):
-            go_on_if(watch)
-            watch.note(done / (1 + len(request.more)))
-            images.append(self._small(inputs, pixels, distance, watch))
-        return np.stack(images)
-
-    def _small(self, inputs: SceneInputs, pixels: Raster, distance: float, _watch: Watch) -> Array:
-        """Draw one of several small images."""
-        return self._own().renderer.render(inputs, pixels, distance)
-
-    def region_sensitivity(
-        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
-    ) -> Array:
-        """Differentiate the image exactly; not offered by VTK."""
-        from model.sensitivity.exact import region_responses
-
-        go_on_if(watch)
-        renderer, size = self._of_curves(), request.quality.pixels
-        with renderer.coarsely_lit(request.quality.live):
-            return region_responses(
-                renderer, request.inputs, size, request.region, request.width, request.measure
-            )
-
-    def value_sensitivity(
-        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
-    ) -> Array:
-        """Differentiate the image exactly; not offered by VTK."""
-        go_on_if(watch)
-        renderer = self._ray_caster()
-        edit = edit_over(request.values, renderer.scalar_range, request.width)
-        with renderer.coarsely_lit(request.quality.live):
-            return renderer.change(request.inputs, request.quality.pixels, edit)
-
-    def visibility(self, request: VisibilityRequest) -> Array:
-        """Return the visibility of each scalar value; not offered by VTK."""
-        from model.sensitivity.exact import visibility
-
-        renderer, size = self._ray_caster(), request.quality.pixels
-        found = {
-            region: visibility(renderer, request.inputs, size, region)
-            for region in dict.fromkeys(request.regions)
-        }
-        return np.stack([found[region] for region in request.regions])
-
-    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
-        """Return how much of each pixel shows some values; not offered by VTK."""
-        renderer = self._ray_caster()
-        edit = edit_over(request.values, renderer.scalar_range, request.width)
-        return renderer.value_visibility(request.inputs, request.quality.pixels, edit / edit.max())
 
     def _ray_caster(self) -> RaycastRenderer:
         from model.rendering.raycast.renderer import RaycastRenderer
@@ -185,13 +201,62 @@ class RendererEngine:
         return self._drawer.renderer
 
     def _of_curves(self) -> RaycastRenderer:
-        """Return what the curves of regions are of."""
+        """Return the renderer of which the curves of regions are."""
         return self._ray_caster()
 
-    def latent_images(self, request: BatchRequest) -> Array:
-        """Not supported: renderers have no latent codes."""
-        raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
+
+class ReferenceEngine(RendererEngine):
+    """The ray caster, which draws at once and while something moves, and VTK, which draws at rest.
+
+    VTK is opened after the first image at rest. From then on its image at rest follows the ray
+    caster's, unless it is there as soon. Where VTK fails, or is not to draw by the processor, the
+    ray caster's is the last.
+
+    Parameters
+    ----------
+    drawer : Drawer
+        Of the ray caster.
+    open_vtk : callable
+        Opens VTK, in a thread of its own.
+    """
+
+    def __init__(self, drawer: Drawer, open_vtk: Callable[[], FallbackRenderer]) -> None:
+        super().__init__(drawer)
+        self._open_vtk = open_vtk
+        self._vtk: VtkElsewhere | None = None
+        self._final: Drawer | None = None
+
+    def _moving(self, request: Request, raster: Raster, watch: Watch = UNWATCHED) -> Image:
+        image = super()._moving(request, raster, watch)
+        return replace(image, is_preview=self._final is not self._drawer)
+
+    def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
+        whole, preview, final = request.quality.pixels, None, self._final
+        is_slow = final is None or (not final.by_raycast and final.is_slow(whole))
+        if width < whole.width and is_slow:
+            limits = SOON_SECONDS, PREVIEW_SECONDS
+            for preview in self._drawer.resting(request, watch, width, limits):
+                yield replace(preview, is_last=False, is_preview=True)
+                width = preview.width
+        final = self._own(watch)
+        if preview is not None and final.by_raycast and width >= whole.width:
+            yield replace(preview, by=final.description)
+            return
+        yield from final.resting(request, watch, width)
+
+    def _own(self, watch: Watch) -> Drawer:
+        if self._final is None:
+            self._vtk = self._vtk or VtkElsewhere(self._open_vtk)
+            vtk, drawer = self._vtk.opened(watch), self._drawer
+            if vtk.by_raycast:
+                self._drawer = replace(drawer, renderer=vtk, remark=vtk.remark)
+                self._final = self._drawer
+            else:
+                self._final = replace(drawer, renderer=self._vtk, name="vtk", sizes=Sizes())
+        return self._final
 
     def close(self) -> None:
-        """Release the OpenGL context or the threads."""
-        self._drawer.renderer.close()
+        """Release both."""
+        super().close()
+        if self._vtk is not None:
+            self._vtk.close()

@@ -1,18 +1,18 @@
-"""The interface of engines: what they are asked, as frozen data, and the methods that answer it."""
+"""What engines are asked and how they answer, as frozen data; and the interface of engines."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.engines.exactness import STOPS, USUAL, Exactness
-from app.engines.image import Image
-from app.engines.quality import Quality
+from model.errors import NotOfferedError
+from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion
 from model.scene.scene import Scene
@@ -24,33 +24,96 @@ IMAGES = "images"
 Array = NDArray[np.float32]
 
 
+class SupersededError(Exception):
+    """Raised by an engine that gives up an answer which is no longer wanted."""
+
+
+@dataclass(frozen=True)
 class Watch:
-    """Says whether an engine's answer is still wanted, and takes how far it has got.
+    """Whether an engine's answer is still wanted, and where its progress is noted, 0 to 1."""
 
-    Parameters
-    ----------
-    noted : callable
-        Is given the part of the answer that is there, 0 to 1.
-    """
+    is_wanted: Callable[[], bool] = lambda: True
+    note: Callable[[float], object] = lambda _part: None
 
-    def __init__(
-        self,
-        is_wanted: Callable[[], bool] = lambda: True,
-        noted: Callable[[float], None] = lambda _part: None,
-    ) -> None:
-        self._is_wanted, self._noted = is_wanted, noted
+    def go_on(self) -> None:
+        """Raise :class:`SupersededError` unless the answer is still wanted."""
+        if not self.is_wanted():
+            raise SupersededError
 
-    def __call__(self) -> bool:
-        """Whether somebody still waits for the answer; from any thread."""
-        return self._is_wanted()
-
-    def note(self, part: float) -> None:
-        """Note how much of the answer is there, 0 to 1, where that is known."""
-        self._noted(part)
+    def part(self, begun: float, share: float) -> Watch:
+        """Return the watch of a part of the answer, which is a share of all of it."""
+        return Watch(self.is_wanted, lambda part: self.note(begun + share * part))
 
 
 UNWATCHED = Watch()
 """For an answer that is wanted to the end."""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Size and quality of a requested image; a generator's images have one size.
+
+    Attributes
+    ----------
+    size : int
+        Width and height in pixels; of an image that is not square, the shorter of the two.
+    coarseness : float
+        Factor of a renderer's sample distance in small pictures.
+    live : bool
+        True while the user is dragging and speed matters more than quality.
+    raster : Raster or None
+        Pixels of an image that is not square.
+    samples : int
+        Of each pixel of a path-traced picture to save; other renderers ignore it.
+    """
+
+    size: int
+    coarseness: float = 1.0
+    live: bool = False
+    raster: Raster | None = None
+    samples: int = 1
+
+    @property
+    def pixels(self) -> Raster:
+        """Pixels of the image."""
+        return self.raster or Raster(self.size, self.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """An image, as far as an engine has drawn it, or another array that answers a request.
+
+    Attributes
+    ----------
+    rgba : ndarray of float32, shape (H, W, 4)
+        In [0, 1], premultiplied, row 0 at the top.
+    seconds : float
+        Time that it took.
+    by : str
+        Description of the engine.
+    is_last : bool
+        False if a better image of the same request follows.
+    is_preview : bool
+        Whether the last one at rest is drawn by another renderer, or with more samples along rays.
+    samples : int
+        Of each pixel in path-traced light; 1 in other light.
+    error : float or None
+        Estimated error, root mean square of the colours; infinite as long as it is not known.
+    """
+
+    rgba: Array
+    seconds: float
+    by: str = ""
+    is_last: bool = True
+    by_raycast: bool = False
+    is_preview: bool = False
+    samples: int = 1
+    error: float | None = None
+
+    @property
+    def width(self) -> int:
+        """Pixels from left to right."""
+        return int(self.rgba.shape[1])
 
 
 @dataclass(frozen=True)
@@ -72,27 +135,27 @@ class Request(ABC):
 
     @abstractmethod
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
-        """Return an engine's answer, or ever better ones.
+        """Return an engine's answer, or ever better images.
 
         Raises
         ------
         NotOfferedError
             If the engine does not answer such requests.
         SupersededError
-            When the engine has given up, as nobody waits for the answer.
+            If the engine has given up an answer which is no longer wanted.
         """
 
 
 @dataclass(frozen=True)
 class ImageRequest(Request):
-    """Request for ever better images of a scene; of one only while something moves.
+    """Request for ever better images of a scene; for one image while something moves.
 
-    The pixels of its quality are those of the whole image, of which coarser ones have fewer.
+    The pixels of its quality are those of the whole image; coarser ones have fewer.
 
     Attributes
     ----------
     stop : Exactness
-        What images may take while something moves, and owe at rest.
+        Limits of time and error.
     is_fixed : bool
         Whether all pixels are wanted, however long they take.
     """
@@ -101,7 +164,7 @@ class ImageRequest(Request):
     is_fixed: bool = False
 
     def answer(self, engine: Engine, watch: Watch) -> Iterator[Image]:
-        """Draw them."""
+        """Draw the images."""
         return engine.images_of(self, watch)
 
 
@@ -113,8 +176,8 @@ class TradeRequest(Request):
     first. Their error is the distance from the last image at rest.
     """
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Draw and measure them."""
+    def answer(self, engine: Engine, watch: Watch) -> Array:
+        """Draw and measure the images."""
         return engine.trade(self, watch)
 
 
@@ -122,8 +185,8 @@ class TradeRequest(Request):
 class PictureRequest(Request):
     """Request for a picture to save, of any size: RGBA as uint8 (H, W, 4), premultiplied."""
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Draw it."""
+    def answer(self, engine: Engine, watch: Watch) -> NDArray[np.uint8]:
+        """Draw the picture."""
         return engine.picture(self, watch)
 
 
@@ -140,43 +203,37 @@ class BatchRequest(Request):
         inputs; all else in these is the same. Empty to draw the TFs.
     traced : bool
         Whether path-traced light is wanted where it is that of the volume, and there is time; else
-        another one draws a preview. No part of the question.
+        another light draws a preview. No part of the question.
     """
 
     more: tuple[SceneInputs, ...] = ()
     codes: tuple[tuple[float, ...], ...] = ()
     traced: bool = field(default=False, compare=False)
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
-        """Draw them."""
-        if self.codes:
-            return engine.latent_images(self)
-        return engine.images(self, watch)
+    def answer(self, engine: Engine, watch: Watch) -> Array:
+        """Draw the images."""
+        return engine.latent_images(self) if self.codes else engine.images(self, watch)
 
 
 @dataclass(frozen=True)
 class RegionSensitivityRequest(Request):
     """Request for a region's sensitivity to edits at each scalar value: float32 (256,).
 
-    Attributes
-    ----------
-    width : float
-        Standard deviation of the edits, in bins of the TF.
-    measure : {"change", "signed"}
+    The width is the standard deviation of the edits, in bins of the TF.
     """
 
     region: ImageRegion
     width: float
     measure: Measure = "signed"
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> Array:
         """Differentiate the image."""
         return engine.region_sensitivity(self, watch)
 
 
 @dataclass(frozen=True)
 class ValueSensitivityRequest(Request):
-    """Request for each pixel's sensitivity to edits at some scalar values: float32 (S, S, 3).
+    """Request for each pixel's sensitivity to edits at some scalar values: float32 (H, W, 3).
 
     Attributes
     ----------
@@ -189,7 +246,7 @@ class ValueSensitivityRequest(Request):
     values: tuple[float, float]
     width: float
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> Array:
         """Differentiate the image."""
         return engine.value_sensitivity(self, watch)
 
@@ -198,20 +255,15 @@ class ValueSensitivityRequest(Request):
 class ValueVisibilityRequest(Request):
     """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1.
 
-    Attributes
-    ----------
-    values : tuple of float
-        Lowest and highest of them, in the data's units.
-    width : float
-        Standard deviation of the flanks beyond these, in bins of the TF.
+    See :class:`ValueSensitivityRequest`.
     """
 
     values: tuple[float, float]
     width: float
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> Array:
         """Look along the rays."""
-        return engine.value_visibility(self)
+        return engine.value_visibility(self, watch)
 
 
 @dataclass(frozen=True)
@@ -220,69 +272,81 @@ class VisibilityRequest(Request):
 
     regions: tuple[ImageRegion, ...]
 
-    def answer(self, engine: Engine, watch: Watch) -> NDArray[Any]:
+    def answer(self, engine: Engine, watch: Watch) -> Array:
         """Look along the rays."""
-        return engine.visibility(self)
+        return engine.visibility(self, watch)
 
 
-class Engine(Protocol):
-    """Interface of engines; each is built, used and closed in one thread.
+class Engine:
+    """Base class of engines; each is built, used and closed in one thread.
 
-    Each method returns the array described by its request's class, and raises
-    :class:`model.errors.NotOfferedError` if the engine does not support the request. One that
-    asks whether its answer is wanted may raise :class:`SupersededError` once it is not.
+    A method returns the array that its request's class describes. It may raise
+    :class:`SupersededError` once the watch says that the answer is no longer wanted. What an
+    engine does not offer raises :class:`model.errors.NotOfferedError`.
+
+    Attributes
+    ----------
+    scene : Scene or None
+        What a generator was trained on; None for renderers.
+    draws_codes : bool
+        Whether images can be drawn from latent codes.
+    image_error : float or None
+        Estimated error of the last picture to save, infinite if not known; None without one.
     """
+
+    scene: Scene | None = None
+    draws_codes = False
+    image_error: float | None = None
 
     @property
     def description(self) -> str:
         """Device and backend, for display; may be empty."""
+        return ""
 
     @property
     def remark(self) -> str:
-        """One sentence on why this one draws, and no other; empty if nothing is to be said."""
-
-    @property
-    def image_error(self) -> float | None:
-        """Estimated RMSE of the last picture to save, infinite if not known; None without one."""
-
-    @property
-    def scene(self) -> Scene | None:
-        """Scene that a generator was trained on; None for renderers."""
-
-    @property
-    def draws_codes(self) -> bool:
-        """Whether images can be drawn from latent codes; False for renderers."""
+        """One sentence on why this engine draws, and no other; empty if it was asked for."""
+        return ""
 
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Draw ever better images, up to one that is the last; fewer once none is wanted."""
+        raise NotImplementedError
 
     def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
-        """Measure time and error of images while something moves."""
+        """Measure time and error of images while something moves; not offered by generators."""
+        raise NotOfferedError("A generator's images have one size.")
 
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Draw a picture to save."""
+        raise NotImplementedError
 
     def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Draw several images."""
+        raise NotImplementedError
+
+    def latent_images(self, request: BatchRequest) -> Array:
+        """Draw images from latent codes; not offered by renderers."""
+        raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
     def region_sensitivity(
         self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
-        """Compute the sensitivity of a region to edits at each scalar value."""
+        """Differentiate the image by each scalar value; not offered by VTK."""
+        raise NotImplementedError
 
     def value_sensitivity(
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
-        """Compute the sensitivity of each pixel to edits at one scalar value."""
+        """Differentiate each pixel by some scalar values; not offered by VTK."""
+        raise NotImplementedError
 
-    def visibility(self, request: VisibilityRequest) -> Array:
-        """Compute the visibility of each scalar value in a region."""
+    def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
+        """Compute the visibility of each scalar value; offered by the ray caster only."""
+        raise NotOfferedError("A generator does not know which scalar values are visible.")
 
-    def value_visibility(self, request: ValueVisibilityRequest) -> Array:
-        """Compute how much of each pixel shows some scalar values."""
-
-    def latent_images(self, request: BatchRequest) -> Array:
-        """Draw images from the request's latent codes."""
+    def value_visibility(self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED) -> Array:
+        """Compute how much of each pixel shows some values; offered by the ray caster only."""
+        raise NotOfferedError("A generator does not know where scalar values are visible.")
 
     def close(self) -> None:
         """Release the engine's resources."""

@@ -10,17 +10,15 @@ from functools import partial
 import numpy as np
 from PySide6.QtCore import QObject, Qt, Signal, Slot
 
-from app.engines.image import Image
 from app.engines.messages import (
     EngineFailed,
     EngineReady,
     Message,
     Progress,
     Result,
-    SupersededError,
     error_sentence,
 )
-from app.engines.requests import Engine, Request, Watch
+from app.engines.requests import Engine, Image, Request, SupersededError, Watch
 
 THREAD_PREFIX = "tfscope-"
 
@@ -47,15 +45,7 @@ class Mailbox:
     def take(self, waits: bool = True) -> Request | None:
         """Remove the request of the channel which has waited longest.
 
-        Parameters
-        ----------
-        waits : bool
-            Whether to wait for one.
-
-        Returns
-        -------
-        Request or None
-            None once the mailbox is closed, or where there is none.
+        Return None once the mailbox is closed, or where there is no request and none is waited for.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._slots or not waits)
@@ -100,14 +90,7 @@ class EngineWorker(QObject):
     other channels have their turn.
 
     All signals are delivered in the thread of this object. After :meth:`stop`,
-    only `finished` is emitted.
-
-    Parameters
-    ----------
-    factory : callable
-        Builds the engine; called in the worker thread, may take seconds.
-    name : str
-        Name of the thread, for debuggers.
+    only `finished` is emitted. The factory builds the engine, in the worker's thread.
     """
 
     engineReady = Signal(object)
@@ -166,7 +149,7 @@ class EngineWorker(QObject):
                 engine.remark,
             )
         except BaseException as error:
-            # Whatever it is: a thread that ended without a word would be waited for, for ever.
+            # Whatever it is: the window would wait for ever for a thread that ended in silence.
             self._message.emit(EngineFailed(error_sentence(error)))
             return
         try:
@@ -226,7 +209,7 @@ class EngineWorker(QObject):
 
 
 def _results(engine: Engine, request: Request, watch: Watch) -> Iterator[Result]:
-    """Answer a request, with exceptions as error sentences, until nobody wants it any more."""
+    """Answer a request, with exceptions as error sentences, while the answer is wanted."""
     start = time.perf_counter()
     try:
         answer = request.answer(engine, watch)
@@ -234,23 +217,10 @@ def _results(engine: Engine, request: Request, watch: Watch) -> Iterator[Result]
             seconds = time.perf_counter() - start
             answer = iter([Image(answer, seconds, engine.description, error=engine.image_error)])
         for image in answer:
-            yield Result(
-                request,
-                image.rgba,
-                None,
-                image.seconds,
-                image.by,
-                engine.remark,
-                image.is_last,
-                image.by_raycast,
-                image.stands_in,
-                image.samples,
-                image.error,
-            )
-            if not watch():
+            yield Result(request, image, None, engine.remark)
+            if not watch.is_wanted():
                 return
     except (SupersededError, GeneratorExit):
         return
     except BaseException as exception:
-        seconds = time.perf_counter() - start
-        yield Result(request, None, error_sentence(exception), seconds, engine.description)
+        yield Result(request, None, error_sentence(exception))

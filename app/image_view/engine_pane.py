@@ -12,10 +12,8 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
-from app.engines.channels import EngineName
-from app.engines.client import EngineClient
+from app.engines.client import EngineClient, EngineName, EngineState
 from app.engines.messages import Result
-from app.engines.states import EngineState
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.lateness import Lateness
 from app.image_view.picture import BLACK, Background, compose
@@ -204,8 +202,8 @@ class EnginePane(QWidget):
             return
         self._is_finer_next = not result.is_last
         self._newest = request.sequence
-        rgba = result.value
-        assert rgba is not None
+        assert result.image is not None
+        rgba = result.image.rgba
         self._rgba = rgba
         self.canvas.show_image(self._picture(rgba))
         height, width, _ = rgba.shape
@@ -215,7 +213,7 @@ class EnginePane(QWidget):
         self._facts = "   ".join(fact for fact in facts if fact)
         if self.engine == "exact":
             self._who = by
-            self._samples = 0 if result.stands_in else result.samples
+            self._samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
         self._lateness.note(request.inputs)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QToolButton, QWidget
 from app.engines.exactness import STOPS
 from app.image_view.fidelity_line import FidelityLine
 from app.image_view.trade_popover import TradePopover
-from app.state.fidelity import error_text, pace_text
+from app.state.image_errors import error_text, pace_text
 from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.wheel_guard import WheelGuard
 

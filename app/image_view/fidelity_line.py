@@ -8,12 +8,11 @@ from collections.abc import Callable
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel
 
+from app.engines.client import EngineState
 from app.engines.messages import Result
-from app.engines.states import EngineState
 from app.image_view.engine_pane import PLACE, EnginePane
 from app.image_view.orientation_cube import OrientationCube
-from app.state.fidelity import Fidelity, figures_text
-from app.state.image_errors import ImageErrors
+from app.state.image_errors import Fidelity, ImageErrors, figures_text
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 

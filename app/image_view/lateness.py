@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import EngineClient
+from app.engines.client import EngineClient, EngineState
 from app.engines.requests import Request
-from app.engines.states import EngineState
 from app.state.at_work import PATIENCE_MS
 from model.scene.inputs import SceneInputs
 

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QVBoxLayout, QWidget
 
 from app.engines.exactness import STOPS, Stop
 from app.engines.pace import SCALES
-from app.state.fidelity import LEAST_SAID, error_text, pace_text, rate_text
+from app.state.image_errors import LEAST_SAID, error_text, pace_text, rate_text
 from app.state.reference_work import ReferenceWork
 
 WIDTH = 400

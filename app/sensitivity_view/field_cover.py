@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject
 
+from app.engines.client import EngineState
 from app.engines.requests import ValueVisibilityRequest
-from app.engines.states import EngineState
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import ColorBar

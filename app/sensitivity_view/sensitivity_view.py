@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.controls import order_focus
-from app.engines.channels import EngineName
+from app.engines.client import EngineName
 from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer
 from app.sensitivity_view.chip_bar import ChipBar

@@ -6,7 +6,7 @@ import math
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.channels import EngineName
+from app.engines.client import EngineName
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState

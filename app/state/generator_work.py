@@ -8,10 +8,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient
+from app.engines.client import EngineClient, EngineState
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import EngineReady
-from app.engines.states import EngineState
 from app.state.opened_volume import OpenedVolume
 from model.generator.catalog import PATH_LIGHT
 from model.networks.card import recorded_agreement, recorded_errors

@@ -1,25 +1,13 @@
-"""Errors of the reference's images: estimated, or measured at rest."""
+"""Errors of the reference's images, estimated or measured at rest, and what is said of them."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
+from app.engines.exactness import GOOD_ENOUGH, Exactness, distance
 from app.engines.messages import Result
-from app.engines.quality import GOOD_ENOUGH
-from app.engines.requests import ImageRequest, Request
-from app.engines.trade import distance
-from app.state.fidelity import (
-    COARSE,
-    ENDS,
-    ESTIMATED,
-    LET_GO,
-    MORE,
-    MOVING,
-    REFINING,
-    TOO_LONG,
-    WAIT,
-    Fidelity,
-)
+from app.engines.requests import Image, ImageRequest, Request
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
@@ -29,22 +17,86 @@ MOST_OWN_ERROR = 0.5
 MOST_SECONDS = 1.0
 """Time of the first image from which it says nothing of those that follow while something moves."""
 
+LEAST_SAID = 1e-4
+"""Error below which no figure is more than noise."""
+
+LET_GO = "The image is coarser while something moves."
+WAIT = "The image becomes finer from here on."
+ESTIMATED = "The error is estimated from the differences between samples."
+ENDS = (
+    "Refining ends at {} samples per pixel. Choose Exact in the bar above for more, or use the "
+    "command render with --samples or --error."
+)
+MORE = "Choose Exact in the bar above for a smaller error."
+TOO_LONG = "All pixels take too long here. Make the window smaller, or choose a faster light."
+
+
+def error_text(error: float) -> str:
+    """Write an error in two digits, such as ".0042"."""
+    return f"{max(error, LEAST_SAID):.2g}".replace("0.", ".", 1)
+
+
+def rate_text(seconds: float) -> str:
+    """Write how many images of some time there are in a second, such as "12 / s"."""
+    rate = min(1 / max(seconds, 1e-9), 999.0)
+    return f"{rate:.0f} / s" if rate >= 9.5 else f"{rate:.1f} / s".replace("0.", ".", 1)
+
+
+def pace_text(stop: Exactness) -> str:
+    """Write the time that a stop allows while something moves, such as "12 / s"."""
+    return "all pixels" if math.isinf(stop.live_seconds) else rate_text(stop.live_seconds)
+
+
+def figures_text(seconds: float, error: float | None) -> str:
+    """Write rate and error of images, such as "12 / s, error .004"."""
+    rate = rate_text(seconds)
+    if error is None:
+        return rate
+    return f"{rate}, error {error_text(error)}" if error else f"{rate}, exact"
+
+
+@dataclass(frozen=True)
+class Fidelity:
+    """What is said of an image that is not exact; nothing of one that is.
+
+    Attributes
+    ----------
+    error : float or None
+        Root mean square of the colours' errors; None if it is not known.
+    state : str
+        What becomes of it, in words; may be empty.
+    reasons : tuple of str
+        Sentences on where the error comes from, and how to get better.
+    """
+
+    error: float | None = None
+    state: str = ""
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """One short line, such as "error .004, refining"; empty of an exact image."""
+        if self.error is None:
+            return self.state
+        error = f"error {error_text(self.error)}"
+        return f"{error}, {self.state}" if self.state else error
+
 
 class ImageErrors:
     """Judges the reference's last image, and measures the last one while something moved.
 
-    That is kept until the image at rest of the same inputs is there, and compared with it.
+    The latter is kept until the image at rest of the same inputs is there, and compared with it.
     """
 
     def __init__(self) -> None:
-        self._last: Result | None = None
-        self._moved: Result | None = None
+        self._last: tuple[Request, Image] | None = None
+        self._moved: tuple[Request, Image] | None = None
         self._error: float | None = None
 
     @property
     def moving(self) -> tuple[float, float | None] | None:
         """Seconds and error of the last image while something moved; None if there is none."""
-        return None if self._moved is None else (self._moved.seconds, self._error)
+        return None if self._moved is None else (self._moved[1].seconds, self._error)
 
     def forget(self) -> None:
         """Begin anew: another volume, light or renderer is drawn."""
@@ -58,21 +110,22 @@ class ImageErrors:
         moves : bool
             Whether something moves.
         whole : Raster
-            Pixels that an image has where nothing stands against it.
+            Pixels of an image at rest.
         """
+        request, image = result.request, result.image
+        assert image is not None
         # Kernels may have been compiled meanwhile.
-        is_first = self._last is None and result.seconds > MOST_SECONDS
-        self._last, moved = result, self._moved
-        if result.request.quality.live:
+        is_first = self._last is None and image.seconds > MOST_SECONDS
+        self._last, moved = (request, image), self._moved
+        if request.quality.live:
             if moves or not is_first:
-                self._moved = result
-                self._error = 0.0 if _is_full(result, whole) else None
-        elif moved is None or self._error == 0 or not _are_alike(moved.request, result.request):
+                self._moved = request, image
+                self._error = 0.0 if _is_full(image, whole) else None
+        elif moved is None or self._error == 0 or not _are_alike(moved[0], request):
             return
-        elif not result.stands_in and _has_all_pixels(result, whole):
-            assert moved.value is not None and result.value is not None
-            found = distance(moved.value, result.value)
-            if (result.image_error or 0.0) <= MOST_OWN_ERROR * found:
+        elif not image.is_preview and image.width >= whole.width:
+            found = distance(moved[1].rgba, image.rgba)
+            if (image.error or 0.0) <= MOST_OWN_ERROR * found:
                 self._error = found
 
     def fidelity(self, inputs: SceneInputs, moves: bool, settled: bool, whole: Raster) -> Fidelity:
@@ -81,29 +134,26 @@ class ImageErrors:
         Parameters
         ----------
         inputs : SceneInputs
-            Of the image that is wanted. Where at rest another one is still there, nothing is
-            said of it.
-        moves : bool
-            Whether something moves.
+            Of the image that is wanted. Nothing is said of another one that is still there at rest.
         settled : bool
             Whether no better image follows.
-        whole : Raster
+        moves, whole
             See :meth:`note`.
         """
-        last = self._last
-        if last is None or (not moves and last.request.inputs != inputs):
+        if self._last is None or (not moves and self._last[0].inputs != inputs):
             return Fidelity()
-        if settled and not last.request.quality.live and not moves:
-            return _at_rest(last, whole)
+        request, image = self._last
+        if settled and not request.quality.live and not moves:
+            return _at_rest(request, image, whole)
         # The estimate knows nothing of pixels that are not there.
-        own = last.image_error if _has_all_pixels(last, whole) else None
+        own = image.error if image.width >= whole.width else None
         own = None if own == math.inf else own
         how = () if own is None else (ESTIMATED,)
         if not moves:
-            return Fidelity(own, REFINING, (WAIT, *how))
-        if _is_full(last, whole) or (own is not None and own <= GOOD_ENOUGH):
+            return Fidelity(own, "refining", (WAIT, *how))
+        if _is_full(image, whole) or (own is not None and own <= GOOD_ENOUGH):
             return Fidelity()
-        return Fidelity(own, MOVING if own is None else "", (LET_GO, *how))
+        return Fidelity(own, "coarser while moving" if own is None else "", (LET_GO, *how))
 
 
 def _are_alike(moved: Request, rests: Request) -> bool:
@@ -111,28 +161,17 @@ def _are_alike(moved: Request, rests: Request) -> bool:
     return (moved.inputs, moved.quality.pixels) == (rests.inputs, rests.quality.pixels)
 
 
-def _width(result: Result) -> int:
-    assert result.value is not None
-    return int(result.value.shape[1])
-
-
-def _has_all_pixels(result: Result, whole: Raster) -> bool:
-    return _width(result) >= whole.width
-
-
-def _is_full(result: Result, whole: Raster) -> bool:
+def _is_full(image: Image, whole: Raster) -> bool:
     """Whether a moving image is as fine as one at rest."""
     # What has an error of its own becomes better at rest.
-    is_own = not result.stands_in and result.image_error is None
-    return _has_all_pixels(result, whole) and is_own
+    return image.width >= whole.width and not image.is_preview and image.error is None
 
 
-def _at_rest(last: Result, whole: Raster) -> Fidelity:
-    request, own = last.request, last.image_error
-    if not _has_all_pixels(last, whole):
-        return Fidelity(None, COARSE.format(_width(last), whole.width), (TOO_LONG,))
-    if own is None or own <= GOOD_ENOUGH:
+def _at_rest(request: Request, image: Image, whole: Raster) -> Fidelity:
+    if image.width < whole.width:
+        return Fidelity(None, f"{image.width} of {whole.width} pixels across", (TOO_LONG,))
+    if image.error is None or image.error <= GOOD_ENOUGH:
         return Fidelity()
-    if isinstance(request, ImageRequest) and own <= request.stop.error:
-        return Fidelity(own, "", (MORE, ESTIMATED))
-    return Fidelity(own, "", (ENDS.format(last.samples), ESTIMATED))
+    if isinstance(request, ImageRequest) and image.error <= request.stop.error:
+        return Fidelity(image.error, "", (MORE, ESTIMATED))
+    return Fidelity(image.error, "", (ENDS.format(image.samples), ESTIMATED))

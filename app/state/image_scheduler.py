@@ -9,8 +9,7 @@ from PySide6.QtCore import QObject
 from app.engines.client import EngineClient
 from app.engines.exactness import STOPS, USUAL
 from app.engines.messages import Result
-from app.engines.quality import Quality
-from app.engines.requests import ImageRequest
+from app.engines.requests import ImageRequest, Quality
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.value_scale import ValueScale

@@ -16,13 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.channels import Channels, EngineName
-from app.engines.client import EngineClient
+from app.engines.client import Channels, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.pace import Pace
-from app.engines.quality import Quality
-from app.engines.requests import BatchRequest
-from app.engines.states import EngineState
+from app.engines.requests import BatchRequest, Quality
 from app.state.at_work import AtWork
 from app.state.brightness import Brightness
 from app.state.latent_session import LatentSession, OpenSpace

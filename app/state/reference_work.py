@@ -8,11 +8,10 @@ from typing import Any, Literal
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from app.engines.client import EngineClient
+from app.engines.client import EngineClient, EngineState
 from app.engines.engines import Builders, Drawing, ReferenceSettings
 from app.engines.exactness import STOPS, USUAL, Stop
 from app.engines.messages import Result
-from app.engines.states import EngineState
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.kernel_wait import KernelWait
 from app.state.preferences import Preferences

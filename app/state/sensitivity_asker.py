@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.channels import Channels, EngineName
-from app.engines.client import EngineClient
+from app.engines.client import Channels, EngineClient, EngineName
 from app.engines.messages import Result
-from app.engines.quality import Quality
 from app.engines.requests import (
     BatchRequest,
+    Quality,
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,

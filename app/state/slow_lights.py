@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from app.engines.messages import Result
-from app.engines.sizes import FIRST_SIZE, FIRST_SLOW_SCALE
+from app.engines.pace import FIRST_SIZE, FIRST_SLOW_SCALE
 from model.rendering.raster import Raster
 from model.scene.scene import Lighting
 
@@ -48,16 +48,16 @@ class SlowLights:
         float
             Seconds that such an image takes if this has now been found to be too long; else 0.
         """
-        if lighting in self._judged or result.value is None:
+        if lighting in self._judged or result.image is None:
             return 0.0
         if lighting == "soft":
             # By as many pixels as an image has while something moves.
             limit, pixels = SLOW_SOFT_S, FIRST_SLOW_SCALE**2 * whole.width * whole.height
-        elif lighting == "direct" and result.by_raycast and not result.request.quality.live:
+        elif lighting == "direct" and result.image.by_raycast and not result.request.quality.live:
             limit, pixels = SLOW_LIGHT_S, FIRST_SIZE**2
         else:
             return 0.0
-        rows, columns = result.value.shape[:2]
+        rows, columns = result.image.rgba.shape[:2]
         seconds = result.seconds * min(1.0, pixels / (rows * columns))
         if lighting == "soft" and seconds > limit and not self._is_loaded:
             # With the first image, what draws it was loaded or compiled.

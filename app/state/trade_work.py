@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import Channel, EngineClient
+from app.engines.client import Channel, EngineClient, EngineState
 from app.engines.exactness import Exactness
 from app.engines.messages import Result
 from app.engines.pace import SCALES
 from app.engines.requests import ImageRequest, TradeRequest
-from app.engines.states import EngineState
 from app.state.viewer_state import ViewerState
 
 

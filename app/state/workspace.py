@@ -6,8 +6,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.channels import EngineName
-from app.engines.client import EngineClient
+from app.engines.client import EngineClient, EngineName
 from app.engines.engines import Builders
 from app.engines.exactness import STOPS
 from app.state.brightness import Brightness

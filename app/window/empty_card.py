@@ -6,7 +6,7 @@ from PySide6.QtCore import QEvent, QObject, QSize, Qt
 from PySide6.QtGui import QIcon
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QToolButton, QVBoxLayout
 
-from app.engines.states import EngineState
+from app.engines.client import EngineState
 from app.window.context import Context
 from app.window.files import Files
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of

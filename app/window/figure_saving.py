@@ -16,10 +16,9 @@ from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QProgressDialog
 
 from app.engines.background import LatestCall
-from app.engines.channels import Channels
+from app.engines.client import Channels
 from app.engines.messages import Result
-from app.engines.quality import Quality
-from app.engines.requests import PictureRequest
+from app.engines.requests import PictureRequest, Quality
 from app.figures.picture import save_image
 from app.state.at_work import AtWork
 from app.state.settings import FigureSettings
@@ -277,7 +276,7 @@ class FigureSaving(QObject):
             return
         job.images[name] = result.value, self._brightness(name)
         if name == "reference":
-            job.error = result.image_error
+            job.error = None if result.image is None else result.image.error
         if len(job.images) == len(job.names):
             self._compose(job)
 

@@ -12,8 +12,7 @@ from PySide6.QtGui import QImage
 
 from app.engines.client import Channel
 from app.engines.messages import Result
-from app.engines.quality import Quality
-from app.engines.requests import BatchRequest
+from app.engines.requests import BatchRequest, Quality
 from app.image_view.image_canvas import to_qimage
 from app.window.context import Context
 from model.scene.inputs import SceneInputs

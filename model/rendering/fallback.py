@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -94,6 +97,11 @@ class FallbackRenderer:
             self._renderer.close()
             self._fall_back(error)
             return self._renderer.render(inputs, size, sample_distance)
+
+    def asking(self, go_on: Callable[[], object]) -> AbstractContextManager[None]:
+        """Call this before each part that the ray caster draws meanwhile; it may raise."""
+        asking = getattr(self._renderer, "asking", None)
+        return asking(go_on) if asking else nullcontext()
 
     def close(self) -> None:
         """Release the renderer's threads and memory; it cannot be used afterwards."""

@@ -79,7 +79,7 @@ class UnreliableEngine(FakeEngine):
         self._wait_or_fail()
         return super().images(request, watch)
 
-    def visibility(self, request: VisibilityRequest) -> Any:
+    def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Any:
         self._wait_or_fail()
         return super().visibility(request)
 

@@ -15,15 +15,15 @@ from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
 from app.engines.engines import Builders, ReferenceSettings
-from app.engines.image import Image
 from app.engines.pace import SCALES
-from app.engines.quality import Quality
 from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
     Engine,
+    Image,
     ImageRequest,
     PictureRequest,
+    Quality,
     RegionSensitivityRequest,
     Request,
     TradeRequest,
@@ -129,7 +129,7 @@ class FakeEngine:
             seconds,
             self.description,
             by_raycast=self.by_raycast,
-            stands_in=request.quality.live,
+            is_preview=request.quality.live,
             error=self.image_error,
         )
 
@@ -144,7 +144,9 @@ class FakeEngine:
         pixels = request.quality.pixels
         return np.full((pixels.height, pixels.width, 4), 255, dtype=np.uint8)
 
-    def visibility(self, request: VisibilityRequest) -> NDArray[np.float32]:
+    def visibility(
+        self, request: VisibilityRequest, watch: Watch = UNWATCHED
+    ) -> NDArray[np.float32]:
         """A peak at bin 60, the higher the later it was asked for."""
         self.others.append(request)
         peak = request.sequence * np.exp(-((np.arange(256) - 60) ** 2) / 200)
@@ -168,7 +170,9 @@ class FakeEngine:
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
-    def value_visibility(self, request: ValueVisibilityRequest) -> NDArray[np.float32]:
+    def value_visibility(
+        self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED
+    ) -> NDArray[np.float32]:
         """A hundredth of the distance of the lowest value from 100, in every pixel."""
         self.others.append(request)
         self._wait_or_fail()

@@ -77,8 +77,10 @@ def denoiser(inputs: SceneInputs, raster: Raster) -> Cleaner:
     return Denoiser()
 
 
-def error_of(clean: NDArray[np.float32], before: Estimate, estimate: Estimate) -> float:
-    """Estimate the error of a clean picture by the samples that were drawn since then.
+def squared_error_of(
+    clean: NDArray[np.float32], before: Estimate, estimate: Estimate
+) -> tuple[float, float] | None:
+    """Estimate the squared error of a clean picture by the samples that were drawn since then.
 
     These are in two halves whose noise is independent of the picture and of each other: the product
     of its differences to both is the square of its error on average.
@@ -87,22 +89,20 @@ def error_of(clean: NDArray[np.float32], before: Estimate, estimate: Estimate) -
     ----------
     clean : ndarray of float32, shape (rows, columns, 3)
         Radiance without noise.
-    before : Estimate
-        What it was made of.
-    estimate : Estimate
-        Before, and more samples.
+    before, estimate : Estimate
+        What it was made of, and that with more samples.
 
     Returns
     -------
-    float
-        Root mean square over all pixels and colours; infinite where there is but one more sample.
+    tuple of float, or None
+        Mean square over all pixels and colours, which may be negative, and its standard error;
+        None where there is but one more sample.
     """
     more = (estimate.counts - before.counts)[:, None, None, None]
     if not more.all():
-        return math.inf
+        return None
     sums = estimate.halves * estimate.counts[:, None, None, None]
     first, second = (sums - before.halves * before.counts[:, None, None, None]) / more
-    # Of each pixel, which are independent: chance may make their mean too small, even negative.
+    # Of each pixel, which are independent.
     pixels = ((clean - first) * (clean - second)).mean(axis=2, dtype=np.float64)
-    chance = float(pixels.std()) / math.sqrt(pixels.size)
-    return math.sqrt(max(float(pixels.mean()), chance))
+    return float(pixels.mean()), float(pixels.std()) / math.sqrt(pixels.size)

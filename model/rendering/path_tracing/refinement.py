@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, error_of
+from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, squared_error_of
 from model.rendering.path_tracing.coarse_light import APART, coarse, light_of, relit
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.light_history import LightHistory
@@ -21,6 +21,9 @@ from model.scene.inputs import SceneInputs
 
 MOST_SAMPLES = 1 << 14
 """Of each pixel of a picture that goes on until it is good enough."""
+
+TINY = 1e-40
+"""Variance of a picture that has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +64,9 @@ class _Picture:
         self._cleaner: Cleaner | None = None
         self._part = raster
         self._before: tuple[Estimate, NDArray[np.float32]] | None = None
+        # Squared errors with their standard errors, each as if it were of the present picture.
+        self._found: list[tuple[float, float]] = []
+        self._least = math.inf
 
     def shown(self, estimate: Estimate) -> Refined:
         """Return an estimate as it is shown."""
@@ -86,15 +92,29 @@ class _Picture:
         return Refined(picture, estimate.samples, error, self._cleaner.deed(estimate.samples))
 
     def _error(self, part: Estimate, cleaner: Cleaner) -> float:
-        """Estimate the error of a clean picture from that of the one before."""
+        """Estimate the error of a clean picture from those of all pictures before.
+
+        One alone is uncertain by up to its own size after a few samples. Together, weighted by how
+        certain they are, they are less so. More samples never make a picture worse.
+        """
         if self._before is None:
             return math.inf
         before, clean = self._before
         if cleaner.deed(part.samples) != cleaner.deed(before.samples):
             clean = cleaner.clean(before.radiance, part, before.samples)
+            self._found.clear()
+            self._least = math.inf
+        found = squared_error_of(clean, before, part)
+        if found is None:
+            return math.inf
+        decay = cleaner.doubling ** (2 * math.log2(part.samples / before.samples))
+        self._found = [(decay * mean, decay * spread) for mean, spread in (*self._found, found)]
+        weights = [1 / max(spread**2, TINY) for _mean, spread in self._found]
+        mean = math.fsum(w * m for w, (m, _) in zip(weights, self._found, strict=True))
+        square = max(mean / sum(weights), sum(weights) ** -0.5)
         pixels = self._part.rows * self._part.columns / (self._raster.rows * self._raster.columns)
-        doublings = math.log2(part.samples / before.samples)
-        return cleaner.doubling**doublings * math.sqrt(pixels) * error_of(clean, before, part)
+        self._least = min(self._least, math.sqrt(pixels * square))
+        return self._least
 
 
 def refined(

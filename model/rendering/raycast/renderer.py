@@ -113,6 +113,7 @@ class RaycastRenderer:
             )
         self.sample_distance = sample_distance
         self.skip_empty = self.terminate_early = True
+        self._go_on: Callable[[], object] = _go_on
         self._volume = volume
         self._lighting = lighting
         self._executor = ThreadPoolExecutor(
@@ -147,6 +148,15 @@ class RaycastRenderer:
             yield
         finally:
             self._light.is_coarse = False
+
+    @contextmanager
+    def asking(self, go_on: Callable[[], object]) -> Iterator[None]:
+        """Call this before each part of what is computed meanwhile; it may raise to give up."""
+        self._go_on = go_on
+        try:
+            yield
+        finally:
+            self._go_on = _go_on
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
@@ -449,9 +459,10 @@ class RaycastRenderer:
         *others: Any,
     ) -> None:
         """Fill an image on this renderer's threads, a few rows at a time."""
-        size = len(image)
+        size, go_on = len(image), self._go_on
 
         def task(row: int) -> None:
+            go_on()
             draw(*arguments, (row, min(row + ROWS_PER_TASK, size)), image, *others)
 
         list(self._executor.map(task, range(0, size, ROWS_PER_TASK)))
@@ -461,9 +472,14 @@ class RaycastRenderer:
 
     def _divide(self, count: int, task: Callable[[slice], object]) -> None:
         """Call a task on this renderer's threads for all parts of `count` windows."""
-        per_task = max(1, count // TASKS)
+        per_task, go_on = max(1, count // TASKS), self._go_on
         parts = [slice(first, first + per_task) for first in range(0, count, per_task)]
-        list(self._executor.map(task, parts))
+
+        def wanted_task(part: slice) -> None:
+            go_on()
+            task(part)
+
+        list(self._executor.map(wanted_task, parts))
 
     def _path_arguments(self, inputs: SceneInputs, size: int | Raster) -> tuple[Any, ...]:
         """First arguments of the kernels that look at all samples along a ray."""
@@ -498,3 +514,7 @@ class RaycastRenderer:
             self.cells.shape,
             SHIFT,
         )
+
+
+def _go_on() -> None:
+    """Nothing is ever given up."""

@@ -7,10 +7,9 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
-from app.engines.client import Channel, EngineClient
+from app.engines.client import Channel, EngineClient, EngineState
 from app.engines.messages import Result
 from app.engines.requests import IMAGES, VisibilityRequest
-from app.engines.states import EngineState
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import replace
 from itertools import count
 from typing import Any, cast
@@ -9,30 +10,28 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from ramp import make_volume
-from window_fakes import FakeEngine, make_request
+from window_fakes import PATIENCE_S, FakeEngine, make_request
 
-from app.engines import drawer, path_tracing, stand_in
+from app.engines import drawer, path_tracing, renderer_engine
 from app.engines.drawer import Drawer
 from app.engines.exactness import STOPS
-from app.engines.image import Image
-from app.engines.messages import SupersededError
-from app.engines.pace import SCALES
-from app.engines.path_tracing import PathTracingEngine
-from app.engines.quality import Quality
-from app.engines.reference_engine import ReferenceEngine
-from app.engines.renderer_engine import RendererEngine
+from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SCALES, SHARP_SECONDS
+from app.engines.path_tracing import PathAnalyst, PathTracingEngine
+from app.engines.renderer_engine import ReferenceEngine, RendererEngine
 from app.engines.requests import (
     BatchRequest,
     Engine,
+    Image,
     ImageRequest,
     PictureRequest,
+    Quality,
     RegionSensitivityRequest,
+    SupersededError,
     TradeRequest,
     ValueSensitivityRequest,
+    VisibilityRequest,
     Watch,
 )
-from app.engines.sizes import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS
-from app.engines.stand_in import StandInEngine
 from model.errors import NotOfferedError
 from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
@@ -110,7 +109,7 @@ def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(
     images = rests(engine, inputs=replace(AT_REST.inputs, view=View(80.0)))
     assert images[-1].rgba.shape == (400, 1000, 4)
     np.testing.assert_allclose(images[-1].rgba[:, 0, 0], np.arange(400) / 1000, atol=1e-6)
-    assert images[0].seconds <= 1.5 * SOON_SECONDS or images[0].width < 0.2 * PANE.width
+    assert images[0].seconds <= 1.5 * SHARP_SECONDS or images[0].width < 0.2 * PANE.width
     assert len(images) <= 3
     # A finer image than what moves, which is there, or none.
     (moved,) = engine.images_of(MOVING)
@@ -150,53 +149,94 @@ def test_vtks_images_are_of_fewer_samples_while_something_moves(clock: None) -> 
     renderer = SlowRenderer(1e-7)
     engine = RendererEngine(Drawer(cast(Any, renderer), 0.5, "vtk"))
     (image,) = engine.images_of(MOVING)
-    assert image.stands_in and image.by == "VTK" and not image.by_raycast
+    assert image.is_preview and image.by == "VTK" and not image.by_raycast
     assert renderer.calls[-1][1] == 2.0
-    assert not rests(engine)[-1].stands_in
+    assert not rests(engine)[-1].is_preview
     assert renderer.calls[-1][1] == 0.5
 
 
-def beside(vtk: RecordingRenderer, name: Any = "vtk") -> tuple[ReferenceEngine, list[Drawer]]:
-    """An engine of a fast ray caster beside this, and what was opened."""
-    opened: list[Drawer] = []
+class FakeVtk(SlowRenderer):
+    """Draws in place of VTK, or leaves it to the ray caster; says in which threads."""
 
-    def open_final(ray_caster: Drawer) -> Drawer:
-        opened.append(Drawer(cast(Any, vtk), 0.5, name))
-        return opened[-1]
+    sample_distance = 0.5
+    reason = remark = ""
 
-    return ReferenceEngine(Drawer(cast(Any, SlowRenderer(1e-7)), 0.5), open_final), opened
+    def __init__(self, seconds: float, by_raycast: bool = False) -> None:
+        super().__init__(seconds)
+        self.by_raycast = by_raycast
+        self.may_open = threading.Event()
+        self.may_open.set()
+        self.threads: list[threading.Thread] = []
+
+    def open(self) -> Any:
+        assert self.may_open.wait(PATIENCE_S)
+        self.threads.append(threading.current_thread())
+        return self
+
+    def render(self, inputs: object, size: Raster, sample_distance: float) -> NDArray[Any]:
+        self.threads.append(threading.current_thread())
+        return super().render(inputs, size, sample_distance)
+
+    def close(self) -> None:
+        self.threads.append(threading.current_thread())
+
+
+def next_to(vtk: FakeVtk) -> ReferenceEngine:
+    """An engine of a fast ray caster and this."""
+    return ReferenceEngine(Drawer(cast(Any, SlowRenderer(1e-7)), 0.5), vtk.open)
 
 
 def test_the_ray_casters_sharp_image_comes_before_vtk_is_opened_and_draws(clock: None) -> None:
-    engine, opened = beside(SlowRenderer(2e-6))
+    vtk = FakeVtk(2e-6)
+    engine = next_to(vtk)
     (moved,) = engine.images_of(MOVING)
-    assert moved.by_raycast and moved.stands_in and not opened
+    assert moved.by_raycast and moved.is_preview and not vtk.threads
     coming = engine.images_of(AT_REST)
     first = next(coming)
-    assert first.by_raycast and first.stands_in and not first.is_last and not opened
+    assert first.by_raycast and first.is_preview and not first.is_last and not vtk.threads
     *others, last = coming
     assert [image.by for image in others] == ["ray caster"] * len(others)
     # No coarse image of VTK's takes the place of the sharp one.
-    assert (last.by, last.is_last, last.stands_in, last.width) == ("VTK", True, False, PANE.width)
-    assert len(opened) == 1
+    assert (last.by, last.is_last, last.is_preview, last.width) == ("VTK", True, False, PANE.width)
     # What moves is the ray caster's all the same.
     (moved,) = engine.images_of(replace(MOVING, inputs=replace(MOVING.inputs, view=View(9.0))))
-    assert moved.by_raycast and moved.stands_in
-    fast, _ = beside(SlowRenderer(1e-8))
-    rests(fast)
-    images = rests(fast, inputs=replace(AT_REST.inputs, view=View(80.0)))
+    assert moved.by_raycast and moved.is_preview
+    engine.close()
+    # VTK was opened, drew and was closed in one thread, which is not the engine's.
+    assert len(vtk.threads) > 2 and len(set(vtk.threads)) == 1
+    assert threading.current_thread() not in vtk.threads
+    engine = next_to(FakeVtk(1e-8))
+    rests(engine)
+    images = rests(engine, inputs=replace(AT_REST.inputs, view=View(80.0)))
     assert [image.by for image in images] == ["VTK"]
+    engine.close()
+
+
+def test_vtk_that_is_being_opened_holds_nothing_up(clock: None) -> None:
+    vtk = FakeVtk(1e-6)
+    vtk.may_open.clear()
+    engine = next_to(vtk)
+    coming = engine.images_of(AT_REST, Watch(lambda: False))
+    assert next(coming).by_raycast
+    with pytest.raises(SupersededError):
+        list(coming)
+    (moved,) = engine.images_of(MOVING)
+    assert moved.by_raycast and not vtk.threads
+    vtk.may_open.set()
+    assert rests(engine)[-1].by == "VTK"
+    engine.close()
 
 
 def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock: None) -> None:
-    renderer = SlowRenderer(1e-7)
-    engine, _ = beside(renderer, "raycast")
+    vtk = FakeVtk(1e-7, by_raycast=True)
+    engine = next_to(vtk)
     images = rests(engine)
-    assert not renderer.calls
-    assert (images[-1].by, images[-1].stands_in, images[-1].width) == ("ray caster", False, 1000)
+    assert not vtk.calls
+    assert (images[-1].by, images[-1].is_preview, images[-1].width) == ("ray caster", False, 1000)
     assert images[-2].width == PANE.width
     (moved,) = engine.images_of(MOVING)
-    assert not moved.stands_in and moved.by_raycast
+    assert not moved.is_preview and moved.by_raycast
+    engine.close()
 
 
 def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clock: None) -> None:
@@ -206,21 +246,38 @@ def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clo
         engine.trade(request)
     rests(engine)
     noted: list[float] = []
-    found = engine.trade(request, Watch(noted=noted.append))
+    found = engine.trade(request, Watch(note=noted.append))
     assert noted == [number / len(SCALES) for number in range(len(SCALES))]
     pixels = [1000 * 400 * scale**2 for scale in sorted(SCALES)]
     np.testing.assert_allclose(found[:, 0], 1e-6 * np.array(pixels), rtol=0.02)
     assert found[-1, 1] == 0 and (found[:-1, 1] > 0).all()
 
 
-def test_a_final_image_is_given_up_when_nobody_wants_it(clock: None) -> None:
+def test_a_final_image_is_given_up_when_it_is_no_longer_wanted(clock: None) -> None:
     renderer = SlowRenderer(1e-6)
-    engine = RendererEngine(Drawer(cast(Any, renderer), 0.5))
+    engine = RendererEngine(Drawer(cast(Any, renderer), 0.5, "vtk"))
     rests(engine)
     drawn, answers = len(renderer.calls), iter([True, False])
     with pytest.raises(SupersededError):
-        list(engine.images_of(AT_REST, lambda: next(answers)))
+        list(engine.images_of(AT_REST, Watch(lambda: next(answers))))
     assert len(renderer.calls) == drawn + 1
+
+
+@pytest.mark.parametrize("asked", ["images_of", "region_sensitivity", "visibility"])
+def test_the_ray_caster_gives_up_anywhere(asked: str) -> None:
+    engine = RendererEngine(Drawer(RaycastRenderer(make_volume(), threads=1), 0.5))
+    inputs, quality = make_request(1).inputs, Quality(64)
+    request: Any = {
+        "images_of": ImageRequest(inputs, quality),
+        "region_sensitivity": RegionSensitivityRequest(inputs, quality, Outline(), 8.0),
+        "visibility": VisibilityRequest(inputs, quality, (Outline(),)),
+    }[asked]
+    answers = count()
+    with pytest.raises(SupersededError):
+        list(getattr(engine, asked)(request, Watch(lambda: next(answers) < 2)))
+    # What comes next is not given up.
+    list(getattr(engine, asked)(request))
+    engine.close()
 
 
 def traced(engine: PathTracingEngine, size: int, samples: int) -> list[Image]:
@@ -281,11 +338,11 @@ def test_where_nothing_cleans_soft_light_is_seen_while_something_moves() -> None
     inputs = replace(make_request(1).inputs, light=LightDirection())
     live = ImageRequest(inputs, Quality(32, live=True))
     (moved,) = engine.images_of(live)
-    assert moved.stands_in and moved.by_raycast and moved.error is None
+    assert moved.is_preview and moved.by_raycast and moved.error is None
     side = moved.width
     np.testing.assert_array_equal(moved.rgba, soft.renderer.render(inputs, side))
     *_, last = engine.images_of(replace(live, quality=Quality(32), stop=STOPS["fast"]))
-    assert last.is_last and not last.stands_in and last.by.startswith("path tracer")
+    assert last.is_last and not last.is_preview and last.by.startswith("path tracer")
     engine.close()
 
 
@@ -309,7 +366,7 @@ def test_small_path_traced_pictures_have_few_samples() -> None:
 def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(path_tracing, "TILE", 40)
+    monkeypatch.setattr(renderer_engine, "TILE", 40)
     monkeypatch.setattr(path_tracing, "MARGIN", 5)
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None, samples=2)
     engine = PathTracingEngine(renderer, sample_distance=0.5)
@@ -317,7 +374,7 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     for samples in (1, 4):
         quality = Quality(50, raster=whole, samples=samples)
         noted: list[float] = []
-        picture = engine.picture(PictureRequest(inputs, quality), Watch(noted=noted.append))
+        picture = engine.picture(PictureRequest(inputs, quality), Watch(note=noted.append))
         # How far it has got is told all the way, and in the end it is all there.
         assert noted == sorted(noted) and noted[-1] == pytest.approx(1.0)
         assert len(noted) >= 30 and max(np.diff(noted)) < 0.1
@@ -337,9 +394,7 @@ def test_a_picture_to_save_is_put_together_from_tiles() -> None:
     engine, renderer = make_engine()
     size = Quality(900, raster=Raster(1500, 900))
     noted: list[float] = []
-    picture = engine.picture(
-        PictureRequest(make_request(1).inputs, size), Watch(noted=noted.append)
-    )
+    picture = engine.picture(PictureRequest(make_request(1).inputs, size), Watch(note=noted.append))
     assert noted == [0.0, 0.5]
     assert picture.shape == (900, 1500, 4) and picture.dtype == np.uint8
     assert len(renderer.calls) == 2
@@ -357,7 +412,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
         built.append(FakeEngine())
         return built[-1]
 
-    engine = StandInEngine(volume, light, 0.5, tracing)
+    engine = PathAnalyst(volume, light, 0.5, tracing)
     inputs = replace(make_request(1).inputs, light=light)
     soft = RaycastRenderer(volume, "soft", light)
     request = BatchRequest(inputs, Quality(24), (inputs,))
@@ -368,7 +423,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
     np.testing.assert_allclose(engine.images(wanted)[1], 0.1)
     assert len(built) == 1 and engine.images(wanted).shape == (2, 24, 24, 4)
     # As many pixels as would take too long are drawn in soft light again.
-    monkeypatch.setattr(stand_in, "TRACED_SECONDS", 0.0)
+    monkeypatch.setattr(path_tracing, "TRACED_SECONDS", 0.0)
     np.testing.assert_array_equal(engine.images(wanted)[1], soft.render(inputs, 24))
     engine.close()
     soft.close()
@@ -377,7 +432,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
 
 def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit() -> None:
     volume, light = make_volume(), LightDirection()
-    engine = StandInEngine(volume, light, 0.5)
+    engine = PathAnalyst(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
     inputs = replace(make_request(1).inputs, light=light)
     drawn = engine.images(BatchRequest(inputs, Quality(24)))[0]

@@ -14,12 +14,12 @@ from window_fakes import PATIENCE_S, make_request
 
 from app.engines.drawer import Drawer
 from app.engines.messages import Result
-from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     BatchRequest,
     ImageRequest,
     PictureRequest,
+    Quality,
     Request,
 )
 from app.engines.worker import EngineWorker
@@ -58,6 +58,7 @@ class SlowRenderer(RaycastRenderer):
         assert self.may_end.acquire(timeout=PATIENCE_S)
         if self.error is not None:
             raise self.error
+        self._go_on()
         rows, columns = (size, size) if isinstance(size, int) else (size.rows, size.columns)
         return np.ones((rows, columns, 4), np.float32)
 

@@ -10,11 +10,11 @@ from torch import nn
 
 from app.engines.drawer import Drawer
 from app.engines.engines import GeneratorEngine
-from app.engines.quality import Quality
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import (
     UNWATCHED,
     BatchRequest,
+    Quality,
     RegionSensitivityRequest,
 )
 from model.errors import NotOfferedError

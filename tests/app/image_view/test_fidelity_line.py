@@ -7,8 +7,7 @@ from pytestqt.qtbot import QtBot
 from window_fakes import FakeEngine, make_request
 
 from app.engines.client import EngineClient
-from app.engines.quality import Quality
-from app.engines.requests import ImageRequest
+from app.engines.requests import ImageRequest, Quality
 from app.image_view.engine_pane import EnginePane
 from app.image_view.fidelity_line import FidelityLine
 from app.state.brightness import Brightness

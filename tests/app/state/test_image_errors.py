@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,12 +9,12 @@ import torch
 from numpy.typing import NDArray
 from window_fakes import make_request
 
+from app.engines.exactness import distance
 from app.engines.messages import Result
-from app.engines.quality import Quality
-from app.engines.requests import Request
-from app.engines.trade import distance
+from app.engines.requests import Image, Quality
 from app.state.image_errors import ImageErrors
 from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
 from model.scene.view import View
 
 WHOLE = Raster(64, 48)
@@ -25,20 +26,26 @@ def gray(level: float, raster: Raster = WHOLE) -> NDArray[np.float32]:
 
 
 def result(
-    level: float, quality: Quality | None = None, error: float | None = None, **changes: object
+    level: float,
+    quality: Quality | None = None,
+    error: float | None = None,
+    inputs: SceneInputs = INPUTS,
+    **changes: Any,
 ) -> Result:
     quality = quality or Quality(48, raster=WHOLE)
-    request: Request = replace(make_request(1), quality=quality, **changes)  # type: ignore[arg-type]
-    return Result(request, gray(level, quality.pixels), None, 0.1, image_error=error)
+    image = replace(Image(gray(level, quality.pixels), 0.1, error=error), **changes)
+    return Result(replace(make_request(1), quality=quality, inputs=inputs), image)
 
 
 LIVE = Quality(48, live=True, raster=WHOLE)
 
 
+COARSE = gray(0.4, Raster(32, 24))
+
+
 def moving(level: float, error: float | None = None) -> Result:
     """An image while something moves: a coarse one, or one of all pixels with an error."""
-    whole = result(level, LIVE, error)
-    return whole if error else replace(whole, value=gray(level, Raster(32, 24)))
+    return result(level, LIVE, error) if error else result(level, LIVE, rgba=COARSE)
 
 
 def said(errors: ImageErrors, moves: bool = False, settled: bool = False) -> str:
@@ -77,29 +84,29 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     quality = Quality(48, raster=WHOLE)
     errors.note(result(0.5, quality, float("inf")), WHOLE)
     assert said(errors) == "refining"
-    errors.note(replace(result(0.5, quality, 0.0123), samples=4), WHOLE)
+    errors.note(result(0.5, quality, 0.0123, samples=4), WHOLE)
     found = errors.fidelity(INPUTS, False, False, WHOLE)
     assert found.text == "error .012, refining"
-    errors.note(replace(result(0.5, quality, 0.0062), samples=64), WHOLE)
+    errors.note(result(0.5, quality, 0.0062, samples=64), WHOLE)
     found = errors.fidelity(INPUTS, False, True, WHOLE)
     assert found.text == "error .0062"
     assert "64 samples" in found.reasons[0] and "--samples" in found.reasons[0]
-    errors.note(replace(result(0.5, quality, 0.0029), samples=64), WHOLE)
+    errors.note(result(0.5, quality, 0.0029, samples=64), WHOLE)
     assert said(errors, settled=True) == ""
 
 
 def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
     errors = ImageErrors()
     # Kernels are compiled before the first one.
-    errors.note(replace(moving(0.4), seconds=30.0), WHOLE)
+    errors.note(result(0.4, LIVE, seconds=30.0, rgba=COARSE), WHOLE)
     assert errors.moving is None
     errors.note(moving(0.4), WHOLE)
     assert errors.moving == (0.1, None)
-    # Neither an image of another view measures it, nor one that stands in or lacks pixels.
+    # Neither an image of another view measures it, nor a preview, nor one that lacks pixels.
     turned = replace(INPUTS, view=View(80.0))
     errors.note(result(0.0, inputs=turned), WHOLE)
-    errors.note(replace(result(0.0), stands_in=True), WHOLE)
-    errors.note(replace(result(0.0), value=gray(0.0, Raster(32, 24))), WHOLE)
+    errors.note(result(0.0, is_preview=True), WHOLE)
+    errors.note(result(0.0, rgba=COARSE), WHOLE)
     # Nor one of a wider pane, which shows more beside it.
     errors.note(result(0.0, Quality(48, raster=Raster(96, 48))), WHOLE)
     assert errors.moving == (0.1, None)

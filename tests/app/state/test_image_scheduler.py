@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject
 from app.engines.client import Channel
 from app.engines.exactness import STOPS
 from app.engines.messages import Result
-from app.engines.requests import IMAGES, ImageRequest
+from app.engines.requests import IMAGES, Image, ImageRequest
 from app.state.image_scheduler import ImageScheduler
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
@@ -44,7 +44,7 @@ class Client(QObject):
 
     def answer(self, is_last: bool = True) -> None:
         """Answer the newest request."""
-        self.images.deliver(Result(self.asked[-1], NOTHING, None, 0.1, is_last=is_last))
+        self.images.deliver(Result(self.asked[-1], Image(NOTHING, 0.1, is_last=is_last)))
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_while_something_moves_one_image_is_on_its_way_and_the_next_is_of_the_ne
     last = reference.asked[-1]
     assert (last.inputs.view.azimuth, last.quality.live) == (40, False)
     count = len(reference.asked)
-    reference.images.deliver(Result(reference.asked[-2], NOTHING, None, 0.1))
+    reference.images.deliver(Result(reference.asked[-2], Image(NOTHING, 0.1)))
     assert len(reference.asked) == count
 
 

@@ -5,8 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from ramp import make_tf
 
-from app.engines.quality import Quality
-from app.engines.requests import RegionSensitivityRequest
+from app.engines.requests import Quality, RegionSensitivityRequest
 from app.state.sensitivity_answers import Answer, displayed
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline

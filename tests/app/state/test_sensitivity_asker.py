@@ -15,9 +15,10 @@ from pytestqt.qtbot import QtBot
 from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.pace import Pace
-from app.engines.quality import Quality
 from app.engines.requests import (
+    Image,
     ImageRequest,
+    Quality,
     RegionSensitivityRequest,
     Request,
     ValueSensitivityRequest,
@@ -87,7 +88,7 @@ class Asking:
             seconds = self.cost(request)
             self.now += seconds
             note()
-            client.channels[name].deliver(Result(request, np.ones(1), None, seconds))
+            client.channels[name].deliver(Result(request, Image(np.ones(1), seconds)))
         return self.now - began
 
     def drag(self, seconds: float, picture: float) -> tuple[float, float]:
@@ -105,7 +106,7 @@ class Asking:
             ages.append(self.age(began))
             shown = ImageRequest(self.state.inputs, Quality(180, live=True))
             self.turn()
-            self.asker.follow_image(Result(shown, np.ones(1), None, picture))
+            self.asker.follow_image(Result(shown, Image(np.ones(1), picture)))
             if self.exact.waiting:
                 # The next picture, which was asked for at once, is drawn first.
                 self.now += picture
@@ -195,7 +196,7 @@ def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking: Asking, qtbo
     asking.drag(1.0, 0.05)
     asking.turn()
     shown = ImageRequest(asking.state.inputs, Quality(180, live=True))
-    asking.asker.follow_image(Result(shown, np.ones(1), None, 0.05))
+    asking.asker.follow_image(Result(shown, Image(np.ones(1), 0.05)))
     assert not asking.exact.waiting
     asking.now += OLDEST
     # No other image comes.

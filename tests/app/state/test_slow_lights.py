@@ -7,8 +7,7 @@ import pytest
 from ramp import make_tf
 
 from app.engines.messages import Result
-from app.engines.quality import Quality
-from app.engines.requests import ImageRequest
+from app.engines.requests import Image, ImageRequest, Quality
 from app.state.reference_work import ReferenceChoices
 from app.state.slow_lights import SlowLights
 from model.rendering.raster import Raster
@@ -22,7 +21,7 @@ def image(seconds: float, by_raycast: bool = True, scale: float = 1.0) -> Result
     inputs = SceneInputs.of(View(), make_tf())
     request = ImageRequest(inputs, Quality(WHOLE.shorter, raster=WHOLE))
     drawn = np.zeros((*WHOLE.scaled(scale).shape, 4), np.float32)
-    return Result(request, drawn, None, seconds, by_raycast=by_raycast)
+    return Result(request, Image(drawn, seconds, by_raycast=by_raycast))
 
 
 def test_soft_light_is_given_up_by_its_second_image_of_more_than_its_time() -> None:

@@ -16,7 +16,7 @@ from window_fakes import PATIENCE_S, FakeBuilders, FakeEngine
 
 from app.engines.engines import REAL_BUILDERS
 from app.engines.messages import Result
-from app.engines.requests import VisibilityRequest
+from app.engines.requests import UNWATCHED, VisibilityRequest, Watch
 from app.window.main_window import MainWindow
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -55,7 +55,9 @@ def slow(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> Slow:
         return np.ones((*raster.shape, 4), np.float32)
 
     class SlowAnalyst(FakeEngine):
-        def visibility(self, request: VisibilityRequest) -> NDArray[np.float32]:
+        def visibility(
+            self, request: VisibilityRequest, watch: Watch = UNWATCHED
+        ) -> NDArray[np.float32]:
             with core:
                 slow.work(ANSWER_S)
             return super().visibility(request)

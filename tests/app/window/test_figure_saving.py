@@ -9,8 +9,7 @@ from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
 from window_fakes import PATIENCE_S, FakeEngine
 
-from app.engines.messages import SupersededError
-from app.engines.requests import PictureRequest, Watch
+from app.engines.requests import PictureRequest, SupersededError, Watch
 from app.window.figure import FigureChoice, Which
 from app.window.figure_dialog import FigureDialog
 
@@ -104,7 +103,7 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     begun, given_up = threading.Event(), threading.Event()
 
     def draw_slowly(self: FakeEngine, request: PictureRequest, watch: Watch) -> NDArray[np.uint8]:
-        while watch():
+        while watch.is_wanted():
             watch.note(0.5)
             begun.set()
             given_up.wait(0.02)

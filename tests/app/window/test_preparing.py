@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject, Signal
 from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeBuilders
 
+from app.engines.client import EngineState
 from app.engines.engines import ReferenceSettings
-from app.engines.states import EngineState
 from app.state import generator_work, reference_work
 from app.state.generator_work import PATH_WHO
 from app.state.library import Library
