@@ -189,7 +189,7 @@ class FindingsPanel(QFrame):
         """Called after it has opened or closed."""
         self._wanted: bool | None = None
         """Whether the user wants it open; None for where there is room."""
-        self._has_room = self._holds = False
+        self._has_room = self._is_folded = self._holds = False
         self.values = Values()
         self.setProperty("role", "side")
         self.setFixedWidth(WIDTH)
@@ -241,7 +241,11 @@ class FindingsPanel(QFrame):
     def is_open(self) -> bool:
         """Whether it is to be seen."""
         asked = self._asker.asked.choices.shown
-        return asked and (self._has_room if self._wanted is None else self._wanted)
+        return (
+            asked
+            and not self._is_folded
+            and (self._has_room if self._wanted is None else self._wanted)
+        )
 
     @property
     def is_asked_for(self) -> bool:
@@ -263,7 +267,7 @@ class FindingsPanel(QFrame):
 
     def fold(self, width: int, height: int) -> None:
         """Take less room in a low editor, and open by itself in a wide one."""
-        self._has_room = width >= OPEN_FROM
+        self._has_room, self._is_folded = width >= OPEN_FROM, height <= HEADER_HEIGHT
         is_low = height < LOW_BELOW
         for row in (*self.value_rows, *self.edit_rows):
             row.setFixedHeight(LOW_ROW_HEIGHT if is_low else ROW_HEIGHT)

@@ -2,47 +2,47 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QSize, Signal
+from PySide6.QtCore import QPoint, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.icons import IconButton
 from app.state.viewer_state import ViewerState
-from app.tf_editor.axis_gestures import AxisGestures
 from app.tf_editor.color_layer import ColorLayer
 from app.tf_editor.keys import EditorKeys
 from app.tf_editor.mode_card import ModeCard
-from app.tf_editor.moves import HandleMoves, handle_name
+from app.tf_editor.moves import HandleMoves, Selection, handle_name
 from app.tf_editor.opacity_layer import OpacityLayer
-from app.tf_editor.plot_area import PlotArea
-from app.tf_editor.popup import pop_up
+from app.tf_editor.plot_area import PINS_HEIGHT, PlotArea
+from app.tf_editor.plot_gestures import PlotGestures
 from app.tf_editor.range_layer import RangeLayer
-from app.tf_editor.rubber_band import RubberBand
-from app.tf_editor.selection import Selection
 from app.tf_editor.tf_menu import TransferFunctionMenu
-from model.scene import tf_editing as edits
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
-
-SMALL_RANGE = 0.2
-"""Share of all values below which a range is hard to edit while all of them are shown."""
 
 HEADER_HEIGHT = 34
 
 LEAST_WIDTH = 960
-LEAST_HEIGHT, GREATEST_HEIGHT = 220, 460
+LEAST_HEIGHT, GREATEST_HEIGHT = 180, 460
 """Least width, and limits of its height unless it is dragged, in pixels."""
+
+UNLIMITED = 2**24 - 1
+"""Qt's largest height of a widget."""
 
 CAPTIONED_FROM = 1180
 """Width from which the card at a handle says what its numbers are, in pixels."""
 
 
 class TransferFunctionEditor(QFrame):
-    """Edits a state's TF over a volume's histogram; the lower third of the window."""
+    """Edits a state's TF over a volume's histogram, at the bottom of the window."""
 
     resized = Signal()
+    folded = Signal(bool)
+    """Emitted when the plots go, so that only the header is left, or come again."""
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -51,28 +51,25 @@ class TransferFunctionEditor(QFrame):
         self.selection = Selection(self)
         # Connected first, so that no other slot finds a selected handle that no longer exists.
         state.tf_input.changed.connect(self.selection.fit)
-        state.tf_input.changed.connect(self._show_new)
+        state.tf_input.changed.connect(self._follow_tf)
         self.area = PlotArea(self)
-        self.moves = HandleMoves(state, self.selection, self)
-        self.opacity = OpacityLayer(self.area, state, self.selection, self.moves)
-        self.color = ColorLayer(self.area, state, self.selection, self.moves)
+        self.moves = HandleMoves(state, self.selection)
+        self.opacity = OpacityLayer(self.area, self.moves)
+        self.color = ColorLayer(self.area, self.moves)
         self.range = RangeLayer(self.area, state)
-        self.gestures = AxisGestures(self.area)
-        self.rubber_band = RubberBand(self.area, self.opacity, self.color, self.selection)
-        self.keys = EditorKeys(
-            self.area, state, self.selection, self.moves, self.opacity, self.color, self.gestures
-        )
-        self.card = ModeCard(self.area, state, self.selection, self.moves)
-        self.menu = TransferFunctionMenu(state, self.area, self.range, self.moves, self)
-        self.menu.show_all.connect(self.gestures.show_all)
-        self.menu.replaced.connect(self.select_strongest)
-        self.menu.range_shown.connect(self.show_range)
-        self.add_button = IconButton("plus", "Add mode", "Insert")
+        PlotGestures(self.area, self.opacity, self.color, self.selection)
+        self._keys = EditorKeys(self.area, self.moves, self.color)
+        self.card = ModeCard(self.area, self.moves, self.color)
+        self.menu = TransferFunctionMenu(self.area, self.range, self.moves, self)
+        self._add_button = IconButton("plus", "Add mode", "Insert")
+        self._add_button.clicked.connect(self._keys.add_in_the_middle)
         self._is_new = False
         self._range: Range | None = None
         """Scalar range of the last finished edit."""
         self._lay_out()
-        self._connect()
+        state.tf_input.changeFinished.connect(self._follow_range)
+        self.area.widget.scene().sigMouseClicked.connect(self._click)
+        QShortcut(QKeySequence("F2"), self, self.card.edit)
         self.setEnabled(False)
 
     def set_data(
@@ -116,30 +113,16 @@ class TransferFunctionEditor(QFrame):
         self.set_data(counts, edges, data_range, units, scale)
         if self._state.scale == scale:
             # No TF follows: this one, of an undone edit, was there before.
-            self._show_new()
+            self._follow_tf(self._state.transfer_function)
 
-    def show_range(self, fill: bool = False) -> None:
-        """Show all values, or those around the TF's range where it is a small part of them.
-
-        Parameters
-        ----------
-        fill : bool
-            Whether to show those around the range in any case.
-        """
-        self.area.include(self._state.scalar_range, self._state.scale)
-        axis = self.area.axis.showing(self.area.axis.full)
-        low, high = axis.places(self._state.scalar_range)
-        if fill or high - low < SMALL_RANGE:
-            room = (high - low) / 4
-            ends = axis.values([max(low - room, 0.0), min(high + room, 1.0)])
-            axis = axis.showing((float(ends[0]), float(ends[1])))
-        self.area.set_axis(axis)
-
-    def show_small_range(self) -> None:
-        """Show the values around the TF's range where it is a small part of those in sight."""
-        low, high = self.area.axis.places(self._state.scalar_range)
-        if high - low < SMALL_RANGE:
-            self.show_range()
+    def _follow_tf(self, tf: TransferFunction) -> None:
+        """Show the range of a new volume's TF, and say what is added, modes or points."""
+        if self._is_new:
+            self._is_new = False
+            self.range.show_range()
+        name = f"Add {handle_name(tf.opacity)}"
+        self._add_button.setAccessibleName(name)
+        self._add_button.setToolTip(f"{name} (Insert)")
 
     def _follow_range(self, tf: TransferFunction) -> None:
         """Make the values of the TF fit on the axis, and bring a range into sight that is not."""
@@ -148,18 +131,19 @@ class TransferFunctionEditor(QFrame):
         # A range that is dragged has an end in sight.
         places = self.area.axis.places(tf.scalar_range)
         if is_new and not np.any((places >= 0.0) & (places <= 1.0)):
-            self.show_range()
+            self.range.show_range()
 
-    def _show_new(self) -> None:
-        if self._is_new:
-            self._is_new = False
-            self.show_range()
+    @property
+    def is_folded(self) -> bool:
+        """Whether only the header is there."""
+        return self.area.widget.isHidden()
 
-    def select_strongest(self) -> None:
-        """Select the most opaque mode or point."""
-        handles = edits.opacity_handles(self._state.transfer_function.opacity)
-        if handles:
-            self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
+    def set_folded(self, folded: bool) -> None:
+        """Leave only the header, a strip of buttons, or show the plots again."""
+        self.area.widget.setHidden(folded)
+        self.setMinimumHeight(HEADER_HEIGHT if folded else LEAST_HEIGHT)
+        self.setMaximumHeight(HEADER_HEIGHT if folded else UNLIMITED)
+        self.folded.emit(folded)
 
     def _lay_out(self) -> None:
         header = QWidget()
@@ -171,7 +155,7 @@ class TransferFunctionEditor(QFrame):
         self._header.setSpacing(4)
         menu = self.menu
         self.header_controls: list[QWidget] = [
-            menu.presets_button, menu.colors_button, self.add_button, menu.button,
+            menu.presets_button, menu.colors_button, self._add_button, menu.button,
         ]  # fmt: skip
         for button in self.header_controls:
             self._header.addWidget(button)
@@ -210,37 +194,25 @@ class TransferFunctionEditor(QFrame):
         """Add a panel at the right, as high as header and plots."""
         self._row.addWidget(widget)
 
-    def _connect(self) -> None:
-        self._state.tf_input.changeFinished.connect(self._follow_range)
-        self.area.opacityClicked.connect(self.selection.clear)
-        self.area.opacityDoubleClicked.connect(self.opacity.add)
-        self.area.opacityMenuRequested.connect(self._opacity_menu)
-        self.area.stripClicked.connect(self.color.add)
-        self.add_button.clicked.connect(lambda: self.keys.add_in_the_middle())
-        self.card.removeRequested.connect(self.remove_selected)
-        self.card.colorRequested.connect(self._choose_color)
-        self._state.tf_input.changed.connect(self._name_adding)
-        QShortcut(QKeySequence("F2"), self, self.card.edit)
+    def _click(self, event: Any) -> None:
+        """Take a click in one of the plots; handles keep their own clicks."""
+        at: QPointF = event.scenePos()
+        area, left = self.area, event.button() == Qt.MouseButton.LeftButton
+        if area.opacity.sceneBoundingRect().contains(at):
+            place = area.opacity.mapSceneToView(at)
+            value, opacity = area.axis.value(place.x()), area.scale.opacity(place.y())
+            if event.button() == Qt.MouseButton.RightButton:
+                text = f"Add {handle_name(self._state.transfer_function.opacity)} here"
+                screen = event.screenPos()
+                point = QPoint(int(screen.x()), int(screen.y()))
+                area.pop_up(point, (text, lambda: self.moves.add_opacity(value, opacity), True))
+            elif left and event.double():
+                self.moves.add_opacity(value, opacity)
+            elif left:
+                self.selection.clear()
+        elif left and self._strip_box.contains(at):
+            self.moves.add_stop(area.axis.value(area.strip.mapSceneToView(at).x()))
 
-    def _name_adding(self) -> None:
-        """Say what is added, modes or points."""
-        name = f"Add {handle_name(self._state.transfer_function.opacity)}"
-        self.add_button.setAccessibleName(name)
-        self.add_button.setToolTip(f"{name} (Insert)")
-
-    def _choose_color(self) -> None:
-        """Open the colour of the selected stop, or at the selected mode or point."""
-        index = self.selection.index("opacity")
-        if index is None:
-            self.keys.choose_color()
-        else:
-            handles = edits.opacity_handles(self._state.transfer_function.opacity)
-            self.color.choose_color_at(handles[index][0])
-
-    def remove_selected(self) -> None:
-        """Remove the selected modes, points or colour stops."""
-        self.moves.remove()
-
-    def _opacity_menu(self, value: float, height: float, point: QPoint) -> None:
-        text = f"Add {handle_name(self._state.transfer_function.opacity)} here"
-        pop_up(self.area.widget, point, (text, lambda: self.opacity.add(value, height), True))
+    @property
+    def _strip_box(self) -> Any:
+        return self.area.strip.sceneBoundingRect().adjusted(0, 0, 0, PINS_HEIGHT)

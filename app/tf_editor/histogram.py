@@ -26,31 +26,21 @@ _COMB = 0.1
 
 
 class HistogramLayer:
-    """Draws numbers of voxels, logarithmically.
+    """Draws numbers of voxels, logarithmically, in a plot with heights from 0 to 1.
 
-    Parameters
+    Attributes
     ----------
-    view : pyqtgraph.ViewBox
-        Plot with heights from 0 to 1.
+    counts : ndarray of int64, shape (bins,)
+    edges : ndarray of float64, shape (bins + 1,)
     """
 
     def __init__(self, view: Any) -> None:
         self._curve: Any = pg.PlotCurveItem(fillLevel=0, pen=None)
         self._curve.setZValue(-10)
         view.addItem(self._curve, ignoreBounds=True)
-        self._counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
+        self.counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
+        self.edges: NDArray[np.float64] = np.array([0.0, 1.0])
         self._drawn: NDArray[np.float64] = np.zeros(1)
-        self._edges: NDArray[np.float64] = np.array([0.0, 1.0])
-
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """Number of voxels in each bin."""
-        return self._counts
-
-    @property
-    def edges(self) -> NDArray[np.float64]:
-        """Edges of the bins, one more than counts."""
-        return self._edges
 
     @property
     def is_shown(self) -> bool:
@@ -67,23 +57,23 @@ class HistogramLayer:
 
     def said_at(self, value: float, scale: ValueScale) -> str:
         """Return the number of voxels in the bin of a value, in words; empty outside of all."""
-        index = int(np.searchsorted(self._edges, value, side="right")) - 1
-        if not 0 <= index < len(self._counts):
+        index = int(np.searchsorted(self.edges, value, side="right")) - 1
+        if not 0 <= index < len(self.counts):
             return ""
-        low, high = values_at(self._edges[index : index + 2], scale)
-        count = int(self._counts[index])
+        low, high = values_at(self.edges[index : index + 2], scale)
+        count = int(self.counts[index])
         voxels = "voxel" if count == 1 else "voxels"
         return f"{count:,} {voxels} from {significant(low, 5)} to {significant(high, 5)}"
 
     def set_data(self, counts: NDArray[np.int64], edges: NDArray[np.float64]) -> None:
         """Take another volume's histogram; :meth:`draw` shows it."""
-        self._counts = np.asarray(counts, dtype=np.int64)
-        self._edges = np.asarray(edges, dtype=np.float64)
-        self._drawn = without_comb(self._counts)
+        self.counts = np.asarray(counts, dtype=np.int64)
+        self.edges = np.asarray(edges, dtype=np.float64)
+        self._drawn = without_comb(self.counts)
 
     def draw(self, axis: ScalarAxis) -> None:
         """Draw the part that an axis shows."""
-        places = axis.places(self._edges).clip(-_BEYOND, 1.0 + _BEYOND)
+        places = axis.places(self.edges).clip(-_BEYOND, 1.0 + _BEYOND)
         shown = np.diff(places) > 0
         if not shown.any():
             self._curve.setData([], [], stepMode=None)
@@ -98,16 +88,7 @@ def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:
 
     Data that were stretched to a wider range leave out some whole numbers; drawn as they are,
     their histogram is a comb whose teeth hide its shape. A tooth is spread over half of the gap
-    on either side.
-
-    Parameters
-    ----------
-    counts : ndarray of int64, shape (bins,)
-
-    Returns
-    -------
-    ndarray of float64, shape (bins,)
-        The counts themselves where there are few narrow gaps, or wide ones only.
+    on either side. Where there are few narrow gaps, or wide ones only, the counts (bins,) stay.
     """
     teeth = np.flatnonzero(counts)
     gaps = np.diff(teeth)
@@ -126,21 +107,10 @@ def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:
 def percentile_range(
     counts: NDArray[np.int64], edges: NDArray[np.float64], lower: float, upper: float
 ) -> Range:
-    """Return the values between two percentiles of a histogram.
+    """Return the values between two percentiles, in percent, of a histogram.
 
-    Parameters
-    ----------
-    counts : ndarray of int64, shape (bins,)
-    edges : ndarray of float64, shape (bins + 1,)
-        Increasing.
-    lower, upper : float
-        In percent, 0 <= lower < upper <= 100.
-
-    Returns
-    -------
-    tuple of float
-        From the lower edge of the bin with the lower percentile to the upper edge of that with
-        the upper one: within a bin, nothing is known.
+    They go from the lower edge of the bin with the lower percentile to the upper edge of that
+    with the upper one: within a bin, nothing is known.
     """
     shares = np.cumsum(counts) / max(int(counts.sum()), 1)
     first = int(np.searchsorted(shares, lower / 100, side="right"))

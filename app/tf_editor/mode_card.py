@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from PySide6.QtCore import QPoint, QRect, QSize, Qt, Signal
+from numpy.typing import NDArray
+from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
 
 from app import theme
 from app.icons import IconButton
 from app.number_box import NumberBox
-from app.state.viewer_state import ViewerState
-from app.tf_editor.card_place import free_corner
-from app.tf_editor.color_layer import PIN_PLACE
+from app.tf_editor.color_layer import ColorLayer
 from app.tf_editor.moves import HandleMoves
-from app.tf_editor.plot_area import PlotArea
-from app.tf_editor.selection import Selection
+from app.tf_editor.plot_area import PIN_PLACE, PlotArea
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.value_scale import ValueScale
@@ -26,6 +24,15 @@ from model.scene.value_scale import ValueScale
 HEIGHT = 28
 BESIDE = 18
 """Distance from the handle, in pixels."""
+
+ROOM = 3
+"""Least distance from the plot's edges and from flags, in pixels."""
+
+STEP, REACH, DOWN = 12, 300, 4
+"""Distance between places to the side that are tried, and of the farthest; between heights."""
+
+OWN = 9
+"""Half the side of the square that the card's own handle takes, in pixels."""
 
 CURVE_PLACES = 129
 """Places of the opacity curve that the card keeps off."""
@@ -48,17 +55,10 @@ class ModeCard(QFrame):
     curve. It hides while a handle is dragged, which then has its numbers alone.
     """
 
-    removeRequested = Signal()
-    colorRequested = Signal()
-
-    def __init__(
-        self, area: PlotArea, state: ViewerState, selection: Selection, moves: HandleMoves
-    ) -> None:
+    def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:
         super().__init__(area.widget.viewport())
-        self._area = area
-        self._state = state
-        self._selection = selection
-        self._moves = moves
+        self._area, self._moves = area, moves
+        self._state, self._selection = state, selection = moves.state, moves.selection
         self._is_short = False
         self.heading = ""
         """What is selected, in words."""
@@ -83,14 +83,13 @@ class ModeCard(QFrame):
         self.value.valueChanged.connect(self._value_typed)
         self.width_box.valueChanged.connect(self._width_typed)
         self.height_box.valueChanged.connect(self._height_typed)
-        self.color_button.clicked.connect(self.colorRequested)
-        self.remove_button.clicked.connect(self.removeRequested)
+        self.color_button.clicked.connect(color.choose_selected)
+        self.remove_button.clicked.connect(moves.remove)
         # Not while something moves: the plot has the numbers then.
         state.tf_input.changeFinished.connect(self.refresh)
         selection.changed.connect(self.refresh)
         for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
             changed.connect(self.place)
-        area.readout.changed.connect(self.place)
         area.recolored.connect(self.refresh)
         self.refresh()
 
@@ -256,34 +255,34 @@ class ModeCard(QFrame):
     def place(self) -> None:
         """Go to where the handle is, or hide."""
         at = self._handle_at()
-        if at is None or self._area.readout.text:
+        if at is None or self._area.readout:
             self.hide()
             return
         self._row.activate()
         size = QSize(self.sizeHint().width(), HEIGHT)
         is_pin = self._selection.index("opacity") is None
         area = self._area
-        corner = free_corner(
+        flags = [flag.geometry() for flag in area.flags if not flag.isHidden()]
+        kept_clear = [flag.adjusted(-ROOM, -ROOM, ROOM, ROOM) for flag in flags]
+        own = QRect(at.x() - OWN, at.y() - OWN, 2 * OWN, 2 * OWN)
+        corner = _free_corner(
             at,
             size,
             BESIDE_PIN if is_pin else BESIDE,
             area.rect,
-            [flag.geometry() for flag in area.flags if not flag.isHidden()],
-            [*area.handle_boxes(), *area.label_boxes()],
-            self._curve_boxes(),
+            (kept_clear, [*area.handle_boxes(), *area.label_boxes(), own], self._curve_boxes()),
         )
         self.setGeometry(QRect(corner, size))
         self.show()
         self.raise_()
 
     def _value_typed(self, value: float) -> None:
-        index = self._selection.index("opacity")
-        stop = self._selection.index("color")
+        index, stop = self._selection.index("opacity"), self._selection.index("color")
         if index is not None:
-            at = edits.opacity_handles(self._state.transfer_function.opacity)[index]
+            at = edits.opacity_handles(self._moves.tf.opacity)[index]
             self._edit_opacity(lambda o: edits.move_opacity_handle(o, index, value, at[1]), "value")
         elif stop is not None:
-            tf = self._state.transfer_function
+            tf = self._moves.tf
             color = edits.move_stop(tf.color, stop, value)
             self._state.tf_input.set(replace(tf, color=color), "move colour stop", f"stop {stop}")
             self.refresh()
@@ -291,7 +290,7 @@ class ModeCard(QFrame):
     def _height_typed(self, height: float) -> None:
         index = self._selection.index("opacity")
         if index is not None:
-            at = edits.opacity_handles(self._state.transfer_function.opacity)[index]
+            at = edits.opacity_handles(self._moves.tf.opacity)[index]
             self._edit_opacity(
                 lambda o: edits.move_opacity_handle(o, index, at[0], height), "opacity"
             )
@@ -308,3 +307,39 @@ class ModeCard(QFrame):
         self._state.tf_input.set(after, f"set {what}", f"{what} {index}")
         # Even if the edit changed nothing, so that a number outside the limits is replaced.
         self.refresh()
+
+
+def _free_corner(
+    at: QPoint, size: QSize, beside: int, plot: QRect, layers: Sequence[Sequence[QRect]]
+) -> QPoint:
+    """Upper left corner of a card inside the plot, as near to its handle as may be.
+
+    What lies in the layers is covered only where it must be, that in the first the least. The
+    card stands at least some pixels beside the handle, or above or below it.
+    """
+    inside = plot.adjusted(ROOM, ROOM, -ROOM, -ROOM)
+    rightmost = max(inside.right() + 1 - size.width(), inside.left())
+    lowest = max(inside.bottom() + 1 - size.height(), inside.top())
+    steps = np.arange(0, REACH, STEP)
+    sides = [at.x() + beside + steps, at.x() - beside - size.width() - steps]
+    sides.append(at.x() - np.arange(0, size.width(), STEP))
+    xs = np.unique(np.concatenate(sides).clip(inside.left(), rightmost))
+    x, y = (each.ravel() for each in np.meshgrid(xs, np.arange(inside.top(), lowest + 1, DOWN)))
+    right, bottom = x + size.width() - 1, y + size.height() - 1
+    aside = np.maximum(np.maximum(x - at.x(), at.x() - right), 0)
+    above = np.maximum(np.maximum(y - at.y(), at.y() - bottom), 0)
+    off_middle = np.abs((y + bottom) / 2 - at.y())
+    hidden = [_hidden(x, y, size, boxes) for boxes in layers]
+    # The last key decides first.
+    best = np.lexsort((off_middle, np.hypot(aside, above), *reversed(hidden)))[0]
+    return QPoint(int(x[best]), int(y[best]))
+
+
+def _hidden(
+    x: NDArray[np.int_], y: NDArray[np.int_], size: QSize, boxes: Sequence[QRect]
+) -> NDArray[np.int_]:
+    """Number of boxes that a card covers, for each of its corners."""
+    edges = np.array([(b.left(), b.top(), b.right(), b.bottom()) for b in boxes]).reshape(-1, 4)
+    left, top, right, bottom = edges.T[:, :, None]
+    beside = (right < x) | (left > x + size.width() - 1)
+    return np.sum(~(beside | (bottom < y) | (top > y + size.height() - 1)), axis=0)

@@ -1,19 +1,114 @@
-"""Moves of the selected handles, each drag and each nudge as one undo step."""
+"""Which handles of a TF are selected, and how they are moved, added and removed."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Literal
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from app.state.viewer_state import ViewerState
-from app.tf_editor.selection import Kind, Selected, Selection
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import OpacityTF, TransferFunction
 
+Kind = Literal["opacity", "color"]
 
-class HandleMoves(QObject):
-    """Moves and removes the selected handles of the state's TF together.
+
+@dataclass(frozen=True)
+class Selected:
+    """A handle of the opacity TF or of the colour TF, identified by its index."""
+
+    kind: Kind
+    index: int
+
+
+class Selection(QObject):
+    """Holds the selected handles, all of one kind, and emits `changed`.
+
+    The one selected last is the current one, whose numbers are shown.
+
+    Attributes
+    ----------
+    flank : int or None
+        0 or 1 if keys act on the left or right flank of the current mode; else None.
+    """
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self._handles: tuple[Selected, ...] = ()
+        self.flank: int | None = None
+        self._known: tuple[object, ...] = ()
+        self._before: tuple[Selected, ...] = ()
+        """Selection from before a handle was added."""
+
+    @property
+    def selected(self) -> Selected | None:
+        """The current handle; None if there is none."""
+        return self._handles[-1] if self._handles else None
+
+    def index(self, kind: Kind) -> int | None:
+        """Return the index of the current handle if it is of this kind, or None."""
+        selected = self.selected
+        return selected.index if selected is not None and selected.kind == kind else None
+
+    def indices(self, kind: Kind) -> tuple[int, ...]:
+        """Return the indices of all selected handles of this kind, in order."""
+        return tuple(sorted(handle.index for handle in self._handles if handle.kind == kind))
+
+    def select(self, kind: Kind, index: int, flank: int | None = None) -> None:
+        """Select one handle only, or a flank of it."""
+        self._set((Selected(kind, index),), flank)
+
+    def select_all(self, kind: Kind, indices: Iterable[int]) -> None:
+        """Select these handles; the last one becomes the current one."""
+        self._set(tuple(Selected(kind, index) for index in dict.fromkeys(indices)))
+
+    def toggle(self, kind: Kind, index: int) -> None:
+        """Add a handle, or take it away; those of the other kind are no longer selected."""
+        handle = Selected(kind, index)
+        same = tuple(h for h in self._handles if h.kind == kind and h != handle)
+        self._set(same if handle in self._handles else (*same, handle))
+
+    def clear(self) -> None:
+        """Select nothing."""
+        self._set(())
+
+    def fit(self, transfer_function: TransferFunction) -> None:
+        """Take away handles that no longer exist; select one that was added to the others.
+
+        When it is gone again, as by undo, what was selected before is so again.
+        """
+        opacity, color = transfer_function.opacity, transfer_function.color
+        handles: tuple[object, ...] = opacity.points or opacity.modes
+        known, self._known = self._known, handles
+        added = [i for i, handle in enumerate(handles) if handle not in known]
+        if len(added) == 1 and 0 < len(known) == len(handles) - 1:
+            before = self._handles
+            self.select("opacity", added[0])
+            self._before = before
+            return
+        wanted, gone = self._handles, [i for i, handle in enumerate(known) if handle not in handles]
+        if self._before and not added and wanted == tuple(Selected("opacity", i) for i in gone):
+            wanted, self._before = self._before, ()
+        counts = {"opacity": len(handles), "color": len(color.stops)}
+        left = tuple(h for h in wanted if h.index < counts[h.kind])
+        self._change(left, None if opacity.points or left != self._handles else self.flank)
+
+    def _set(self, handles: tuple[Selected, ...], flank: int | None = None) -> None:
+        self._before = ()
+        self._change(handles, flank)
+
+    def _change(self, handles: tuple[Selected, ...], flank: int | None) -> None:
+        if (handles, flank) != (self._handles, self.flank):
+            self._handles, self.flank = handles, flank
+            self.changed.emit()
+
+
+class HandleMoves:
+    """Edits the state's TF by its handles: each drag, key and typed number is one undo step.
 
     Attributes
     ----------
@@ -21,67 +116,88 @@ class HandleMoves(QObject):
         Whether a colour stop at the mean of a mode moves along with it.
     """
 
-    def __init__(
-        self, state: ViewerState, selection: Selection, parent: QObject | None = None
-    ) -> None:
-        super().__init__(parent)
-        self._state = state
-        self._selection = selection
+    def __init__(self, state: ViewerState, selection: Selection) -> None:
+        self.state, self.selection = state, selection
         self._start: TransferFunction | None = None
         self._clicked: Selected | None = None
         self.colors_follow = True
 
+    @property
+    def tf(self) -> TransferFunction:
+        """The TF that is edited."""
+        return self.state.transfer_function
+
     def press(self, kind: Kind, index: int, *, adds: bool = False) -> None:
         """Select the handle pressed, with the others or alone, and remember the TF."""
         if adds:
-            self._selection.toggle(kind, index)
-        elif index not in self._selection.indices(kind):
-            self._selection.select(kind, index)
+            self.selection.toggle(kind, index)
+        elif index not in self.selection.indices(kind):
+            self.selection.select(kind, index)
         else:
             # One of several: they stay selected, so that they can be dragged together.
-            others = (i for i in self._selection.indices(kind) if i != index)
-            self._selection.select_all(kind, (*others, index))
+            others = (i for i in self.selection.indices(kind) if i != index)
+            self.selection.select_all(kind, (*others, index))
         self._clicked = None if adds else Selected(kind, index)
-        self._start = self._state.transfer_function
+        self._start = self.tf
 
     def drag(self, kind: Kind, index: int, value: float, height: float = 0.0) -> None:
         """Preview the selected handles moved as one of them is, to a value and an opacity."""
         start = self._start
-        if start is None or index not in self._selection.indices(kind):
+        if start is None or index not in self.selection.indices(kind):
             return
         if kind == "opacity":
             at = edits.opacity_handles(start.opacity)[index]
-            self._state.tf_input.move(self._moved(start, value - at[0], height - at[1]))
+            self.state.tf_input.move(self._moved(start, value - at[0], height - at[1]))
         else:
-            self._state.tf_input.move(self._moved(start, value - start.color.stops[index][0], 0.0))
+            self.state.tf_input.move(self._moved(start, value - start.color.stops[index][0], 0.0))
 
     def finish(self, text: str) -> None:
         """End a drag: one undo step. A click without a drag selects its handle alone."""
-        if self._clicked is not None and not self._state.live:
-            self._selection.select(self._clicked.kind, self._clicked.index)
+        if self._clicked is not None and not self.state.live:
+            self.selection.select(self._clicked.kind, self._clicked.index)
         self._start = self._clicked = None
-        self._state.tf_input.finish(text)
+        self.state.tf_input.finish(text)
 
     def nudge(self, shift: float, lift: float) -> None:
         """Move the selected handles by a difference in value and in opacity."""
-        selected = self._selection.selected
+        selected = self.selection.selected
         if selected is not None:
-            tf = self._moved(self._state.transfer_function, shift, lift)
-            indices = self._selection.indices(selected.kind)
-            self._state.tf_input.set(tf, "nudge", f"nudge {selected.kind} {indices}")
+            indices = self.selection.indices(selected.kind)
+            after = self._moved(self.tf, shift, lift)
+            self.state.tf_input.set(after, "nudge", f"nudge {selected.kind} {indices}")
 
     def resize(self, index: int, width: float) -> None:
         """Set the width of a mode."""
-        tf = self._state.transfer_function
-        opacity = edits.resize_mode(tf.opacity, index, width)
-        self._state.tf_input.set(replace(tf, opacity=opacity), "width", f"nudge width {index}")
+        opacity = edits.resize_mode(self.tf.opacity, index, width)
+        self.set_opacity(opacity, "width", f"nudge width {index}")
+
+    def set_opacity(self, opacity: OpacityTF, text: str, merges: str | None = None) -> None:
+        """Replace the opacity TF; edits in a row that merge under one name are one undo step."""
+        self.state.tf_input.set(replace(self.tf, opacity=opacity), text, merges)
+
+    def add_opacity(self, value: float, height: float) -> None:
+        """Add a mode or point, and select it."""
+        opacity, index = edits.add_opacity_handle(self.tf.opacity, value, height)
+        self.set_opacity(opacity, f"add {handle_name(opacity)}")
+        self.selection.select("opacity", index)
+
+    def add_stop(self, value: float) -> None:
+        """Add a colour stop, and select it."""
+        color, index = edits.add_stop(self.tf.color, value)
+        self.state.tf_input.set(replace(self.tf, color=color), "add colour stop")
+        self.selection.select("color", index)
+
+    def remove_at(self, kind: Kind, index: int) -> None:
+        """Remove one handle."""
+        self.selection.select(kind, index)
+        self.remove()
 
     def remove(self) -> None:
         """Remove the selected handles, all but the ends of a free curve and of the colours."""
-        tf, selected = self._state.transfer_function, self._selection.selected
+        tf, selected = self.tf, self.selection.selected
         if selected is None:
             return
-        indices = self._selection.indices(selected.kind)
+        indices = self.selection.indices(selected.kind)
         opacity, color = tf.opacity, tf.color
         for index in reversed(indices):
             if selected.kind == "opacity":
@@ -90,9 +206,15 @@ class HandleMoves(QObject):
                 color = edits.remove_stop(color, index)
         after = TransferFunction(opacity, color)
         if after != tf:
-            self._selection.clear()
+            self.selection.clear()
             name = handle_name(opacity) if selected.kind == "opacity" else "colour stop"
-            self._state.tf_input.set(after, f"remove {name}" + ("s" if len(indices) > 1 else ""))
+            self.state.tf_input.set(after, f"remove {name}" + ("s" if len(indices) > 1 else ""))
+
+    def select_strongest(self) -> None:
+        """Select the most opaque mode or point."""
+        handles = edits.opacity_handles(self.tf.opacity)
+        if handles:
+            self.selection.select("opacity", max(range(len(handles)), key=lambda i: handles[i][1]))
 
     def with_opacity(self, before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
         """Return a TF with its modes moved, and with their colours where these follow."""
@@ -101,10 +223,10 @@ class HandleMoves(QObject):
         return replace(before, opacity=opacity)
 
     def _moved(self, tf: TransferFunction, shift: float, lift: float) -> TransferFunction:
-        modes = self._selection.indices("opacity")
+        modes = self.selection.indices("opacity")
         if modes:
             return self.with_opacity(tf, edits.move_opacity_handles(tf.opacity, modes, shift, lift))
-        stops = self._selection.indices("color")
+        stops = self.selection.indices("color")
         return replace(tf, color=edits.move_stops(tf.color, stops, shift))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, cast
 
 import numpy as np
@@ -9,16 +10,14 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt, Signal
 from PySide6.QtGui import QFocusEvent, QHelpEvent
-from PySide6.QtWidgets import QGraphicsItem, QToolTip, QWidget
+from PySide6.QtWidgets import QGraphicsItem, QLabel, QMenu, QToolTip, QWidget
 
 from app import theme
-from app.controls import BY_KEYS
+from app.controls import BY_KEYS, add_action
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.histogram import HistogramLayer
-from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_labels import PlotLabels, Side
-from app.tf_editor.plot_readout import PlotReadout
-from app.tf_editor.unit_axis import ScalarAxis
+from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
 
@@ -28,12 +27,21 @@ LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 50, 8
 STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 """Heights of the colours, of their pins below, and of the numbers, in pixels."""
 
+PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT
+"""Where pins stand, in heights of the strip from its lower edge."""
+
+ZOOM_STEP = 1.25
+"""Factor of the visible interval by one step of the wheel."""
+
+GAP = 18
+"""Pixels between a point and the numbers of its drag."""
+
 HEADROOM = 16
 """Pixels above the opacity 1, for flags and the grips of the range."""
 
 
 class PlotArea(QObject):
-    """Builds the plots and emits the scalar values of clicks next to the handles.
+    """The plots, their axes and what is drawn in them by values and heights.
 
     The plots' horizontal axis is the visible interval of scalar values mapped to 0..1.
 
@@ -54,21 +62,15 @@ class PlotArea(QObject):
     back : pyqtgraph.ViewBox
         The ground behind both, with the opacity's scale: for areas, over which lines are seen.
     second_labels : PlotLabels
-        Its numbers, at the right.
-    readout : PlotReadout
-        Numbers of a drag.
+        The second plot's numbers, at the right.
     """
 
-    opacityClicked = Signal()
-    opacityDoubleClicked = Signal(float, float)
-    opacityMenuRequested = Signal(float, float, QPoint)
-    stripClicked = Signal(float)
     axisChanged = Signal()
     """Emitted when other values are visible, or a scale is another."""
     heightChanged = Signal()
     """Emitted when the opacity plot has another size."""
     flagsMoved = Signal()
-    """Emitted when widgets over the plot have moved."""
+    """Emitted when widgets over the plot have moved, or the numbers of a drag come or go."""
     recolored = Signal()
     """Emitted when the colours are those of another theme."""
 
@@ -102,11 +104,13 @@ class PlotArea(QObject):
         self.second, self.back = _view_behind(self.opacity, 1), _view_behind(self.opacity, 2)
         self._lines: list[Any] = []
         self.histogram = HistogramLayer(self.back)
-        self.readout = PlotReadout(self.widget, self)
+        self._readout = QLabel(self.widget)
+        self._readout.setProperty("role", "readout")
+        self._readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._readout.hide()
         self.flags: list[QWidget] = []
         """Widgets over the plot that nothing else may cover."""
         self.opacity.sigResized.connect(lambda *_: self._fit_heights())
-        self.widget.scene().sigMouseClicked.connect(self._clicked)
         for watched in (self.widget, self.widget.viewport()):
             watched.installEventFilter(self)
         self._recolor()
@@ -273,17 +277,9 @@ class PlotArea(QObject):
         *,
         are_opacities: bool = False,
     ) -> None:
-        """Draw heights at even values over a range in a curve, now and on every other axis.
+        """Draw heights (n,) at even values over a range in a PlotCurveItem, on every axis.
 
-        Parameters
-        ----------
-        item : pyqtgraph.PlotCurveItem
-            In the opacity plot or in one of a second scale.
-        heights : ndarray, shape (n,)
-        scalar_range : tuple of float
-            The values of the first and the last of them.
-        are_opacities : bool
-            Whether the opacity plot's scale applies to the heights.
+        The opacity plot's scale applies to them if they are opacities.
         """
         self._drawn[item] = heights, scalar_range, are_opacities
         self._draw(item)
@@ -299,31 +295,45 @@ class PlotArea(QObject):
             places, heights = cut, np.interp(cut, places, heights)
         item.setData(places, self.scale.heights(heights) if are_opacities else heights)
 
-    def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
-        """Show numbers next to a point of one of the plots."""
-        self.readout.show_at(self.pixel(plot, self.axis.place(value), height), text)
+    def zoom(self, steps: float, place: float = 0.5) -> None:
+        """Zoom in by a number of steps, out by a negative one, around a place of the plots."""
+        self.set_axis(self.axis.zoomed(ZOOM_STEP**steps, min(max(place, 0.0), 1.0)))
 
-    def _clicked(self, event: Any) -> None:
-        """Emit the signal for a click on one of the plots; handles accept their own clicks."""
-        position: QPointF = event.scenePos()
-        left = event.button() == Qt.MouseButton.LeftButton
-        if self.opacity.sceneBoundingRect().contains(position):
-            at = self.opacity.mapSceneToView(position)
-            value = self.axis.value(at.x())
-            if event.button() == Qt.MouseButton.RightButton:
-                screen = event.screenPos()
-                point = QPoint(int(screen.x()), int(screen.y()))
-                self.opacityMenuRequested.emit(value, self.scale.opacity(at.y()), point)
-            elif left and event.double():
-                self.opacityDoubleClicked.emit(value, self.scale.opacity(at.y()))
-            elif left:
-                self.opacityClicked.emit()
-        elif (
-            self.strip.sceneBoundingRect().adjusted(0, 0, 0, PINS_HEIGHT).contains(position)
-            and left
-        ):
-            place = self.strip.mapSceneToView(position).x()
-            self.stripClicked.emit(self.axis.value(place))
+    def show_all(self) -> None:
+        """Show all values of the volume and of the TF's range."""
+        self.set_axis(self.axis.showing(self.axis.full))
+
+    @property
+    def readout(self) -> str:
+        """The numbers of a drag; empty where none are shown."""
+        return "" if self._readout.isHidden() else self._readout.text()
+
+    def show_readout(self, plot: Any, value: float, height: float, text: str) -> None:
+        """Show numbers next to a point of one of the plots, on the side where there is room."""
+        label, whole = self._readout, self.widget.size()
+        at = self.pixel(plot, self.axis.place(value), height)
+        label.setText(text)
+        label.adjustSize()
+        x = at.x() + GAP if at.x() < whole.width() / 2 else at.x() - GAP - label.width()
+        y = min(max(at.y() - label.height() // 2, 0), whole.height() - label.height())
+        label.move(x, y)
+        if label.isHidden():
+            label.show()
+            self.flagsMoved.emit()
+
+    def hide_readout(self) -> None:
+        """Hide the numbers of a drag."""
+        if not self._readout.isHidden():
+            self._readout.hide()
+            self.flagsMoved.emit()
+
+    def pop_up(self, point: QPoint, *entries: tuple[str, Callable[[], object], bool]) -> None:
+        """Open a menu at a point of the screen: texts, what they do, and whether they can."""
+        menu = QMenu(self.widget)
+        for text, call, enabled in entries:
+            add_action(menu, text, call).setEnabled(enabled)
+        menu.aboutToHide.connect(menu.deleteLater)
+        menu.popup(point)
 
 
 def _view_behind(opacity: Any, steps: int) -> Any:

@@ -8,6 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter
 from PySide6.QtWidgets import (
     QApplication,
+    QGraphicsItem,
     QGraphicsWidget,
     QStyleOptionGraphicsItem,
     QWidget,
@@ -39,15 +40,11 @@ def label_font() -> QFont:
 
 
 class PlotLabels(QGraphicsWidget):
-    """Numbers along one side of a plot, each at its place.
-
-    Parameters
-    ----------
-    side : {"left", "bottom", "right"}
-    """
+    """Numbers along one side of a plot, each at its place."""
 
     def __init__(self, side: Side) -> None:
         super().__init__()
+        self.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         self._side = side
         self._color = QColor()
         self.labels: tuple[tuple[float, str], ...] = ()

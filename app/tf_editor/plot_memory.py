@@ -6,9 +6,8 @@ from PySide6.QtCore import QObject
 
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_area import PlotArea
-from app.tf_editor.unit_axis import ScalarAxis
+from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 
 
 class PlotMemory(QObject):

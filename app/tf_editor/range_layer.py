@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -16,6 +17,9 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.range_fitting import fit_to_range, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_text import range_text
+
+SMALL_RANGE = 0.2
+"""Share of all values below which a range is hard to edit while all of them are shown."""
 
 LEAST_DISTANCE = 0.004
 """Smallest distance between the lines after a drag, as a fraction of the plot's width."""
@@ -32,16 +36,18 @@ _TIP = (
 class RangeLine(DragHandle):
     """A vertical line as high as the plot, with a grip at its top, outside the range.
 
-    There it is in sight where a mode or point lies at the end of the range.
-
-    Parameters
-    ----------
-    outwards : {-1, 1}
-        Direction away from the range: to the left or to the right.
+    There it is in sight where a mode or point lies at the end of the range. Outwards is -1 for
+    the line at the left end, 1 for that at the right.
     """
 
-    def __init__(self, outwards: int) -> None:
-        super().__init__("line")
+    def __init__(
+        self,
+        outwards: int,
+        drag: Callable[[float, float], object],
+        release: Callable[[], object],
+        press: Callable[[], object],
+    ) -> None:
+        super().__init__("line", drag, release, press)
         left = -_GRIP[0] if outwards < 0 else 0.0
         self._grip_box = QRectF(left, 0.0, *_GRIP)
         self.setCursor(Qt.CursorShape.SplitHCursor)
@@ -62,10 +68,7 @@ class RangeLine(DragHandle):
         return QRectF(left, -self._height, right - left, self._height)
 
     def paint(
-        self,
-        painter: QPainter,
-        _option: QStyleOptionGraphicsItem,
-        _widget: QWidget | None = None,
+        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
         """Draw the line and its grip."""
         color = QColor(theme.ACCENT if self.is_hovered else theme.DIM_TEXT)
@@ -113,6 +116,26 @@ class RangeLayer(QObject):
                 shade.setRect(left, 0.0, max(right - left, 0.0), height)
                 shade.setVisible(right > left)
 
+    def show_range(self, fill: bool = False) -> None:
+        """Show all values, or those around the TF's range where it is a small part of them.
+
+        With `fill`, show those around the range in any case.
+        """
+        self._area.include(self._state.scalar_range, self._state.scale)
+        axis = self._area.axis.showing(self._area.axis.full)
+        low, high = axis.places(self._state.scalar_range)
+        if fill or high - low < SMALL_RANGE:
+            room = (high - low) / 4
+            ends = axis.values([max(low - room, 0.0), min(high + room, 1.0)])
+            axis = axis.showing((float(ends[0]), float(ends[1])))
+        self._area.set_axis(axis)
+
+    def show_small_range(self) -> None:
+        """Show the values around the TF's range where it is a small part of those in sight."""
+        low, high = self._area.axis.places(self._state.scalar_range)
+        if high - low < SMALL_RANGE:
+            self.show_range()
+
     def set_range(self, scalar_range: Range) -> None:
         """Set the TF's range: one undo step."""
         whole = self._whole()
@@ -125,10 +148,12 @@ class RangeLayer(QObject):
         return self._cut[1] if self._cut is not None and self._cut[0] == tf else tf
 
     def _add_line(self, end: int) -> RangeLine:
-        line = RangeLine(-1 if end == 0 else 1)
-        line.pressed.connect(partial(self._begin, line))
-        line.dragged.connect(partial(self._drag, end))
-        line.released.connect(self._finish)
+        line = RangeLine(
+            -1 if end == 0 else 1,
+            partial(self._drag, end),
+            self._finish,
+            lambda: self._begin(adds=line.adds),
+        )
         self._area.opacity.addItem(line, ignoreBounds=True)
         return line
 
@@ -147,10 +172,9 @@ class RangeLayer(QObject):
         for shade in (each for pair in self._shades for each in pair):
             shade.setBrush(QBrush(color))
 
-    def _begin(self, line: RangeLine) -> None:
+    def _begin(self, adds: bool) -> None:
         self._before = self._state.transfer_function
-        self._begun = self._whole()
-        self._cuts = line.adds
+        self._begun, self._cuts = self._whole(), adds
 
     def _drag(self, end: int, place: float, _height: float) -> None:
         if self._before is None:
@@ -182,7 +206,7 @@ class RangeLayer(QObject):
         if self._cuts:
             self._cut = self._state.transfer_function, self._begun
         self._before = None
-        self._area.readout.hide()
+        self._area.hide_readout()
         self._state.tf_input.finish("range")
 
 

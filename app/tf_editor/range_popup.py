@@ -17,13 +17,7 @@ _LEAST_SHARE = 1e-6
 
 
 class RangePopup(QFrame):
-    """Shows the range of the state's TF and takes typed numbers, each as an undo step.
-
-    Parameters
-    ----------
-    layer : RangeLayer
-        Sets the range.
-    """
+    """Shows the range of the state's TF and takes typed numbers, each as an undo step."""
 
     def __init__(self, state: ViewerState, layer: RangeLayer, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)

@@ -9,21 +9,19 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QIcon, QImage, QPixmap
+from PySide6.QtGui import QAction, QIcon, QImage, QPixmap
 from PySide6.QtWidgets import QMenu, QToolButton, QWidget
 
 from app.controls import add_action
 from app.icons import BUTTON, IconButton
 from app.menu_tips import show_tips
-from app.state.viewer_state import ViewerState
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.moves import HandleMoves
-from app.tf_editor.opacity_scale import OpacityScale
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.preset_menu import PresetMenu
 from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.range_popup import RangePopup
-from app.tf_editor.unit_axis import ScalarAxis
+from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.tf_fitting import fitted_curve, fitted_modes
 from model.scene.tf_presets import Preset
@@ -51,43 +49,21 @@ PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the vox
 class TransferFunctionMenu(QObject):
     """Buttons with the menus of everything that changes a TF as a whole.
 
-    Parameters
-    ----------
-    area : PlotArea
-        Has the histogram, and the axis to be changed.
-    layer : RangeLayer
-        Sets the range.
-    moves : HandleMoves
-        Has the option that colours follow their mode.
-
     Attributes
     ----------
     presets_button, colors_button, button : QToolButton
         For presets, colours, and the rest.
     """
 
-    show_all = Signal()
-    """Emitted when all values are to be visible."""
-    replaced = Signal()
-    """Emitted when another TF has replaced the present one, with other handles."""
     scale_wanted = Signal(str)
     """Emitted with the scale that the volume is to be shown on."""
-    range_shown = Signal(bool)
-    """Emitted when the range is to be visible, and True if it is to fill the plots."""
 
     def __init__(
-        self,
-        state: ViewerState,
-        area: PlotArea,
-        layer: RangeLayer,
-        moves: HandleMoves,
-        parent: QWidget,
+        self, area: PlotArea, layer: RangeLayer, moves: HandleMoves, parent: QWidget
     ) -> None:
         super().__init__(parent)
-        self._state = state
-        self._area = area
-        self._layer = layer
-        self._moves = moves
+        self._area, self._layer, self._moves = area, layer, moves
+        self._state = state = moves.state
         self.button = IconButton("more", "More", tip=HINT)
         self.menu = QMenu(self.button)
         show_tips(self.menu)
@@ -131,11 +107,21 @@ class TransferFunctionMenu(QObject):
         self._add_range_menu()
         self._add_axis_menu()
         self.menu.addSeparator()
-        self._follow = self.menu.addAction("Colours follow their mode")
-        self._follow.setCheckable(True)
-        self._follow.setChecked(self._moves.colors_follow)
-        self._follow.setToolTip("A colour stop at the mean of a mode moves with the mode")
-        self._follow.toggled.connect(self._set_follow)
+        self._add_switch(
+            self.menu,
+            "Colours follow their mode",
+            "A colour stop at the mean of a mode moves with the mode",
+            self._set_follow,
+        ).setChecked(self._moves.colors_follow)
+
+    def _add_switch(
+        self, menu: QMenu, text: str, tip: str, switch: Callable[[bool], object]
+    ) -> QAction:
+        action = menu.addAction(text)
+        action.setCheckable(True)
+        action.setToolTip(tip)
+        action.toggled.connect(switch)
+        return action
 
     def _add_range_menu(self) -> None:
         menu = self.menu.addMenu("Range")
@@ -149,25 +135,29 @@ class TransferFunctionMenu(QObject):
     def _add_axis_menu(self) -> None:
         menu = self.menu.addMenu("Axis")
         show_tips(menu)
-        add_action(menu, "Show all", self.show_all.emit).setToolTip(
+        add_action(menu, "Show all", self._area.show_all).setToolTip(
             "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
         )
-        add_action(menu, "Show range", partial(self.range_shown.emit, True))
-        self._scale = menu.addAction("Logarithmic scale")
-        self._scale.setCheckable(True)
-        self._scale.setToolTip(
+        add_action(menu, "Show range", partial(self._layer.show_range, True))
+        self._scale = self._add_switch(
+            menu,
+            "Logarithmic scale",
             "TF, histogram and curve over the logarithm of the values. Values of zero or below "
-            "look like the lowest one."
+            "look like the lowest one.",
+            lambda on: self.scale_wanted.emit("log" if on else "linear"),
         )
-        self._scale.toggled.connect(lambda on: self.scale_wanted.emit("log" if on else "linear"))
-        self._logarithmic = menu.addAction("Logarithmic plot")
-        self._logarithmic.setCheckable(True)
-        self._logarithmic.setToolTip("Spacing of the values in the plot; the image stays the same")
-        self._logarithmic.toggled.connect(self.set_logarithmic)
-        self._fine = menu.addAction("Logarithmic opacity")
-        self._fine.setCheckable(True)
-        self._fine.setToolTip("More room for opacities below 0.1")
-        self._fine.toggled.connect(lambda on: self._area.set_scale(OpacityScale(on)))
+        self._logarithmic = self._add_switch(
+            menu,
+            "Logarithmic plot",
+            "Spacing of the values in the plot; the image stays the same",
+            self.set_logarithmic,
+        )
+        self._fine = self._add_switch(
+            menu,
+            "Logarithmic opacity",
+            "More room for opacities below 0.1",
+            lambda on: self._area.set_scale(OpacityScale(on)),
+        )
         self._area.axisChanged.connect(self._show_scales)
 
     def _show_scales(self) -> None:
@@ -256,7 +246,7 @@ class TransferFunctionMenu(QObject):
 
     def _set_range(self, scalar_range: Range) -> None:
         self._layer.set_range(scalar_range)
-        self.range_shown.emit(False)
+        self._layer.show_range()
 
     def _set_follow(self, on: bool) -> None:
         self._moves.colors_follow = on
@@ -267,7 +257,7 @@ class TransferFunctionMenu(QObject):
     def _commit(self, tf: TransferFunction, text: str) -> None:
         if tf != self._state.transfer_function:
             self._state.tf_input.set(tf, text)
-            self.replaced.emit()
+            self._moves.select_strongest()
 
 
 def _menu_button(name: str, text: str, tip: str) -> QToolButton:

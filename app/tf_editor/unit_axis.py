@@ -1,4 +1,4 @@
-"""The plots' horizontal axis: the visible interval of scalar values mapped to 0..1.
+"""Axes of the plots: scalar values and opacities as places and heights from 0 to 1.
 
 Qt compares positions with a fixed tolerance and could not distinguish values of a
 very small range, or of a range far from zero.
@@ -115,17 +115,7 @@ class ScalarAxis:
         return self._between(by, 1.0 + by)
 
     def ticks(self, count: int = 6) -> list[tuple[float, str]]:
-        """Choose round values to label.
-
-        Parameters
-        ----------
-        count : int
-            Approximate number of ticks of a linear axis.
-
-        Returns
-        -------
-        list of (place, text)
-        """
+        """Choose about `count` round values to label: places and texts."""
         if self.scale == "linear":
             return ticks(self.visible, count, self.labels)
         chosen = self._decades()
@@ -134,17 +124,9 @@ class ScalarAxis:
         return chosen
 
     def marks(self, unit: str = "") -> list[tuple[float, str]]:
-        """Return both ends of what is visible, and round values between them, with their texts.
+        """Return both ends of what is visible, and round values between them: places and texts.
 
-        Parameters
-        ----------
-        unit : str
-            Said after the last number; may be empty.
-
-        Returns
-        -------
-        list of (place, text)
-            In order; the ends, which say what is shown, come first and last.
+        The ends, which say what is shown, come first and last; the last one has the unit.
         """
         lo, hi = values_at(self.visible, self.labels).tolist()
         # To some ten-thousandth of what is visible: more digits would only be noise.
@@ -198,21 +180,9 @@ def bend_for(scalar_range: Range) -> float:
 def ticks(
     scalar_range: Range, count: int = 6, scale: ValueScale = "linear"
 ) -> list[tuple[float, str]]:
-    """Choose round values within a range, evenly spaced but for a logarithmic scale.
+    """Choose about `count` round values within a range: places on a linear axis, and texts.
 
-    Parameters
-    ----------
-    scalar_range : tuple of float
-        On the scale.
-    count : int
-        Approximate number of ticks.
-    scale : {"linear", "log"}
-        See :func:`model.scene.value_scale.logarithmic_ticks`.
-
-    Returns
-    -------
-    list of (place, text)
-        Places on a linear axis, 0..1, and their values as text.
+    They are evenly spaced but for a logarithmic scale, on which the range is given then.
     """
     if scale == "log":
         return logarithmic_ticks(scalar_range, count)
@@ -229,3 +199,45 @@ def ticks(
 def _text(value: float, digits: int) -> str:
     """Format a value with at most this many digits, and never as "-0"."""
     return f"{value + 0.0:.{digits}g}"
+
+
+BEND = 0.002
+"""Opacity below which the logarithmic scale is almost linear, so that it has a 0."""
+
+_TOP = math.asinh(1 / BEND)
+_MARKED = {0.001: "", 0.01: ".01", 0.1: ".1"}
+"""Labels of opacities between 0 and 1: that of the least would lie over the 0."""
+
+
+@dataclass(frozen=True)
+class OpacityScale:
+    """Maps opacities to heights in the plot, and back.
+
+    On the logarithmic scale, small opacities get as much room as large ones: it is an inverse
+    hyperbolic sine.
+    """
+
+    logarithmic: bool = False
+
+    def heights(self, opacities: ArrayLike) -> NDArray[np.float64]:
+        """Return the heights of opacities of any shape, 0..1 for 0..1."""
+        values = np.asarray(opacities, dtype=np.float64)
+        return np.asarray(np.arcsinh(values / BEND) / _TOP) if self.logarithmic else values
+
+    def height(self, opacity: float) -> float:
+        """Return the height of an opacity."""
+        return float(self.heights(opacity))
+
+    def opacity(self, height: float) -> float:
+        """Return the opacity at a height; outside 0..1, it is continued."""
+        if not self.logarithmic:
+            return height
+        # Far above the plot, a hyperbolic sine would overflow.
+        return BEND * math.sinh(min(max(height, -2.0), 2.0) * _TOP)
+
+    def ticks(self) -> list[tuple[float, str]]:
+        """Return heights and their labels."""
+        if not self.logarithmic:
+            return [(0, "0"), (0.5, ".5"), (1, "1")]
+        between = [(self.height(opacity), text) for opacity, text in _MARKED.items()]
+        return [(0, "0"), *between, (1, "1")]

@@ -107,7 +107,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     "Window": (
         Gesture("F6, Shift and F6", "the next area, the one before"),
         Gesture("F8", "show or hide values and edits"),
-        Gesture("F9", "show or hide the TF editor"),
+        Gesture("F9", "fold or unfold the TF editor"),
         Gesture("F10, or Alt in a narrow window", "the menus"),
         Gesture("Escape", "end the last action; dismiss the newest notice"),
     ),

@@ -255,7 +255,7 @@ class MainWindow(WindowParts):
         )
 
     def _start_volume(self) -> None:
-        self.editor.select_strongest()
+        self.editor.moves.select_strongest()
         self.plot_memory.settle()
 
     def _show_range(self, opened: OpenedVolume) -> None:

@@ -211,8 +211,8 @@ def _fill_view(window: WindowParts, menu: QMenu) -> None:
     _add_switch(
         menu,
         "&TF editor",
-        lambda: not editor.isHidden(),
-        lambda: editor.setVisible(editor.isHidden()),
+        lambda: not editor.is_folded,
+        lambda: editor.set_folded(not editor.is_folded),
         "F9",
     )
     _add_switch(menu, "F&ull screen", window.isFullScreen, partial(_toggle_full, window), "F11")

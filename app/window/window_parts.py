@@ -156,7 +156,7 @@ class WindowParts(QMainWindow):
             self, self._splitter, self.panes, self.state, self.editor.moves, self.preferences
         )
         self.sessions = Sessions(self.context, self.overlays, self.memory)
-        self.files = Files(self.context, self.sessions, self.editor.show_small_range)
+        self.files = Files(self.context, self.sessions, self.editor.range.show_small_range)
         self.saving = FigureSaving(self.context, self.overlays, self.image_error)
         self.empty_card = EmptyCard(self.context, self.files)
         Presets(self.editor.menu.presets, self.context)

@@ -13,9 +13,9 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
-from app.tf_editor.color_layer import PIN_PLACE
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.handle import DragHandle
+from app.tf_editor.plot_area import PIN_PLACE
 from model.scene.transfer_function import OpacityTF
 
 
@@ -52,9 +52,8 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state
         move(editor, half)
         move(editor, end)
     assert state.live
-    readout = editor.area.readout
-    qtbot.waitUntil(lambda: readout.text[6:9] in ("149", "150"))
-    first, value, second, height = readout.text.split()
+    qtbot.waitUntil(lambda: editor.area.readout[6:9] in ("149", "150"))
+    first, value, second, height = editor.area.readout.split()
     assert float(value) == pytest.approx(150.0, abs=0.3)
     assert (first, second) == ("value", "opacity")
     assert float(height) == pytest.approx(0.8, abs=0.02)
@@ -65,7 +64,7 @@ def test_dragging_a_peak_edits_live_and_makes_one_undo_step(qtbot, editor, state
     assert mode.mean == pytest.approx(150.0, abs=0.3)
     assert mode.amplitude == pytest.approx(0.8, abs=0.02)
     assert mode.width == 8.0
-    assert editor.area.readout.text == ""
+    assert editor.area.readout == ""
     state.edits.undo()
     assert state.transfer_function.opacity.modes[0].mean == 130.0
     assert not state.edits.stack.canUndo()
@@ -88,7 +87,7 @@ def test_dragging_a_flank_changes_only_the_width(qtbot, editor, state):
     end = pixel(editor, 185.0, right.pos().y())
     press(editor, start)
     move(editor, end)
-    qtbot.waitUntil(lambda: "width" in editor.area.readout.text)
+    qtbot.waitUntil(lambda: "width" in editor.area.readout)
     release(editor, end)
     mode = state.transfer_function.opacity.modes[1]
     assert (mode.mean, mode.amplitude) == (170.0, 0.5)
@@ -160,10 +159,10 @@ def choose(editor: TransferFunctionEditor, text: str) -> None:
 
 
 def test_the_context_menus_remove_and_add(editor, state):
-    editor.opacity.peaks[0].menuRequested.emit(QPoint())
+    editor.opacity.peaks[0].menu(QPoint())
     choose(editor, "Remove mode")
     assert [m.mean for m in state.transfer_function.opacity.modes] == [170.0]
-    editor.color.stops[1].menuRequested.emit(QPoint())
+    editor.color.stops[1].menu(QPoint())
     choose(editor, "Remove stop")
     assert len(state.transfer_function.color.stops) == 2
     right = Qt.MouseButton.RightButton

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from app.tf_editor.opacity_scale import OpacityScale
+from app.tf_editor.unit_axis import OpacityScale
 
 
 @pytest.mark.parametrize("logarithmic", [False, True])

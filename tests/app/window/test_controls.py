@@ -88,7 +88,7 @@ def window(qtbot, make_window):
     window.up_axis_card.ask("+z")
     window.notice.tell("It failed.", tone="error")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
-    window.editor.select_strongest()
+    window.editor.moves.select_strongest()
     window.activateWindow()
     qtbot.waitUntil(window.isActiveWindow)
     return window

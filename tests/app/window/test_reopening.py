@@ -75,7 +75,7 @@ def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path)
     (fine,) = (a for a in editor.menu.menu.findChildren(type(editor.menu._fine))
                if a.text() == "Logarithmic opacity")  # fmt: skip
     fine.trigger()
-    editor.gestures.zoom(3.0, 0.5)
+    editor.area.zoom(3.0, 0.5)
     axis, scale = editor.area.axis, editor.area.scale
     assert scale.logarithmic and axis.scale == "log" and axis.visible != axis.full
     show(qtbot, window, "other")

@@ -100,10 +100,10 @@ def test_everything_has_room_at_any_size_and_nothing_moves(make_window):
     height, editing = image.height(), action(window, "F9")
     editing.trigger()
     QTest.qWait(50)
-    assert window.editor.isHidden() and image.height() > height + 150
+    assert window.editor.is_folded and image.height() > height + 150
     editing.trigger()
     QTest.qWait(50)
-    assert window.editor.isVisible() and image.height() == height
+    assert not window.editor.is_folded and image.height() == height
     bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
     # As on a machine that is too slow for light.
     window.reference_controls.light.set_title("None (too slow)")
