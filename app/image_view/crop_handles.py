@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from dataclasses import dataclass
 from typing import cast
 
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen
 
 from app import theme
-from app.image_view.crop_outline import Handle, Place, axis_line, edges_of, handles_of
 from app.image_view.image_canvas import ImageCanvas
 from app.state.crop_planes import WITHOUT_VOLUME, axis_name, least_length, voxel_at
 from app.state.viewer_state import ViewerState
 from model.scene.crop import CropBox
-from model.scene.projection import Projection
+from model.scene.projection import NEAREST_DEPTH, Projection
 
 RADIUS, REACH = 6.0, 10.0
 """Of a handle, and how far from its middle it takes the mouse, in pixels."""
@@ -30,12 +33,41 @@ CURSORS = (
 )
 """For movements to the right, and each turned by 45 degrees counter-clockwise from it."""
 
+LEAST_SINE = 0.17
+"""Of the angle between an axis and the line of sight, from which its planes can be dragged."""
+
+Place = tuple[float, float]
+"""To the right and up from the image's middle, in halves of its shorter side."""
+
 DRAGGED_BY = (
     QEvent.Type.MouseButtonPress,
     QEvent.Type.MouseButtonDblClick,
     QEvent.Type.MouseMove,
     QEvent.Type.MouseButtonRelease,
 )
+
+
+@dataclass(frozen=True)
+class Handle:
+    """A handle at the middle of a face: of the lower plane of an axis, side 0, or of the upper.
+
+    Its depth is the distance in front of the eye; it may be behind the box.
+    """
+
+    axis: int
+    side: int
+    place: Place
+    depth: float
+    is_behind: bool
+
+
+@dataclass(frozen=True)
+class _Edge:
+    """An edge of the box, as far as it is in front of the eye."""
+
+    start: Place
+    end: Place
+    is_behind: bool
 
 
 class CropHandles(QObject):
@@ -62,7 +94,7 @@ class CropHandles(QObject):
     @property
     def handles(self) -> list[Handle]:
         """The handles that can be dragged in this view, the nearest one first."""
-        return handles_of(self._box, self._projection)
+        return _handles_of(self._box, self._projection)
 
     @property
     def label(self) -> str:
@@ -146,7 +178,7 @@ class CropHandles(QObject):
         assert self._dragged is not None
         axis, side = self._dragged
         x, y = self._canvas.place_of(position)
-        share = self._projection.nearest_on((2 * x - 1, 1 - 2 * y), *axis_line(self._box, axis))
+        share = self._projection.nearest_on((2 * x - 1, 1 - 2 * y), *_axis_line(self._box, axis))
         if share is not None:
             least = least_length(self._dimensions[axis])
             self._state.crop_input.move(self._box.with_plane(axis, side, share, least))
@@ -174,7 +206,7 @@ class CropHandles(QObject):
 
     def _cursor(self, handle: Handle) -> Qt.CursorShape:
         """The cursor along the image of the handle's axis."""
-        part = self._projection.seen_part(*axis_line(self._box, handle.axis))
+        part = self._projection.seen_part(*_axis_line(self._box, handle.axis))
         assert part is not None
         (x0, y0), (x1, y1) = self._projection.places(part)
         return CURSORS[round(math.atan2(y1 - y0, x1 - x0) / (math.pi / 4)) % 4]
@@ -208,7 +240,7 @@ class CropHandles(QObject):
                 self._paint_label(painter, self.position(handle))
 
     def _paint_edges(self, painter: QPainter) -> None:
-        for edge in edges_of(self._box, self._projection):
+        for edge in _edges_of(self._box, self._projection):
             pens = [QPen(QColor(theme.ON_IMAGE.disabled), 1.0, Qt.PenStyle.DashLine)]
             if not edge.is_behind:
                 # A dark line beneath, so that it is seen on bright pictures, too.
@@ -241,3 +273,58 @@ class CropHandles(QObject):
         painter.drawRoundedRect(box, 4, 4)
         painter.setPen(QColor(theme.ON_IMAGE.text))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.label)
+
+
+def _handles_of(box: CropBox, projection: Projection) -> list[Handle]:
+    visible = _visible_faces(box, projection)
+    found = []
+    for axis in range(3):
+        line = _axis_line(box, axis)
+        for side, share in enumerate((box.low[axis], box.high[axis])):
+            middle = line[0] + share * (line[1] - line[0])
+            depth = float(projection.depths(middle[None])[0])
+            if depth > NEAREST_DEPTH and _sine(projection, middle, axis) >= LEAST_SINE:
+                place = _place(projection.places(middle[None])[0])
+                found.append(Handle(axis, side, place, depth, not visible[axis][side]))
+    return sorted(found, key=lambda handle: handle.depth)
+
+
+def _edges_of(box: CropBox, projection: Projection) -> list[_Edge]:
+    """Edges that are in front of the eye, those behind the box first."""
+    visible = _visible_faces(box, projection)
+    found = []
+    for axis in range(3):
+        second, third = (other for other in range(3) if other != axis)
+        for sides in itertools.product((0, 1), repeat=2):
+            start, end = np.array(box.low), np.array(box.high)
+            start[second] = end[second] = (box.low, box.high)[sides[0]][second]
+            start[third] = end[third] = (box.low, box.high)[sides[1]][third]
+            part = projection.seen_part(start, end)
+            if part is not None:
+                first, last = projection.places(part)
+                in_front = visible[second][sides[0]] or visible[third][sides[1]]
+                found.append(_Edge(_place(first), _place(last), not in_front))
+    return sorted(found, key=lambda edge: not edge.is_behind)
+
+
+def _axis_line(box: CropBox, axis: int) -> NDArray[np.float64]:
+    """The line that a plane's handle moves along, through all of the volume, (2, 3)."""
+    line = np.tile((np.array(box.low) + np.array(box.high)) / 2, (2, 1))
+    line[:, axis] = 0.0, 1.0
+    return line
+
+
+def _visible_faces(box: CropBox, projection: Projection) -> list[tuple[bool, bool]]:
+    """Whether the lower and the upper face along each axis is turned to the eye."""
+    sides = zip(projection.eye, box.low, box.high, strict=True)
+    return [(bool(eye < low), bool(eye > high)) for eye, low, high in sides]
+
+
+def _sine(projection: Projection, point: NDArray[np.float64], axis: int) -> float:
+    """Sine of the angle between an axis and the line of sight through a point."""
+    sight = (point - projection.eye) * np.array(projection.proportions)
+    return math.sqrt(max(0.0, 1.0 - float(sight[axis]) ** 2 / float(sight @ sight)))
+
+
+def _place(place: NDArray[np.float64]) -> Place:
+    return float(place[0]), float(place[1])

@@ -6,7 +6,7 @@ import html
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
@@ -14,11 +14,13 @@ from app import theme
 from app.caption_button import CaptionButton, Tone
 from app.engines.client import EngineClient, EngineName, EngineState
 from app.engines.messages import Result
+from app.engines.requests import Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
-from app.image_view.lateness import Lateness
 from app.image_view.picture import BLACK, Background, compose
 from app.short_numbers import short
+from app.state.at_work import PATIENCE_MS
 from app.state.brightness import Brightness
+from model.scene.inputs import SceneInputs
 
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
@@ -40,18 +42,18 @@ MOST_PROGRESS = 0.94
 class EnginePane(QWidget):
     """Shows one engine's image. Its caption says how it was drawn; of a single image, its light.
 
-    Parameters
-    ----------
-    title : str
-    client : EngineClient
-    brightness : Brightness
-    engine : {"exact", "learned"}
-        Whose light its images have.
-
     Attributes
     ----------
+    engine : {"exact", "learned"}
+        Whose light its images have.
     caption : CaptionButton
-        Its menu is filled by whoever knows what can be done.
+        Its menu has what can be done with the image.
+    hint : str
+        In what the image is outside of what its model knows; empty if it is not.
+    note : str
+        Distance of the image from the truth, in words; empty if that is not known.
+    detail : str
+        Engine description, size and latency of the last image, as in the tooltip.
     """
 
     imageShown = Signal(object, object)
@@ -75,10 +77,10 @@ class EnginePane(QWidget):
         self.engine: EngineName = engine
         self._newest = -1
         self._rgba: NDArray[np.float32] | None = None
-        self._facts = self._who = self._light = self._coming = ""
+        self.detail = self._who = self._light = self._coming = ""
         self._most_samples = self._samples = 0
         self._is_alone = False
-        self._note = self._note_tip = self._hint = self._tip = ""
+        self.note = self._note_tip = self.hint = self._tip = ""
         self._speed = ""
         self._name = title
         self._cover = ("", "", "")
@@ -88,46 +90,34 @@ class EnginePane(QWidget):
         self.caption = CaptionButton(on_image=True)
         self.caption.setParent(self.canvas)
         self.caption.move(PLACE, PLACE)
-        self._lateness = Lateness(client, self)
-        self._lateness.changed.connect(self._note_lateness)
+        self._wanted: SceneInputs | None = None
+        self._shown: SceneInputs | None = None
+        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
+        self._patience.timeout.connect(self._be_late)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.canvas)
         self.canvas.resized.connect(self._show_status)
         client.stateChanged.connect(self._show_state)
+        client.images.asked.connect(self._wait)
         client.images.answered.connect(self._show_result)
         brightness.changed.connect(self._show_brightness)
         self._show_state(client.state)
 
     def set_hint(self, text: str) -> None:
-        """Say that the image is outside of what its model knows, and how; empty if it is not."""
-        self._hint = text
+        """Say in what the image is outside of what its model knows; empty if it is not."""
+        self.hint = text
         self._show_status()
-
-    @property
-    def hint(self) -> str:
-        """In what the image is outside of what its model knows; empty if it is not."""
-        return self._hint
 
     def set_note(self, text: str, tip: str = "") -> None:
         """Say how far the image is from the truth, in a few words; empty if that is not known."""
-        self._note, self._note_tip = text, tip
+        self.note, self._note_tip = text, tip
         self._show_status()
 
-    @property
-    def note(self) -> str:
-        """Distance of the image from the truth, in words; empty if that is not known."""
-        return self._note
-
     def set_light(self, light: str, coming: str = "", most_samples: int = 0) -> None:
-        """Name the light of the image.
+        """Name the light of the image, and the one that follows once it can be drawn, if any.
 
-        Parameters
-        ----------
-        coming : str
-            Light that follows once it can be drawn; empty for none.
-        most_samples : int
-            Of each pixel in path-traced light; 0 in other lights.
+        Path-traced light has at most so many samples of each pixel.
         """
         self._light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
@@ -160,21 +150,18 @@ class EnginePane(QWidget):
         return is_there and not self._is_late and not self._cover[0]
 
     @property
-    def title(self) -> str:
-        """Title of the pane's own images."""
-        return self._name
-
-    @property
     def status(self) -> str:
         """The caption's text next to the title."""
         return self.caption.detail
 
-    @property
-    def detail(self) -> str:
-        """Engine description, size and latency of the last image, as in the tooltip."""
-        return self._facts
-
     def _show_state(self, state: EngineState) -> None:
+        if state is EngineState.LOADING:
+            # Another light, perhaps: whatever is shown is not of it.
+            self._shown = None
+        elif state is not EngineState.WORKING:
+            self._wanted = None
+            self._patience.stop()
+            self._is_late = False
         has_image = self.canvas.image is not None and not self.canvas.message
         if state is EngineState.LOADING and not self.client.text and has_image:
             # Another engine for the same volume: the last image stays until there is a new one.
@@ -182,7 +169,7 @@ class EnginePane(QWidget):
         if state in WITHOUT_IMAGE:
             self._newest = -1
             self._rgba = None
-            self._facts = ""
+            self.detail = ""
             self._is_finer_next = False
             self.canvas.show_image(None)
             self.canvas.show_message(self.client.text or PREPARING)
@@ -210,21 +197,33 @@ class EnginePane(QWidget):
         # Models draw the whole volume, and a hint says so.
         cropped = "cropped" if request.inputs.crop and self.engine == "exact" else ""
         facts = [cropped, by, f"{width} × {height}", f"{1000 * result.seconds:.0f} ms"]
-        self._facts = "   ".join(fact for fact in facts if fact)
+        self.detail = "   ".join(fact for fact in facts if fact)
         if self.engine == "exact":
             self._who = by
             self._samples = 0 if result.image.is_preview else result.image.samples
         moves = request.quality.live and result.seconds > 0
         self._speed = f"moving {short(min(1 / result.seconds, 999))} fps" if moves else ""
-        self._lateness.note(request.inputs)
+        self._note_shown(request.inputs)
         self.resultShown.emit(result)
         self._show_status()
         self.imageShown.emit(result.request.inputs, rgba)
 
-    def _note_lateness(self, late: bool) -> None:
-        if late != self._is_late:
-            self._is_late = late
-            self._show_status()
+    def _wait(self, request: Request) -> None:
+        """Say in a while that the image is not the wanted one, unless it comes until then."""
+        self._wanted = request.inputs
+        if self._wanted != self._shown and not self._patience.isActive():
+            self._patience.start()
+
+    def _note_shown(self, inputs: SceneInputs) -> None:
+        self._shown, self._is_late = inputs, False
+        if self._wanted in (None, inputs):
+            self._patience.stop()
+        else:
+            self._patience.start()
+
+    def _be_late(self) -> None:
+        self._is_late = True
+        self._show_status()
 
     def _show_status(self) -> None:
         """Say in the caption how true the image is, and draw how far it has got."""
@@ -235,8 +234,8 @@ class EnginePane(QWidget):
             is_light = self._is_alone and self._light
             title = f"{self._light[:1].upper()}{self._light[1:]}" if is_light else self._name
             text, tone = self._status()
-            note = self._note_tip if self._note else ""
-            lines = [self._tip, self._hint, note, self._facts, self.client.remark]
+            note = self._note_tip if self.note else ""
+            lines = [self._tip, self.hint, note, self.detail, self.client.remark]
         said = title, text, tone, tuple(lines), self.canvas.width()
         if said != self._said:
             self._said = said
@@ -267,9 +266,9 @@ class EnginePane(QWidget):
             return coming, "dim"
         if self._speed:
             return self._speed, "dim"
-        facts = [self._drawn_text(), coming, self._note]
+        facts = [self._drawn_text(), coming, self.note]
         tone: Tone = "dim"
-        if self._hint:
+        if self.hint:
             facts.append(OUTSIDE)
             tone = "attention"
         return ", ".join(fact for fact in facts if fact), tone

@@ -30,17 +30,13 @@ WHAT = (
 class FidelityLine(QLabel):
     """Says nothing of an exact image, else how wrong it is, why, and how it gets better.
 
-    Its accessible name is what it says.
+    `whole` returns the pixels of an image that nothing limits, `passes` whether another
+    renderer's image follows the one that is drawn. What it says is its accessible name, too.
 
-    Parameters
+    Attributes
     ----------
-    pane : EnginePane
-        The reference's.
-    state : ViewerState
-    whole : callable
-        Returns the pixels that an image has where nothing stands against it.
-    passes : callable
-        Returns whether another renderer's image follows the one that is drawn.
+    fidelity : Fidelity
+        What is said now.
     """
 
     judged = Signal()
@@ -57,7 +53,7 @@ class FidelityLine(QLabel):
         self._pane, self._state = pane, state
         self._whole, self._passes = whole, passes
         self._errors = ImageErrors()
-        self._fidelity = Fidelity()
+        self.fidelity = Fidelity()
         self.setProperty("role", "on image")
         self.hide()
         pane.resultShown.connect(self._take)
@@ -66,14 +62,9 @@ class FidelityLine(QLabel):
         state.inputsChangeFinished.connect(self._show)
 
     @property
-    def fidelity(self) -> Fidelity:
-        """What is said now."""
-        return self._fidelity
-
-    @property
     def said(self) -> str:
         """What is said now, in words; empty of an exact image."""
-        return self._fidelity.text
+        return self.fidelity.text
 
     @property
     def moving(self) -> str:
@@ -89,19 +80,19 @@ class FidelityLine(QLabel):
         self._show()
 
     def _show(self) -> None:
-        self._fidelity = Fidelity()
+        self.fidelity = Fidelity()
         if self._pane.shows_present:
             settled = self._pane.client.state is EngineState.SETTLED and not self._passes()
             state = self._state
-            self._fidelity = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
-        text = self._fidelity.text
+            self.fidelity = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
+        text = self.fidelity.text
         if text == self.text() and self._state.live:
             # The rest follows once nothing moves.
             return
         if text != self.text():
             self.setText(text)
             self.setAccessibleName(text)
-        lines = (*self._fidelity.reasons, WHAT) if self._fidelity.error else self._fidelity.reasons
+        lines = (*self.fidelity.reasons, WHAT) if self.fidelity.error else self.fidelity.reasons
         # As rich text it is wrapped.
         tip = "<br>".join(html.escape(line) for line in lines)
         self.setToolTip(f"<qt>{tip}</qt>" if tip else "")

@@ -140,10 +140,11 @@ class ViewGestures(QObject):
     def _drag(self, position: QPointF) -> None:
         last, self._last = self._last, position
         moved = position - last
-        state, half = self._state, self._half()
+        state = self._state
         if self._gesture == "turn":
             state.move_view(turn(state, moved.x(), moved.y()))
         elif self._gesture == "pan":
+            _, half = self._frame()
             state.move_view(pan(state.view, moved.x() / half, -moved.y() / half))
         elif self._gesture == "roll":
             turned = self._bearing(position) - self._bearing(last)
@@ -181,21 +182,15 @@ class ViewGestures(QObject):
             self._wheel_rest.stop()
             self._state.finish_view()
 
-    def _frame(self) -> QRectF:
-        """Largest square in the middle of the image, or of a widget without an image."""
+    def _frame(self) -> tuple[QPointF, float]:
+        """Middle and half the side of the largest square in the image, or in the whole widget."""
         frame = QRectF(getattr(self._widget, "image_rect", self._widget.rect()))
-        side = min(frame.width(), frame.height())
-        square = QRectF(0.0, 0.0, side, side)
-        square.moveCenter(frame.center())
-        return square
-
-    def _half(self) -> float:
-        """Half the image's shorter side in pixels."""
-        return max(self._frame().height() / 2, 1.0)
+        return frame.center(), max(min(frame.width(), frame.height()) / 2, 1.0)
 
     def _place(self, position: QPointF) -> tuple[float, float]:
         """A position to the right and up from the image's middle, in halves of its side."""
-        arm, half = position - self._frame().center(), self._half()
+        middle, half = self._frame()
+        arm = position - middle
         return arm.x() / half, -arm.y() / half
 
     def _bearing(self, position: QPointF) -> float:

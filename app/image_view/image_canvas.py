@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPointF, QRect, QSize, Qt, Signal
+from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
@@ -66,6 +66,19 @@ class ImageCanvas(KeyedWidget):
 
     An image may be wider or higher than the square in its middle that all images share.
     Decorations and places refer to that square, and so do covers that are square.
+
+    Attributes
+    ----------
+    image : QImage or None
+        Displayed image, in its original size.
+    cover : QImage or None
+        Picture in its place.
+    message : str
+        Text over the image; may be empty.
+    progress : float or None
+        Part of the image that is there, 0..1, as the line at the upper edge says; None for all.
+    background : tuple of int or "gradient"
+        What is behind the image, where it is transparent.
     """
 
     resized = Signal()
@@ -78,38 +91,26 @@ class ImageCanvas(KeyedWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor)
         # Else Qt would paint what is below it first.
         self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
-        self._image: QImage | None = None
-        self._message = ""
+        self.image: QImage | None = None
+        self.message = ""
         self._message_color = theme.ON_IMAGE.dim
         self._below_message: QWidget | None = None
-        self._progress: float | None = None
-        self._cover: QImage | None = None
+        self.progress: float | None = None
+        self.cover: QImage | None = None
         self._decorations: list[Decoration] = []
-        self._background: Background = BLACK
-
-    @property
-    def background(self) -> Background:
-        """Background of the image, where it is transparent."""
-        return self._background
+        self.background: Background = BLACK
 
     def set_background(self, background: Background) -> None:
         """Put something else behind the image."""
-        self._background = background
+        self.background = background
         self.update()
-
-    @property
-    def cover(self) -> QImage | None:
-        """Picture in place of the image; None if there is none."""
-        return self._cover
 
     @property
     def image_rect(self) -> QRect:
         """Square in the middle of the image, which narrower and wider images share."""
         whole = self.picture_rect
         side = min(whole.width(), whole.height())
-        rect = QRect(0, 0, side, side)
-        rect.moveCenter(whole.center())
-        return rect
+        return _centred(QSize(side, side), whole)
 
     @property
     def reach(self) -> Reach:
@@ -119,8 +120,11 @@ class ImageCanvas(KeyedWidget):
 
     @property
     def picture_rect(self) -> QRect:
-        """Rectangle of the whole image; of the canvas while there is none."""
-        return self.rect() if self._image is None else self._image_rect(self._image)
+        """Largest rectangle in the middle of the image's shape; the canvas without an image."""
+        if self.image is None:
+            return self.rect()
+        size = self.image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
+        return _centred(size, self.rect())
 
     @property
     def pixels(self) -> tuple[int, int]:
@@ -129,7 +133,7 @@ class ImageCanvas(KeyedWidget):
         return round(self.width() * ratio), round(self.height() * ratio)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Tell that images of another size would fill the canvas."""
+        """Say that images of another size would fill the canvas."""
         super().resizeEvent(event)
         self.resized.emit()
 
@@ -141,30 +145,20 @@ class ImageCanvas(KeyedWidget):
             (position.y() - rect.top()) / max(rect.height(), 1),
         )
 
-    @property
-    def image(self) -> QImage | None:
-        """Displayed image, in its original size; None if there is none."""
-        return self._image
-
-    @property
-    def message(self) -> str:
-        """Text over the image; empty if there is none."""
-        return self._message
-
     def show_image(self, image: QImage | None) -> None:
         """Show an image, or none, and remove the message."""
-        self._message = ""
+        self.message = ""
         self.replace_image(image)
 
     def replace_image(self, image: QImage | None) -> None:
         """Show an image in place of the present one; a message over it stays."""
-        self._image = image
+        self.image = image
         self.update()
 
     def show_cover(self, cover: QImage | None) -> None:
         """Show a picture in place of the image; None to show the image again."""
-        if cover is not self._cover:
-            self._cover = cover
+        if cover is not self.cover:
+            self.cover = cover
             self.update()
 
     def add_decoration(self, paint: Decoration) -> None:
@@ -173,7 +167,7 @@ class ImageCanvas(KeyedWidget):
 
     def show_message(self, text: str, color: str = theme.ON_IMAGE.dim) -> None:
         """Show a message over the image."""
-        self._message = text
+        self.message = text
         self._message_color = color
         self.update()
 
@@ -182,15 +176,10 @@ class ImageCanvas(KeyedWidget):
         self._below_message = widget
         self.update()
 
-    @property
-    def progress(self) -> float | None:
-        """Part of the image that is there, 0..1; None if there is all of it."""
-        return self._progress
-
     def set_progress(self, progress: float | None) -> None:
         """Draw at the upper edge which part of the image is there; None for all of it."""
-        if progress != self._progress:
-            self._progress = progress
+        if progress != self.progress:
+            self.progress = progress
             self.update()
 
     def sizeHint(self) -> QSize:
@@ -207,15 +196,15 @@ class ImageCanvas(KeyedWidget):
         painter.setRenderHints(
             QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
         )
-        paint_background(painter, self.rect(), self._background)
-        if self._image is not None:
-            painter.setOpacity(0.3 if self._message else 1.0)
-            rect = self._image_rect(self._image)
-            if self._cover is None:
-                painter.drawImage(rect, self._image)
+        paint_background(painter, self.rect(), self.background)
+        if self.image is not None:
+            painter.setOpacity(0.3 if self.message else 1.0)
+            rect = self.picture_rect
+            if self.cover is None:
+                painter.drawImage(rect, self.image)
             else:
-                is_square = self._cover.width() == self._cover.height()
-                painter.drawImage(self.image_rect if is_square else rect, self._cover)
+                is_square = self.cover.width() == self.cover.height()
+                painter.drawImage(self.image_rect if is_square else rect, self.cover)
             painter.setOpacity(1.0)
             # Where a picture ends, the volume may be cut: that is to be seen.
             painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
@@ -225,30 +214,31 @@ class ImageCanvas(KeyedWidget):
             if self.height() - rect.height() > LEAST_GAP:
                 painter.drawLine(rect.topLeft(), rect.topRight())
                 painter.drawLine(rect.bottomLeft(), rect.bottomRight())
-            if not self._message:
+            if not self.message:
                 for paint in self._decorations:
                     painter.save()
                     paint(painter, self.image_rect)
                     painter.restore()
-        text_rect = self.rect().adjusted(_MARGIN, _MARGIN, -_MARGIN, -_MARGIN)
-        flags = Qt.TextFlag.TextWordWrap
-        if self._message:
-            painter.setPen(QColor(self._message_color))
-            # Narrower than the canvas, as long lines are hard to read.
-            column = text_rect.adjusted(text_rect.width() // 10, 0, -text_rect.width() // 10, 0)
-            place = Qt.AlignmentFlag.AlignCenter
-            if self._below_message is not None:
-                column.setBottom(self._below_message.y() - _MARGIN)
-                place = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
-            painter.drawText(column, place | flags, self._message)
-        if self._progress is not None:
-            paint_progress(painter, self.rect(), self._progress)
+        if self.message:
+            self._paint_message(painter)
+        if self.progress is not None:
+            paint_progress(painter, self.rect(), self.progress)
         self._paint_ring(painter)
         painter.end()
 
-    def _image_rect(self, image: QImage) -> QRect:
-        """Largest centred rectangle with the image's aspect ratio."""
-        size = image.size().scaled(self.size(), Qt.AspectRatioMode.KeepAspectRatio)
-        rect = QRect(0, 0, size.width(), size.height())
-        rect.moveCenter(self.rect().center())
-        return rect
+    def _paint_message(self, painter: QPainter) -> None:
+        painter.setPen(QColor(self._message_color))
+        # Narrower than the canvas, as long lines are hard to read.
+        side = _MARGIN + (self.width() - 2 * _MARGIN) // 10
+        column = self.rect().adjusted(side, _MARGIN, -side, -_MARGIN)
+        place = Qt.AlignmentFlag.AlignCenter
+        if self._below_message is not None:
+            column.setBottom(self._below_message.y() - _MARGIN)
+            place = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
+        painter.drawText(column, place | Qt.TextFlag.TextWordWrap, self.message)
+
+
+def _centred(size: QSize, whole: QRect) -> QRect:
+    rect = QRect(QPoint(), size)
+    rect.moveCenter(whole.center())
+    return rect

@@ -30,13 +30,10 @@ FIXED = (
 
 
 def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
-    """Return the direction of a light perpendicular to a ball's surface at a point.
+    """Return the direction of a light perpendicular to a ball's surface, within limits.
 
-    Parameters
-    ----------
-    x, y : float
-        Offset to the right and up from the ball's centre, in radii; points outside are
-        moved to the rim. Directions are clamped to the limits.
+    The point is to the right and up from the ball's centre, in radii; outside, it is moved to
+    the rim.
     """
     length = max(1.0, math.hypot(x, y))
     x, y = x / length, y / length
@@ -72,15 +69,7 @@ class LightBall(QWidget):
         self.set_light(None, None)
 
     def set_light(self, light: LightDirection | None, limits: LightRange | None) -> None:
-        """Offer a light within a range.
-
-        Parameters
-        ----------
-        light : LightDirection or None
-            The scene's light; None hides the ball.
-        limits : LightRange or None
-            None for a light that cannot be moved.
-        """
+        """Offer a light within a range: no light hides the ball, no limits fix it."""
         self._fixed = light or LightDirection()
         self._limits = limits or LightRange()
         self.setVisible(light is not None)

@@ -32,25 +32,21 @@ class OpacityInset(QObject):
     def __init__(self, pane: EnginePane) -> None:
         super().__init__(pane)
         self._pane = pane
-        self._picture: QImage | None = None
+        self.picture: QImage | None = None
+        """The painted image; None while it is not shown."""
         self._opacity: NDArray[np.float32] | None = None
         self._shown = False
         pane.imageShown.connect(lambda _inputs, rgba: self._take(rgba))
         pane.canvas.add_decoration(self._paint)
 
     @property
-    def picture(self) -> QImage | None:
-        """The painted image; None while it is not shown."""
-        return self._picture
-
-    @property
     def box(self) -> QRectF:
         """Where in the canvas the image is painted; empty while it is not."""
-        if self._picture is None:
+        if self.picture is None:
             return QRectF()
         whole = self._pane.canvas.picture_rect
         width = SHARE * whole.width()
-        height = width * self._picture.height() / self._picture.width()
+        height = width * self.picture.height() / self.picture.width()
         share, least = SCALE_BAR
         bottom = whole.bottom() - max(share * min(whole.width(), whole.height()), least)
         return QRectF(whole.left() + MARGIN, bottom - height, width, height)
@@ -65,19 +61,19 @@ class OpacityInset(QObject):
         self._refresh()
 
     def _refresh(self) -> None:
-        before = self._picture
-        self._picture = None
+        before = self.picture
+        self.picture = None
         if self._shown and self._opacity is not None:
-            self._picture = to_qimage(np.repeat(self._opacity[..., None], 4, axis=2))
-        if self._picture is not before:
+            self.picture = to_qimage(np.repeat(self._opacity[..., None], 4, axis=2))
+        if self.picture is not before:
             self._pane.canvas.update()
 
     def _paint(self, painter: QPainter, _square: QRect) -> None:
         canvas = self._pane.canvas
-        if self._picture is None or canvas.cover is not None:
+        if self.picture is None or canvas.cover is not None:
             return
         box = self.box
-        painter.drawImage(box, self._picture)
+        painter.drawImage(box, self.picture)
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1))
         painter.drawRect(box)

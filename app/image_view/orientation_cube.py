@@ -106,14 +106,7 @@ class OrientationCube(QWidget):
         return plain | dict(zip(AXES, labels, strict=False))
 
     def set_labels(self, labels: tuple[str, ...] | None) -> None:
-        """Set the faces' labels.
-
-        Parameters
-        ----------
-        labels : tuple of str, or None
-            One for each of :data:`~model.scene.axes.AXES`; empty for the axes' names,
-            None for those of the state's volume, which are shown at first.
-        """
+        """Set a label for each of the axes: empty for their names, None for the volume's own."""
         self._labels = labels
         self.follow()
 

@@ -40,15 +40,10 @@ def compose(
         Colour premultiplied with opacity: 0..1, values outside are clipped and NaN is 0; or
         0..255.
     background : tuple of int, "gradient" or None
-        Red, green and blue, 0..255; None for a transparent one.
+        None for a transparent one: of format RGBA8888_Premultiplied, which looks the same as the
+        rendering when it is put on black. Else the picture is RGB888.
     brightness : float
         See :func:`model.rendering.brightness.brighten`.
-
-    Returns
-    -------
-    QImage
-        Of format RGBA8888_Premultiplied over a transparent background, else RGB888. A
-        transparent picture looks the same as the rendering when it is put on black.
 
     Raises
     ------
@@ -59,10 +54,8 @@ def compose(
     if background == "gradient":
         return _over_gradient(compose(rgba, None, brightness))
     formats = QImage.Format
-    image_format = formats.Format_RGBA8888_Premultiplied if background is None else (
-        formats.Format_RGB888
-    )  # fmt: skip
-    image = QImage(width, height, image_format)
+    opaque, clear = formats.Format_RGB888, formats.Format_RGBA8888_Premultiplied
+    image = QImage(width, height, clear if background is None else opaque)
     if image.isNull():
         raise RenderError(
             f"A picture of {width} x {height} pixels does not fit into the memory; "

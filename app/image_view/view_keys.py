@@ -10,6 +10,7 @@ from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QWidget
 
+from app.image_view.keyed_widget import ARROWS
 from app.image_view.view_steps import DEGREES_PER_PIXEL, pan, roll, turn, zoom
 from app.state.viewer_state import ViewerState
 from model.scene.view import View
@@ -19,14 +20,6 @@ DEGREES, FINE_DEGREES = 5.0, 1.0
 
 PAN_STEP, FINE_PAN_STEP = 0.1, 0.02
 """Step of a pan in halves of the image's shorter side, and with Shift."""
-
-ARROWS: dict[int, tuple[int, int]] = {
-    Qt.Key.Key_Left: (-1, 0),
-    Qt.Key.Key_Right: (1, 0),
-    Qt.Key.Key_Up: (0, 1),
-    Qt.Key.Key_Down: (0, -1),
-}
-"""Direction of each arrow, to the right and up."""
 
 NOTCHES: dict[int, int] = {Qt.Key.Key_Plus: 1, Qt.Key.Key_Equal: 1, Qt.Key.Key_Minus: -1}
 ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}
@@ -58,7 +51,7 @@ class ViewKeys(QObject):
         if kind == QEvent.Type.KeyRelease:
             return self._release(cast(QKeyEvent, event))
         if kind in (QEvent.Type.FocusOut, QEvent.Type.Hide) and self._held:
-            # Nobody tells this widget of the release.
+            # The release goes to another widget.
             self._held.clear()
             self._state.finish_view()
         return False
@@ -91,12 +84,12 @@ class ViewKeys(QObject):
             return None
         state, key = self._state, event.key()
         if key in ARROWS:
-            right, up = ARROWS[key]
+            right, down = ARROWS[key]
             if control:
                 length = FINE_PAN_STEP if fine else PAN_STEP
-                return partial(pan, state.view, length * right, length * up)
+                return partial(pan, state.view, length * right, -length * down)
             pixels = (FINE_DEGREES if fine else DEGREES) / DEGREES_PER_PIXEL
-            return partial(turn, state, pixels * right, -pixels * up)
+            return partial(turn, state, pixels * right, pixels * down)
         if control:
             return None
         if key in NOTCHES:

@@ -23,14 +23,9 @@ NEAREST, FARTHEST = 0.25, 1.5
 
 
 def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
-    """Return the view after orbiting the volume by a mouse movement.
+    """Return the view after orbiting the volume by a mouse movement in pixels, right and down.
 
-    Parameters
-    ----------
-    dx, dy : float
-        Movement of the mouse in pixels, to the right and down.
-    up : str
-        Axis about which it turns; its poles are a limit.
+    It turns about the up axis, whose poles are a limit.
     """
     azimuth, elevation, turned = angles_in(up, view)
     sin_r, cos_r = math.sin(math.radians(turned)), math.cos(math.radians(turned))
@@ -50,10 +45,7 @@ def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
 def tumble(view: View, dx: float, dy: float) -> View:
     """Return the view after turning the volume freely about the image's own axes.
 
-    Parameters
-    ----------
-    dx, dy : float
-        Movement of the mouse in pixels, to the right and down.
+    The movement of the mouse is in pixels, to the right and down.
     """
     length = math.hypot(dx, dy)
     if length == 0.0:
@@ -84,15 +76,10 @@ def pan(view: View, right: float, up: float) -> View:
 
 
 def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> View:
-    """Return the view moved closer, within the limits.
+    """Return the view moved closer by wheel notches, within the limits.
 
-    Parameters
-    ----------
-    notches : float
-        Wheel notches; negative moves away.
-    at : tuple of float
-        Place in the image that stays where it is, in the plane through the volume's centre:
-        to the right and up from the image's middle, in halves of its shorter side.
+    What is at a place in the plane through the volume's centre stays there: to the right and up
+    from the image's middle, in halves of its shorter side.
     """
     distance = min(max(view.distance * ZOOM_PER_NOTCH**notches, NEAREST), FARTHEST)
     grown = view.distance / distance
