@@ -131,8 +131,8 @@ def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
     np.testing.assert_allclose(state.transfer_function.color.sample(), greys[::-1], atol=1e-6)
     menu.menu.aboutToShow.emit()
     menu.presets.aboutToShow.emit()
-    preset = menu.presets.actions()[1]
-    preset.trigger()
+    preset = menu.presets.list.item(1)
+    menu.presets.take(preset)
     assert state.edits.stack.undoText() == f"preset {preset.text()}"
     assert state.edits.stack.count() == 5
     for _ in range(5):
