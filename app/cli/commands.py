@@ -29,7 +29,6 @@ from model.scene.light import LightDirection
 from model.scene.range_choice import RangeChoice
 from model.scene.scene import Lighting, RendererName
 from model.scene.view import View
-from model.volume_files.choice import Choice
 from model.volume_files.shipped import SCAN
 from model.volume_files.source import VolumeSource
 
@@ -117,7 +116,7 @@ class Window:
 
     def _start(self) -> WindowStart:
         source = self.source
-        choice = Choice(source.series, source.array, source.time, source.channel, source.component)
+        choice = source.choice
         typed = source.scalar_range
         own = options.same_named(self, WindowStart)
         own["volume"] = source.path or self._default_volume()

@@ -20,6 +20,8 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
+from model.scene.volume import Volume
+
 WIDE = 200
 """Columns of a table that is printed into a file, which does not end at 80."""
 
@@ -29,6 +31,12 @@ console = Console(markup=False, highlight=False, soft_wrap=True)
 def warn(message: str) -> None:
     """Print a sentence on standard error, where it disturbs no result on standard output."""
     print(f"tfscope: {message}", file=sys.stderr)
+
+
+def warn_of(volume: Volume) -> None:
+    """Print what the reader of a volume assumed or changed."""
+    for note in volume.notes:
+        warn(note)
 
 
 def about(seconds: float) -> str:

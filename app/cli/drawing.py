@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cli.captions import fonts, range_text, view_text
-from app.cli.console import counting, warn
+from app.cli.console import counting, warn, warn_of
 from app.cli.outputs import make_room_for
 from app.cli.render import Render
 from model.errors import RenderError, reason
@@ -134,6 +134,8 @@ def render_to_file(asked: Render) -> None:
             _write_picture(asked, drawer)
         if asked.error is not None:
             print(f"{asked.out}: by {drawer.drawn_by()}.")
+        if drawer.volume is not None:
+            warn_of(drawer.volume)
     finally:
         drawer.close()
 

@@ -158,6 +158,12 @@ _VOLUME: dict[str, Field[Any]] = {
         None, "Which time step, from 0. (default: the first)", metavar="NAME|N"
     ),
     "channel": option(None, "Which channel. (default: the first)", metavar="NAME|N"),
+    "spacing": option(
+        None,
+        "Distance of voxels along x, y and z, with a unit if it is known, such as "
+        "'0.5,0.5,2 um'. (default: the file's)",
+        metavar="X,Y,Z",
+    ),
     "scalar_range": option(
         None,
         "Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles of the "

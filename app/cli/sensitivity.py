@@ -107,6 +107,7 @@ class Sensitivity:
 
     def run(self) -> None:
         """Differentiate an image and write the result, replacing an existing file."""
+        from app.cli.console import warn_of
         from app.cli.drawing import MODEL_RANGE, choose_tf, model_folder
         from app.cli.outputs import make_room_for
         from model.networks.card import load_card
@@ -137,6 +138,7 @@ class Sensitivity:
             save_figure(self.out, result, _caption(self, volume, answer), self.region)
         else:
             save_numbers(self.out, result)
+        warn_of(volume)
 
     @property
     def by_all_values(self) -> bool:

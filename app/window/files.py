@@ -13,6 +13,7 @@ from app.controls import Action
 from app.figures.sensitivity_figure import save_figure
 from app.short_numbers import significant
 from app.state.library import ModelCheck
+from app.state.opened_volume import OpenedVolume
 from app.state.session import SUFFIX
 from app.state.settings import RecentKind
 from app.state.volume_opening import Wanted
@@ -69,12 +70,14 @@ class Files(QObject):
         self._raw_layout: tuple[Path, RawLayout] | None = None
         self._choice: tuple[Path, Choice] | None = None
         self._model_awaited: Path | None = None
+        self._respaced: Wanted | None = None
         self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
         self._slow.timeout.connect(self._offer_cancel)
         self._reading = ""
         self._workspace.volumeOpened.connect(self._remember_layout)
         self._workspace.volumeStarted.connect(self._follow_volume)
         self._workspace.opening.reading.connect(self._note_reading)
+        self._workspace.opening.volumeRead.connect(self._take_over)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -236,8 +239,30 @@ class Files(QObject):
         opened = self._workspace.opened
         if opened is not None:
             dialog = PropertiesDialog(opened.path, opened.volume, self._window)
+            dialog.spacingTyped.connect(self._respace)
             dialog.finished.connect(dialog.deleteLater)
             dialog.open()
+
+    def _respace(self, spacing: str) -> None:
+        """Read the open volume again with a spacing that was typed; its TF and view stay."""
+        opened, state = self._workspace.opened, self._context.state
+        if opened is not None:
+            path, choice = self._choice or (opened.path, Choice())
+            choice = replace(choice if path == opened.path else Choice(), spacing=spacing)
+            self._choice = opened.path, choice
+            layout = self._known_layout(opened.path) if opened.path.is_file() else None
+            memory = self._preferences.volume(opened.fingerprint)
+            memory = replace(memory, tf=state.transfer_function, view=state.view)
+            self._respaced = Wanted(layout, choice, memory=memory)
+            self._workspace.opening.open(opened.path, self._respaced)
+
+    def _take_over(self, opened: OpenedVolume) -> None:
+        """Keep with a volume of another spacing what was kept of it with the last one."""
+        wanted = self._workspace.opening.wanted
+        if wanted is self._respaced and wanted.memory is not None:
+            known = self._preferences.volume(opened.fingerprint)
+            kept = replace(wanted.memory, path=known.path, models=known.models)
+            self._preferences.note_volume(opened.fingerprint, **vars(kept))
 
     def _fail(self, text: str) -> None:
         self._context.fail(text, KEY)

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -36,7 +36,8 @@ class Choice:
     """What to read of a file or folder that holds more than one volume.
 
     Each is a name or a number from 0, or "magnitude" of components; None for the largest or, among
-    equals, the first.
+    equals, the first. `spacing` is what was typed in place of the file's, for
+    :func:`~model.volume_files.frame.typed_spacing`.
     """
 
     series: str | None = None
@@ -44,18 +45,14 @@ class Choice:
     time: str | None = None
     channel: str | None = None
     component: str | None = None
+    spacing: str | None = None
 
     @classmethod
     def parse(cls, text: str) -> Choice:
         """Rebuild a choice from its :attr:`text`; what is not understood is left out."""
         parts = dict(re.findall(r"(\w+)=((?:[^;\\]|\\.)*)(?:;|$)", text))
-        return cls(
-            **{
-                kind: re.sub(r"\\(.)", r"\1", parts[kind])
-                for kind in get_args(ChoiceKind)
-                if kind in parts
-            }
-        )
+        kinds = [field.name for field in fields(cls) if field.name in parts]
+        return cls(**{kind: re.sub(r"\\(.)", r"\1", parts[kind]) for kind in kinds})
 
     @property
     def text(self) -> str:

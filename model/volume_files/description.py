@@ -31,6 +31,8 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
         ("units", volume.units or "unknown"),
         ("size in memory", readable_size(volume.voxels.nbytes)),
     ]
+    if volume.file.is_labels:
+        rows.append(("values", "labels, by what the file says"))
     if volume.missing_text:
         rows.append(("missing", volume.missing_text))
     if volume.axis_labels:
@@ -72,6 +74,7 @@ def as_data(volume: Volume) -> dict[str, Any]:
         "axis_labels": list(volume.axis_labels),
         "range": list(volume.data_range),
         "units": volume.units,
+        "is_labels": volume.file.is_labels,
         "missing_share": volume.missing_share,
         "nbytes": volume.voxels.nbytes,
         "notes": list(volume.notes),

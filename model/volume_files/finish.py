@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.axes import axis_labelled
 from model.scene.file_facts import Content
-from model.scene.volume import Volume, is_resolved
+from model.scene.volume import Triple, Volume, is_resolved
+from model.volume_files.frame import typed_spacing
 from model.volume_files.grid import Grid
 
 Component = int | Literal["magnitude"]
@@ -49,12 +50,16 @@ def component_of(text: str | None) -> Component | None:
     return int(text)
 
 
-def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
+def make_volume(
+    path: Path, grid: Grid, component: Component | None, spacing: str | None = None
+) -> Volume:
     """Convert the grid of a file or folder to a volume.
 
     Without a chosen component it has the only one, the magnitude of up to four, or the first.
     """
     grid = finished(path, grid, component)
+    if spacing is not None:
+        grid = _respaced(grid, *typed_spacing(spacing))
     grid = replace(grid, notes=grid.notes + _thin_notes(grid))
     try:
         return Volume(
@@ -73,6 +78,17 @@ def make_volume(path: Path, grid: Grid, component: Component | None) -> Volume:
         raise VolumeError(
             f"{path}: {str(error).removeprefix(readable_name(path) + ': ')}"
         ) from None
+
+
+def _respaced(grid: Grid, spacing: Triple, unit: str) -> Grid:
+    """Return a grid with a spacing that was typed, and without notes on the file's."""
+    assumed = re.compile(r"voxel spacing.*(assumed|unusable)|units of the axes differ")
+    notes = [note for note in grid.notes if not assumed.search(note)]
+    own, is_own = grid.spacing, len(notes) == len(grid.notes)
+    file_has = " x ".join(f"{step:g}" for step in own) if is_own else "none that can be used"
+    notes.append(f"The voxel spacing was typed; the file has {file_has}.")
+    facts = replace(grid.facts, spacing_unit=unit or grid.facts.spacing_unit)
+    return replace(grid, spacing=spacing, notes=tuple(notes), facts=facts)
 
 
 def _thin_notes(grid: Grid) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import VolumeError
 from model.scene.volume import Triple
 
 AXES = "xyz"
@@ -44,6 +45,27 @@ def unit_name(text: str) -> str:
     word = word.replace("\u03bc", "u")
     length = METRES.get(word.lower())
     return word if length is None else NAMES[length]
+
+
+def typed_spacing(text: str) -> tuple[Triple, str]:
+    """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``.
+
+    Raises
+    ------
+    VolumeError
+        When these are not three numbers above 0.
+    """
+    numbers, _, unit = text.strip().replace(", ", ",").partition(" ")
+    try:
+        x, y, z = (float(word) for word in numbers.split(","))
+    except ValueError:
+        x = y = z = math.nan
+    if not all(SMALLEST_SPACING < step < LARGEST_SPACING for step in (x, y, z)):
+        raise VolumeError(
+            f"'{text}' is not a voxel spacing; give three numbers above 0 along x, y and z, and "
+            "their unit if it is known, such as 0.5,0.5,2 or '0.5,0.5,2 um'."
+        )
+    return (x, y, z), unit_name(unit)
 
 
 def in_one_unit(
@@ -83,7 +105,7 @@ def in_proportion(
     stretched = math.copysign(height * widest / (dimensions[2] - 1), step)
     note = (
         f"The units of the axes differ ({names}): z is drawn {stretched / step:.3g} times as long "
-        f"as its numbers say, so that the volume is as high as {height:g} of its width."
+        f"as its numbers say, so that its height is {height:.0%} of its width."
     )
     return [lengths[0], lengths[1], stretched], (note,)
 

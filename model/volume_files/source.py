@@ -13,6 +13,7 @@ from model.scene.value_scale import SCALE_NAMES, ValueScale
 from model.scene.volume import Volume
 from model.volume_files import Choice, RawLayout, is_known, read_volume, unknown_kind
 from model.volume_files.finish import component_of
+from model.volume_files.frame import typed_spacing
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
@@ -21,7 +22,7 @@ class VolumeSource:
     """Source of a volume, as plain data.
 
     Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; series,
-    array, time, channel and component are those of :class:`Choice`; the range is one for
+    array, time, channel, component and spacing are those of :class:`Choice`; the range is one for
     :meth:`RangeChoice.parse`, None for the robust one.
     """
 
@@ -34,6 +35,7 @@ class VolumeSource:
     time: str | None = None
     channel: str | None = None
     scale: ValueScale | None = None
+    spacing: str | None = None
 
     def read(self) -> Volume:
         """Read the volume, over its range; the shipped default if there is no path.
@@ -48,19 +50,21 @@ class VolumeSource:
         return volume.over(robust_range(volume) if choice is None else choice.of(volume))
 
     @property
+    def choice(self) -> Choice:
+        """What to read of a file that holds several volumes."""
+        return Choice(
+            self.series, self.array, self.time, self.channel, self.component, self.spacing
+        )
+
+    @property
     def is_placed(self) -> bool:
         """Whether the range or the scale to look at it was chosen."""
         return self.scalar_range is not None or self.scale is not None
 
     def read_whole(self) -> Volume:
         """Read the volume over the range of all its voxels; see :meth:`read`."""
-        choice = Choice(self.series, self.array, self.time, self.channel)
-        return read_volume(
-            self.path or DEFAULT_VOLUME,
-            raw=self._layout(),
-            component=component_of(self.component),
-            choice=choice,
-        )
+        path = self.path or DEFAULT_VOLUME
+        return read_volume(path, raw=self._layout(), choice=self.choice)
 
     def check(self) -> None:
         """Refuse invalid options and what is no volume at first sight, without reading it.
@@ -73,6 +77,8 @@ class VolumeSource:
         self._layout()
         component_of(self.component)
         self._range()
+        if self.spacing is not None:
+            typed_spacing(self.spacing)
         path = self.path
         if path is None:
             return

@@ -364,6 +364,7 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(raw_file, tmp_path, cap
     base = f"sensitivity --volume {raw_file} --size 16 --field-scale global --out {tmp_path}"
     assert run(f"{base}/field.png --value 120".split()) == 0
     assert imread(tmp_path / "field.png").std() > 1
+    capsys.readouterr()
     assert run(f"{base}/field.npz --value 120".split()) == 2
     assert "give --value and OUT.png" in one_line(capsys)
 

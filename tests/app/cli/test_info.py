@@ -64,3 +64,19 @@ def test_directions_and_units_of_a_patient(capsys):
     assert (found["units"], found["space"]) == ("HU", "LPS")
     assert found["directions"] == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
     assert any("missing" in note for note in found["notes"])
+
+
+def test_a_spacing_is_typed(capsys):
+    path = CASES / "tiff" / "numpy_4d.tif"
+    found = facts(capsys, str(path), "--spacing", "0.5,0.5,2 um")
+    assert (found["spacing"], found["spacing_unit"]) == ([0.5, 0.5, 2.0], "um")
+    assert not any("assumed" in note for note in found["notes"])
+    assert run(["info", str(path), "--spacing", "1,2"]) == 2
+    assert "'1,2' is not a voxel spacing" in capsys.readouterr().err
+
+
+def test_render_says_what_the_reader_assumed(tmp_path, capsys):
+    path = CASES / "tiff" / "numpy_4d.tif"
+    arguments = f"render --out {tmp_path}/a.png --volume {path} --size 16"
+    assert run(arguments.split()) == 0
+    assert "tfscope: The file gives no voxel spacing" in capsys.readouterr().err

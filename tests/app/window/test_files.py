@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,11 @@ from window_fakes import PATIENCE_S
 
 from app.window import files
 from app.window.main_window import MainWindow
+from app.window.properties_dialog import PropertiesDialog
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.volume import Volume
+from model.volume_files import read_volume
 from model.volume_files.progress import counted
 from model.volume_files.raw import RawLayout
 
@@ -193,3 +196,30 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert window.workspace.opened.volume is not None
     assert window.windowTitle().startswith("scan")
+
+
+def test_a_spacing_is_typed_and_kept_with_the_file(qtbot, make_window, tmp_path):
+    path = tmp_path / "a.npy"
+    np.save(path, np.arange(120.0).reshape(4, 5, 6))
+    window = make_window(model=None)
+    opened = partial(qtbot.waitSignal, window.workspace.volumeStarted)
+    window.workspace.opening._read_volume = read_volume
+    with opened():
+        window.files.open(path)
+    tf = over(make_tf(40.0), 0.0, 119.0)
+    window.state.tf_input.set(tf, "edit")
+    window.files.show_properties()
+    dialog = window.findChild(PropertiesDialog)
+    for text, is_good in (("1, 1", False), ("0.5, 0.5, 0", False), ("0.5, 0.5, 2 um", True)):
+        dialog.spacing.setText(text)
+        dialog.spacing.textEdited.emit(text)
+        assert dialog.apply.isEnabled() == is_good
+    with opened():
+        dialog.apply.click()
+    volume = window.workspace.opened.volume
+    assert (volume.spacing, volume.file.spacing_unit) == ((0.5, 0.5, 2.0), "um")
+    assert "was typed" in volume.notes[-1]
+    assert window.state.transfer_function == tf
+    with opened():
+        window.files.open(path)
+    assert window.workspace.opened.volume.spacing == (0.5, 0.5, 2.0)

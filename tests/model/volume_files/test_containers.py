@@ -75,7 +75,7 @@ CLIMATE = {
     "over the meridian": (climate(lon=(WRAPPED, LON)), {}, PLAIN, "",
         {"spacing": (2.5, 1, pytest.approx(0.2 * 67.5 / 11))}),
     "degrees and metres": (climate(lev=(500.0 * np.arange(NZ), METRES | {"positive": "up"})), {},
-        PLAIN, "as high as 1 of its width", {"spacing": (1, 1, pytest.approx(27 / 11))}),
+        PLAIN, "height is 100% of its width", {"spacing": (1, 1, pytest.approx(27 / 11))}),
     "packed coordinates": (climate(**METRIC),
         encoded(lon={"dtype": "i2", "scale_factor": 0.002, "_FillValue": -1}),
         PLAIN, None, {"spacing": (2, 2, 4), "spacing_unit": "m"}),
