@@ -25,8 +25,7 @@ from app.controls import list_box
 from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
 from model.volume_files.checks import readable_size
-from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout
-from model.volume_files.raw_name import guess_layout
+from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout, guess_layout
 from model.volume_files.raw_preview import file_size, fit_sentence, preview
 
 SIZE = 220

@@ -87,6 +87,7 @@ class _Roles:
     components: int | None
     times: tuple[int, ...]
     channels: tuple[int, ...]
+    notes: tuple[str, ...] = ()
 
 
 def is_auxiliary(name: str) -> bool:
@@ -166,7 +167,7 @@ def _grid(
         values,
         (1.0, 1.0, 1.0),
         units="" if units == "1" else units,
-        notes=choice_notes(listed) + array.notes + notes,
+        notes=choice_notes(listed) + array.notes + roles.notes + notes,
         missing=missing,
         facts=FileFacts(file_format, contents=listed, is_labels=array.is_labels),
     )
@@ -235,7 +236,7 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
         origin=right.origin,
         notes=notes + unit_notes + right.notes,
         missing=right.missing,
-        up="" if vertical.is_down is None else "+z",
+        up="" if vertical.is_down is None and axes[0].unit[:6] != "degree" else "+z",
         facts=replace(grid.facts, spacing_unit=unit),
     )
 
@@ -263,9 +264,11 @@ def _roles(array: StoredArray) -> _Roles | None:
         small = array.shape[rest[-1]]
         if small <= MOST_COMPONENTS and all(array.shape[k] > small for k in rest[-4:-1]):
             components = rest.pop()
+    notes: tuple[str, ...] = ()
     if len(rest) == 2 and times:
-        # Images over time alone: they are taken for slices.
+        # Images over time alone.
         rest.insert(0, times.pop())
+        notes = ("The file calls its images time steps; they are taken for slices of a volume.",)
     if len(rest) < 3:
         return None
     place = {axes[k].letter: k for k in reversed(rest) if axes[k].letter in ("x", "y", "z")}
@@ -275,9 +278,8 @@ def _roles(array: StoredArray) -> _Roles | None:
         return None
     place |= zip(unnamed, free[len(free) - len(unnamed) :], strict=True)
     times += [k for k in rest if k not in place.values()]
-    return _Roles(
-        axes, place["z"], place["y"], place["x"], components, tuple(sorted(times)), tuple(channels)
-    )
+    z, y, x = (place[letter] for letter in "zyx")
+    return _Roles(axes, z, y, x, components, tuple(sorted(times)), tuple(channels), notes)
 
 
 def _in_order(values: NDArray[Any], kept: Sequence[int], roles: _Roles) -> NDArray[Any]:

@@ -32,7 +32,7 @@ _ROWS = (
     (".isq .aim", "a Scanco scanner's file", "convert it with the package itk-ioscanco"),
     (".am .amira .amiramesh", "Amira's format", "save it as NRRD in Amira or Fiji"),
     (".vtu .vtp .vts .vtr .vtm", "another data set of VTK", _PARAVIEW),
-    (".pvti .pvtu .pvd .vth", "a VTK file that names others", _PARAVIEW),
+    (".pvti .pvtu .pvd .vth .vthb", "a VTK file that names others", _PARAVIEW),
     (".stl .ply .obj .off .gltf .glb", "a surface, not a volume",
      "sample it on a grid, as with ParaView"),
     (".vdb", "OpenVDB's format", "convert it with the package pyopenvdb, and save it with NumPy"),

@@ -42,7 +42,8 @@ def check_kind(path: Path, file: h5py.File) -> None:
     """Refuse files whose arrays are no volumes by themselves, by what they are."""
     paraview = "resample it to an image in ParaView (Resample To Image), and save that as .vti"
     keys = {*file}
-    if {"refine level", "node type"} <= keys or "Chombo_global" in keys:
+    is_adaptive = {"refine level", "node type"} <= keys or "Chombo_global" in keys
+    if is_adaptive or "Grid00000001" in keys:
         raise unsupported(path, "an adaptive grid, of blocks of different resolution,", paraview)
     kind = attribute_text(file["VTKHDF"].attrs, "Type") if "VTKHDF" in keys else "ImageData"
     if kind != "ImageData":

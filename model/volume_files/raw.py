@@ -148,3 +148,88 @@ def _misfit(path: Path, layout: RawLayout, more: int) -> VolumeError:
             else "the dimensions or the type are wrong, or other data follow."
         )
     )
+
+
+# --- layouts by names ---------------------------------------------------------------------
+
+_TRIPLE = re.compile(r"(?<!\d)(\d{1,5})([x×_ -])(\d{1,5})\2(\d{1,5})(?!\d)", re.IGNORECASE)
+_PAIR = re.compile(r"(?<!\d)(\d{2,5})[x×](\d{2,5})(?!\d)", re.IGNORECASE)
+_BITS = re.compile(r"(?<!\d)(8|16|32|64)[ _-]?b(?:its?)?(?![a-z])", re.IGNORECASE)
+_NAME = re.compile(r"[a-z]+(?:8|16|32|64)?(?![a-z\d])", re.IGNORECASE)
+
+_TYPES = {
+    **SCALAR_TYPES,
+    **{f"{short}{bits}": f"{long}{bits}" for bits in (8, 16, 32, 64)
+       for short, long in (("u", "uint"), ("ui", "uint"), ("i", "int"), ("s", "int"))},
+    **{"f32": "float32", "f64": "float64", "ubyte": "uint8", "byte": "uint8"},
+}  # fmt: skip
+_COMMON = {8: "uint8", 16: "uint16", 32: "float32", 64: "float64"}
+"""The most common type of values of so many bits."""
+
+_ORDERS = ("bigendian", "msb", "littleendian", "lsb")
+"""Words for byte orders; shorter ones mean something else before the type, as in ``big_foot``."""
+
+
+def guess_layout(path: Path, size: int) -> RawLayout | None:
+    """Return the layout that a name gives, or the file's size where only one is possible.
+
+    ``engine_256x256x110_uint8`` says all but the byte order, ``head-512x512-16bit`` two dimensions
+    and the size of a value, and ``fuel64`` suggests a cube; the last of two counts. The layout
+    needs exactly these bytes, perhaps behind a header; or is the one that the name gives in full,
+    though it does not fit. None if several fit, or none.
+    """
+    named = RawLayout.parse(path.stem)
+    if named is not None and named.nbytes == size:
+        return named
+    text = path.stem
+
+    def take(found: list[re.Match[str]]) -> re.Match[str] | None:
+        """Take the last one of some matches out of the name."""
+        nonlocal text
+        if not found:
+            return None
+        text = f"{text[: found[-1].start()]} {text[found[-1].end() :]}"
+        return found[-1]
+
+    triple = take([*_TRIPLE.finditer(text)])
+    pair = None if triple else take([*_PAIR.finditer(text)])
+    sides = [int(triple[k]) for k in (1, 3, 4)] if triple else []
+    sides = [int(pair[1]), int(pair[2])] if pair else sides
+    bits = take([*_BITS.finditer(text)])
+    words = [*_NAME.finditer(text)]
+    types = [word for word in words if word.group().lower() in _TYPES]
+    order: ByteOrder = "little"
+    for word in words:
+        is_after = bool(types) and word.start() > types[0].start()
+        name = word.group().lower()
+        if name in _ORDERS or (is_after and name in ("be", "big", "le", "little")):
+            order = "big" if name[0] in "bm" else "little"
+    names = [SCALAR_TYPES[_TYPES[types[-1].group().lower()]]] if types else [*_COMMON.values()]
+    if bits and not types:
+        names = [_COMMON[int(bits[1])]]
+    while types:
+        take([types.pop()])
+    numbers = [int(number) for number in re.findall(r"(?<!\d)\d{1,5}(?!\d)", text)]
+    fitting = [
+        RawLayout(dimensions, name, order)
+        for name in names
+        for dimensions in _dimensions(sides, numbers, size // np.dtype(name).itemsize)
+    ]
+    exact = [layout for layout in fitting if layout.nbytes == size]
+    if len(exact) == 1:
+        return exact[0]
+    if exact or len(sides) < 3 or len(names) > 1:
+        return None
+    more = size - fitting[0].nbytes
+    return replace(fitting[0], offset=more) if 0 < more <= LONGEST_HEADER else fitting[0]
+
+
+def _dimensions(sides: list[int], numbers: list[int], count: int) -> list[tuple[int, int, int]]:
+    """Return the dimensions that a name suggests, or a cube, for a number of values."""
+    if len(sides) == 3:
+        return [(sides[0], sides[1], sides[2])]
+    if len(sides) == 2:
+        slices = count // max(sides[0] * sides[1], 1)
+        return [(sides[0], sides[1], slices)] if slices > 1 else []
+    side = round(count ** (1 / 3))
+    return [(side, side, side)] if side > 1 and side in (numbers or [side]) else []

@@ -12,6 +12,7 @@ import numpy as np
 
 from model.errors import VolumeError, first_line
 from model.json_files import parse_json
+from model.scene.volume import Triple
 from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import damaged, errors_of
 from model.volume_files.choice import LARGEST, Choice
@@ -52,6 +53,7 @@ class _Level:
     axes: tuple[str, ...] = ()
     spacing: tuple[float | None, float | None, float | None] | None = None
     unit: str = ""
+    origin: Triple = (0.0, 0.0, 0.0)
     notes: tuple[str, ...] = ()
     channels: tuple[str, ...] = ()
     is_labels: bool = False
@@ -103,6 +105,10 @@ def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
         if "_ARRAY_DIMENSIONS" in attributes and item.fill_value is not None:
             # Where xarray keeps it in version 2.
             attributes.setdefault("_FillValue", item.fill_value)
+        elif isinstance(attributes.get("_FillValue"), str):
+            from xarray.backends.zarr import FillValueCoder
+
+            attributes["_FillValue"] = FillValueCoder.decode(attributes["_FillValue"], item.dtype)
 
     def read(index: Any) -> np.ndarray[Any, Any]:
         _check_chunks(place, item)
@@ -118,6 +124,7 @@ def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
         coordinates,
         level.spacing,
         level.unit,
+        level.origin,
         notes=level.notes,
         channels=level.channels,
         is_labels=level.is_labels,
@@ -161,17 +168,27 @@ def _ome_levels(group: Path) -> dict[Path, _Level]:
                 *dataset.get("coordinateTransformations", []),
                 *first.get("coordinateTransformations", []),
             ]
-            scales = [np.array(t["scale"], float) for t in transforms if "scale" in t]
-            steps = np.prod(scales, axis=0) if scales else np.zeros(len(names))
-            if len(steps) != len(names):
+            has_scale, steps, start = False, np.ones(len(names)), np.zeros(len(names))
+            for transform in transforms:
+                if "scale" in transform:
+                    scale = np.array(transform["scale"], float)
+                    has_scale, steps, start = True, steps * scale, start * scale
+                elif "translation" in transform:
+                    start = start + np.array(transform["translation"], float)
+            if len(steps) != len(names) or len(start) != len(names):
                 continue
-            step = dict(zip(names, steps.tolist(), strict=True))
-            sizes = [step.get(letter) or None for letter in "xyz"]
-            own = dict(zip(names, units, strict=True))
-            lengths, unit, notes = in_one_unit(sizes, [own.get(letter, "") for letter in "xyz"])
+            place = [names.index(letter) if letter in names else None for letter in "xyz"]
+            sizes = [None if k is None or not has_scale else float(steps[k]) for k in place]
+            own = ["" if k is None else units[k] for k in place]
+            lengths, unit, notes = in_one_unit(sizes, own)
+            x, y, z = (
+                0.0 if k is None or not size or not length else float(start[k] * length / size)
+                for k, size, length in zip(place, sizes, lengths, strict=True)
+            )
             spacing = (lengths[0], lengths[1], lengths[2]) if any(lengths) else None
-            place = group / str(dataset["path"])
-            found[place] = _Level(names, spacing, unit, notes, channels, "image-label" in data)
+            found[group / str(dataset["path"])] = _Level(
+                names, spacing, unit, (x, y, z), notes, channels, "image-label" in data
+            )
     except (TypeError, KeyError, IndexError, ValueError, AttributeError):
         return found
     return found

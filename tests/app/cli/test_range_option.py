@@ -71,7 +71,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_the_option(folder, capsys
         wide = rendered(folder, "outlier", tf)
         said = capsys.readouterr().err
         assert "narrower than 256 steps over 0 to 60,000" in said
-        option = said.partition("; give ")[2].strip().rstrip(".")
+        option = said.splitlines()[0].partition("; give ")[2].strip().rstrip(".")
         assert option.startswith("--range ")
         shown = rendered(folder, "outlier", f"{tf} {option}")
         assert "narrower" not in capsys.readouterr().err

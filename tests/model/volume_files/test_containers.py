@@ -85,6 +85,10 @@ CLIMATE = {
         {"missing": None}),
     "packed": (climate(HOLES, **METRIC), encoded(t={"dtype": "i2", "_FillValue": -5,
         "scale_factor": 0.5, "add_offset": 100.0}), HOLES, "960 voxels are missing by what", {}),
+    "a fill value of floats": (climate(HOLES, **METRIC), encoded(t={"_FillValue": -999.0}), HOLES,
+        "960 voxels are missing by what", {}),
+    "images over time": (climate(dims=("time", "lat", "lon"), time=(np.arange(NZ), {})), {},
+        PLAIN, "calls its images time steps", {}),
     "two components": (climate(np.stack([HOLES, HOLES], -1), ("lev", "lat", "lon", "uv")),
         encoded(t={"dtype": "i2", "_FillValue": -99}), np.hypot(HOLES, HOLES),
         "960 voxels are missing by what", {}),
@@ -275,7 +279,8 @@ def test_grids_that_are_none_are_named(tmp_path, kind):
 
 def ome(group, path, array):
     axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
-    scale = [{"type": "scale", "scale": [2.0, 0.5, 0.5]}]
+    scale = [{"type": "scale", "scale": [2.0, 0.5, 0.5]},
+             {"type": "translation", "translation": [30.0, 20.0, 10.0]}]  # fmt: skip
     sets = [{"path": path, "coordinateTransformations": scale}]
     group.attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": sets}]
     group.create_array(path, data=array, chunks=array.shape)
@@ -287,7 +292,8 @@ def test_ome_zarr_has_images_before_labels_and_paths_within_groups(tmp_path):
     nuclei = root.create_group("labels/nuclei")
     ome(nuclei, "s0", CODED // 600)
     nuclei.attrs["image-label"] = {"version": "0.4"}
-    check(read_volume(tmp_path / "a.zarr"), CODED, "", **SIZE, is_labels=False)
+    place = {"origin": (10, 20, 30)}
+    check(read_volume(tmp_path / "a.zarr"), CODED, "", **SIZE, **place, is_labels=False)
     labels = read_volume(tmp_path / "a.zarr", choice=Choice(array="labels/nuclei/s0"))
     check(labels, CODED // 600, "", **SIZE, is_labels=True)
 
