@@ -250,7 +250,8 @@ class Files(QObject):
             path, choice = self._choice or (opened.path, Choice())
             choice = replace(choice if path == opened.path else Choice(), spacing=spacing)
             self._choice = opened.path, choice
-            layout = self._known_layout(opened.path) if opened.path.is_file() else None
+            is_raw = opened.path.suffix.lower() == RAW_SUFFIX and opened.path.is_file()
+            layout = self._known_layout(opened.path) if is_raw else None
             memory = self._preferences.volume(opened.fingerprint)
             memory = replace(memory, tf=state.transfer_function, view=state.view)
             self._respaced = Wanted(layout, choice, memory=memory)
