@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -187,7 +188,9 @@ class RendererEngine(Engine):
         """Draw one of several small images, in which rings are not what one sees."""
         drawer, quality = self._own(watch), request.quality
         apart = drawer.sample_distance * quality.coarseness
-        return drawer.render(inputs, quality.pixels, apart, watch)
+        coarsely_lit = getattr(drawer.renderer, "coarsely_lit", lambda _live: nullcontext())
+        with coarsely_lit(quality.live):
+            return drawer.render(inputs, quality.pixels, apart, watch)
 
     def _own(self, _watch: Watch) -> Drawer:
         """Return what draws at rest."""

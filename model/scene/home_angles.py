@@ -17,7 +17,10 @@ AROUND = (30.0, -30.0, 60.0, 0.0, -60.0)
 """Azimuths of other volumes, the usual one first."""
 
 ELEVATIONS = (15.0, 35.0)
-"""The usual elevation, and that of flat things that lie."""
+"""The usual elevation, and that of slabs that lie."""
+
+SLAB = 0.65
+"""Height of a slab that lies, at most, as a part of its mean width."""
 
 WORTH = 1.3
 """Factor by which an unusual view must show more."""
@@ -32,6 +35,8 @@ OUTLINE = 32
 def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple[float, float]:
     """Azimuth and elevation of the usual view, or of a neighbour that shows much more.
 
+    A slab that lies is seen from further above.
+
     What is compared is the area within the outline of what is shown, without perspective.
 
     Parameters
@@ -43,7 +48,9 @@ def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple
     """
     turned = offsets @ upright_frame(up, front).T
     azimuths = FACING if front else AROUND
-    candidates = [(azimuth, elevation) for elevation in ELEVATIONS for azimuth in azimuths]
+    across, depth, height = np.ptp(turned, axis=0)
+    elevations = ELEVATIONS[1:] if height <= SLAB * (across + depth) / 2 else ELEVATIONS
+    candidates = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
     areas = [_outlined_area(turned @ View(*angles).basis()[:2].T) for angles in candidates]
     most = max(areas)
     if most <= WORTH * areas[0]:

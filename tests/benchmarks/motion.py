@@ -24,6 +24,7 @@ from PySide6.QtWidgets import QApplication, QWidget
 
 from app.engines.messages import Result
 from app.launch import garbage_collected_here
+from app.state.preferences import Preferences
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
 from model.rendering.path_tracing.refinement import RefiningRenderer
@@ -126,8 +127,8 @@ def run(seconds: float, step: Callable[[], object] = lambda: None) -> None:
 
 
 def opened_window(path: Path) -> MainWindow:
-    """Return a window in which a volume is being opened."""
-    window = MainWindow()
+    """Return a window that remembers nothing, in which a volume is being opened."""
+    window = MainWindow(preferences=Preferences())
     window.resize(*WINDOW)
     window.show()
     window.workspace.opening.open(path)

@@ -223,6 +223,13 @@ def test_a_patient_is_seen_from_the_front_unless_a_neighbour_shows_much_more(len
     assert angles_in("-y", turned, front="+x") == pytest.approx((*angles, 0), abs=1e-6)
 
 
+@pytest.mark.parametrize(("height", "elevation"), [(0.2, 35), (0.5, 35), (0.8, 15), (2.0, 15)])
+def test_a_slab_that_lies_is_seen_from_further_above(height, elevation):
+    for up, lengths in (("+z", (1.0, 0.9, height)), ("-x", (height, 1.0, 0.9))):
+        view = home_view(tuple(np.array(lengths) / np.linalg.norm(lengths)), up, reach=(0.9, 0.5))
+        assert angles_in(up, view)[1] == pytest.approx(elevation)
+
+
 @pytest.mark.parametrize("name", STANDARD_VIEWS)
 def test_standard_views_look_from_their_faces(name):
     view = standard_view(name, 0.5, "-y", front="+x")
