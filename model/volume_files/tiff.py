@@ -401,7 +401,7 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
     nx, ny, nz = stack.dimensions
     values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
     series: Any = stack.series
-    stored = zarr.open_array(series.aszarr(level=0, maxworkers=1), mode="r")
+    stored = zarr.open_array(series.aszarr(level=0, chunkmode="page", maxworkers=1), mode="r")
     inner = "".join(letter for letter in stack.axes if letter in "YXS")
     order = [inner.index(letter) for letter in "YXS" if letter in inner]
     for target, z in zip(values, counted("slices read", range(nz)), strict=True):
