@@ -118,17 +118,6 @@ def _hdf5(folder: Path, array: np.ndarray) -> Path:
     return folder / "a.h5"
 
 
-def _netcdf(folder: Path, array: np.ndarray) -> Path:
-    from scipy.io import netcdf_file
-
-    with netcdf_file(folder / "a.nc", "w") as file:
-        for name, n in zip("zyx", array.shape, strict=True):
-            file.createDimension(name, n)
-            file.createVariable(name, "f4", (name,))[:] = 2.0 * np.arange(n)
-        file.createVariable("values", "i2", tuple("zyx"))[:] = array
-    return folder / "a.nc"
-
-
 def _cf(folder: Path, array: np.ndarray, form: str) -> Path:
     """Write a packed variable with coordinates, as xarray does."""
     import xarray
@@ -146,15 +135,9 @@ def _cf(folder: Path, array: np.ndarray, form: str) -> Path:
 
 
 def _ome_zarr(folder: Path, array: np.ndarray) -> Path:
-    import zarr
+    from volume_writers import scaled, write_ome_zarr
 
-    group = zarr.open_group(str(folder / "ome.zarr"), mode="w", zarr_format=2)
-    group.create_array("0", data=array, chunks=array.shape)
-    axes = [{"name": name, "unit": "micrometer"} for name in "zyx"]
-    scale = [{"type": "scale", "scale": [2.0, 0.5, 0.5]}]
-    sets = [{"path": "0", "coordinateTransformations": scale}]
-    group.attrs["multiscales"] = [{"axes": axes, "datasets": sets}]
-    return folder / "ome.zarr"
+    return write_ome_zarr(folder / "ome.zarr", {"0": array}, scales=[scaled(2.0, 0.5, 0.5)])
 
 
 def _by_programs(name: str) -> Callable[..., Path]:
@@ -338,7 +321,7 @@ FORMATS = {
     "hdf5-programs": _volumes(
         *map(_by_programs, ("imaris.ims", "bdv.h5", "ilastik.h5", "openpmd.h5", "cells.vtkhdf"))
     ),
-    "netcdf": _volumes(_netcdf, partial(_cf, form="scipy"), partial(_cf, form="h5netcdf")),
+    "netcdf": _volumes(partial(_cf, form="scipy"), partial(_cf, form="h5netcdf")),
     "zarr": _volumes(
         *(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
         *(partial(_cf, form="zarr"), _ome_zarr),

@@ -6,9 +6,18 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import zarr
 from scipy.io import netcdf_file
-from volume_writers import check, refused, voxels, write_mrc, write_npy, write_npz, write_zarr
+from volume_writers import (
+    check,
+    refused,
+    scaled,
+    voxels,
+    write_mrc,
+    write_npy,
+    write_npz,
+    write_ome_zarr,
+    write_zarr,
+)
 
 from model.errors import VolumeError
 from model.volume_files import Choice, read_volume
@@ -115,25 +124,6 @@ def test_fill_values_scaling_and_coordinates_of_netcdf_4(tmp_path):
     assert "y is read in reverse order" in said(volume)
 
 
-def test_fill_values_of_netcdf_3(tmp_path):
-    path = tmp_path / "a.nc"
-    stored = ARRAY.copy()
-    stored[1, 2, 3] = 1e20
-    with netcdf_file(path, "w") as file:
-        for name, n in zip(("depth", "lat", "lon"), stored.shape, strict=True):
-            file.createDimension(name, n)
-            variable = file.createVariable(name, "f4", (name,))
-            variable[:] = 10 * np.arange(n)
-        variable = file.createVariable("salt", "f4", ("depth", "lat", "lon"))
-        variable[:] = stored
-        variable.missing_value = np.float32(1e20)
-    volume = read_volume(path)
-    assert volume.data_range[1] < 1e19
-    assert "1 voxels are missing by what the file says" in said(volume)
-    assert volume.spacing == (10, 10, 10)
-    assert "'depth' grow downwards" in said(volume)
-
-
 def test_voxel_sizes_in_attributes_of_hdf5(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["values"] = ARRAY
@@ -157,26 +147,11 @@ def test_nothing_outside_an_hdf5_file_is_read(tmp_path):
     refused(path, "holds no array")
 
 
-def ome_zarr(place, levels, axes, omero=None, scales=()):
-    """Write levels of an image, with OME's description."""
-    group = zarr.open_group(str(place), mode="w", zarr_format=2)
-    for number, data in enumerate(levels):
-        stored = group.create_array(str(number), shape=data.shape, dtype=data.dtype)
-        stored[...] = data
-    sets = [{"path": str(number)} for number in range(len(levels))]
-    for each, scale in zip(sets, scales, strict=False):
-        each["coordinateTransformations"] = [{"type": "scale", "scale": scale}]
-    group.attrs["multiscales"] = [{"axes": axes, "datasets": sets, "version": "0.4"}]
-    group.attrs["omero"] = omero
-    return place
-
-
 def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
     array = voxels("uint16", (2, 3, 6, 5, 7))
-    axes = [{"name": name} for name in "tc"]
-    axes += [{"name": name, "unit": "micrometer"} for name in "zyx"]
-    scales = [[1, 1, 3, 2, 0.5], [1, 1, 6, 4, 1]]
-    place = ome_zarr(tmp_path / "a.zarr", [array, array[..., ::2, ::2, ::2]], axes, None, scales)
+    levels = {"0": array, "1": np.ascontiguousarray(array[..., ::2, ::2, ::2])}
+    scales = [scaled(1, 1, 3, 2, 0.5), scaled(1, 1, 6, 4, 1)]
+    place = write_ome_zarr(tmp_path / "a.zarr", levels, "tczyx", scales)
     volume = read_volume(place, choice=Choice(time="1", channel="2"))
     check(volume, array[1, 2], spacing=(0.5, 2, 3), spacing_unit="um")
     coarse = read_volume(place, choice=Choice(array="1"))
@@ -186,7 +161,7 @@ def test_ome_zarr_has_levels_times_channels_and_sizes(tmp_path):
 def test_channels_have_the_names_of_ome_zarr(tmp_path):
     array = np.stack([voxels(), voxels() + 1])
     omero = {"channels": [{"label": "DAPI"}, {"label": "GFP"}]}
-    place = ome_zarr(tmp_path / "a.zarr", [array], [{"name": name} for name in "czyx"], omero)
+    place = write_ome_zarr(tmp_path / "a.zarr", {"0": array}, "czyx", omero=omero)
     check(read_volume(place, choice=Choice(channel="GFP")), array[1])
 
 

@@ -12,7 +12,7 @@ import pytest
 import SimpleITK as sitk  # noqa: N813
 import xarray
 import zarr
-from volume_writers import check, refused, write_mrc, write_vti
+from volume_writers import check, refused, scaled, write_mrc, write_ome_zarr, write_vti
 
 from model.volume_files import Choice, read_volume
 
@@ -87,6 +87,8 @@ CLIMATE = {
         "scale_factor": 0.5, "add_offset": 100.0}), HOLES, "960 voxels are missing by what", {}),
     "a fill value of floats": (climate(HOLES, **METRIC), encoded(t={"_FillValue": -999.0}), HOLES,
         "960 voxels are missing by what", {}),
+    "a missing value": (climate(PLAIN, attrs={"missing_value": np.float32(1)}, **METRIC), {},
+        np.where(PLAIN == 1, np.nan, PLAIN), "1 voxels are missing by what", {}),
     "images over time": (climate(dims=("time", "lat", "lon"), time=(np.arange(NZ), {})), {},
         PLAIN, "calls its images time steps", {}),
     "two components": (climate(np.stack([HOLES, HOLES], -1), ("lev", "lat", "lon", "uv")),
@@ -277,21 +279,12 @@ def test_grids_that_are_none_are_named(tmp_path, kind):
 # --- Zarr, MRC and others -----------------------------------------------------------------
 
 
-def ome(group, path, array):
-    axes = [{"name": name, "type": "space", "unit": "micrometer"} for name in "zyx"]
-    scale = [{"type": "scale", "scale": [2.0, 0.5, 0.5]},
-             {"type": "translation", "translation": [30.0, 20.0, 10.0]}]  # fmt: skip
-    sets = [{"path": path, "coordinateTransformations": scale}]
-    group.attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": sets}]
-    group.create_array(path, data=array, chunks=array.shape)
-
-
 def test_ome_zarr_has_images_before_labels_and_paths_within_groups(tmp_path):
     root = zarr.open_group(str(tmp_path / "a.zarr"), mode="w", zarr_format=2)
-    ome(root, "scale0/image", CODED)
+    scales = [scaled(2, 0.5, 0.5, translation=(30, 20, 10))]
+    write_ome_zarr(root, {"scale0/image": CODED}, scales=scales)
     nuclei = root.create_group("labels/nuclei")
-    ome(nuclei, "s0", CODED // 600)
-    nuclei.attrs["image-label"] = {"version": "0.4"}
+    write_ome_zarr(nuclei, {"s0": CODED // 600}, scales=scales, **{"image-label": {}})
     place = {"origin": (10, 20, 30)}
     check(read_volume(tmp_path / "a.zarr"), CODED, "", **SIZE, **place, is_labels=False)
     labels = read_volume(tmp_path / "a.zarr", choice=Choice(array="labels/nuclei/s0"))

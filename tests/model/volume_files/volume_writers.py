@@ -123,6 +123,29 @@ def write_zarr(path, array, form):
     return path
 
 
+def write_ome_zarr(place, levels, axes="zyx", scales=(), **attributes):
+    """Write levels of an image, with OME's description; `place` may be a group."""
+    group = place
+    if not isinstance(place, zarr.Group):
+        group = zarr.open_group(str(place), mode="w", zarr_format=2)
+    sets = []
+    for (path, data), *more in zip(levels.items(), *([scales] if scales else []), strict=True):
+        group.create_array(path, data=data, chunks=data.shape)
+        sets.append({"path": path, "coordinateTransformations": more[0] if more else []})
+    named = [{"name": name, **({"unit": "micrometer"} if name in "xyz" else {})} for name in axes]
+    group.attrs["multiscales"] = [{"version": "0.4", "axes": named, "datasets": sets}]
+    group.attrs.update(attributes)
+    return place
+
+
+def scaled(*scale, translation=None):
+    """OME's transformations of an array."""
+    found = [{"type": "scale", "scale": list(scale)}]
+    if translation is not None:
+        found.append({"type": "translation", "translation": list(translation)})
+    return found
+
+
 def write_mrc(path, array, **fields):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
