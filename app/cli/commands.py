@@ -15,6 +15,7 @@ from app.cli.desktop_entry import DesktopEntry
 from app.cli.evaluate import Evaluate
 from app.cli.info import Info
 from app.cli.latent import Latent
+from app.cli.options import option
 from app.cli.paper import Paper
 from app.cli.render import Render
 from app.cli.sensitivity import Sensitivity
@@ -45,11 +46,7 @@ COMMANDS = {
     "desktop-entry": DesktopEntry,
 }
 
-application = typer.Typer(
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    help="Look into volumes through transfer functions, beside a generative model.",
-)
+application = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 application.add_typer(path_light.commands, name="light")
 for name, command in COMMANDS.items():
     application.command(name)(options.as_function(command))
@@ -63,7 +60,7 @@ def _print_version(is_wanted: bool) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """Look into volumes through transfer functions, beside a generative model.
+    """Look into volumes through transfer functions, with a generative model of their renderings.
 
     FILE is opened in the window: a volume, a model's folder, a TF file, or a session.
     """
@@ -72,17 +69,15 @@ class Window:
     model: Path | None = options.model()
     source: VolumeSource = options.volume("raw")
     tf: Path | None = options.tf()
-    session: Path | None = options.option(
+    session: Path | None = option(
         None,
         "What 'File > Save session' wrote; --volume: where its volume is now.",
         metavar="FILE.tfscope",
     )
     view: View | None = options.view(default=None, show_default=False)
-    lighting: Lighting | None = options.option(
-        None, "Of the reference image. (default: as last time)"
-    )
+    lighting: Lighting | None = option(None, "Of the reference image. (default: as last time)")
     light: LightDirection | None = options.light()
-    renderer: Literal["auto", RendererName] | None = options.option(
+    renderer: Literal["auto", RendererName] | None = option(
         None,
         "Of the reference image; auto: the ray caster while anything moves, and where no "
         "graphics card draws, VTK otherwise. (default: as last time)",
@@ -95,13 +90,10 @@ class Window:
         default=None,
         metavar="OUT.png",
     )
-    size: tuple[int, int] | None = options.option(
-        None,
-        "Width and height of the window in pixels.",
-        metavar="WxH",
-        parser=values.window_size,
+    size: tuple[int, int] | None = option(
+        None, "Width and height of the window in pixels.", metavar="WxH", parser=values.window_size
     )
-    version: bool = options.option(False, "Print the version and exit.", callback=_print_version)
+    version: bool = option(False, "Print the version and exit.", callback=_print_version)
 
     def run(self) -> None:
         """Open the window, unless there is a command; then there must be no options."""

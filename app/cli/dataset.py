@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.cli import options
+from app.cli.options import option
 from model.errors import DatasetError, TfscopeError, require
 from model.files import free_space
 from model.scene.scene import Lighting, Scene, TFFamily
@@ -21,7 +22,7 @@ class Dataset:
     """Render random samples into a store; run it again to go on or to add more."""
 
     out: Path = options.folder(help="Zarr folder.", metavar="STORE")
-    count: int = options.option(
+    count: int = option(
         options.REQUIRED, "Training samples; a store never shrinks.", min=1, max=10_000_000
     )
     source: VolumeSource = options.volume()
@@ -29,14 +30,12 @@ class Dataset:
     seed: int = options.seed()
     lighting: Lighting = options.lighting()
     movable_light: bool = options.movable_light()
-    tf_family: TFFamily = options.option("drawn", options.FAMILY_HELP)
+    tf_family: TFFamily = option("drawn", options.FAMILY_HELP)
     window: Range | None = options.window()
     up: str = options.up()
-    holdout: int | None = options.option(
-        None, "Hold-out samples. (default: a tenth, at most 2000)", min=1
-    )
+    holdout: int | None = option(None, "Hold-out samples. (default: a tenth, at most 2000)", min=1)
     workers: int | None = options.workers()
-    scheduler: str | None = options.option(
+    scheduler: str | None = option(
         None,
         "Render on the workers of a Dask scheduler such as tcp://host:8786. (default: processes of "
         "its own)",
@@ -53,16 +52,8 @@ class Dataset:
         if self.scheduler is not None:
             require("cluster")
         volume = self.source.read()
-        scene = Scene.of(
-            volume,
-            self.size,
-            self.lighting,
-            self.window,
-            "raycast",
-            self.movable_light,
-            self.tf_family,
-            self.up,
-        )
+        choices = self.movable_light, self.tf_family, self.up
+        scene = Scene.of(volume, self.size, self.lighting, self.window, "raycast", *choices)
         # Late: impossible options are refused before it.
         from app.cli.console import about, counting
         from app.cli.outputs import make_room_for

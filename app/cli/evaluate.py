@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.cli import options
+from app.cli.options import option
 from model.errors import require
 from model.networks.card import MODEL_FILE, add_metrics, load_card
 from model.networks.names import DeviceChoice
@@ -38,13 +39,13 @@ class Evaluate:
     """Measure a model on hold-out samples, and the nearest training image with it."""
 
     model: Path = options.model(default=options.REQUIRED)
-    count: int = options.option(2000, "Hold-out samples.", min=1)
+    count: int = option(2000, "Hold-out samples.", min=1)
     volume: VolumeSource = options.volume("scalar_range", "scale")
     store: Path | None = options.store()
     json: Path | None = options.output(
         "Also write the result.", ".json", default=None, metavar="OUT.json"
     )
-    record: bool = options.option(False, "Also write the errors into the model's card.")
+    record: bool = option(False, "Also write the errors into the model's card.")
     device: DeviceChoice = options.device()
     workers: int | None = options.workers()
 

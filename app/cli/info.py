@@ -8,6 +8,7 @@ from typing import Any
 
 from app.cli import options, values
 from app.cli.captions import range_text
+from app.cli.options import option
 from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
 from model.scene.robust_range import robust_range
 from model.scene.scene import RENDERER_NAMES
@@ -22,11 +23,9 @@ class Info:
 
     source: VolumeSource = options.volume(
         *("scalar_range", "scale"),
-        path=options.argument(
-            "A volume or a model.", metavar="FILE_OR_MODEL", callback=values.volume
-        ),
+        path=options.argument("A volume or a model.", metavar="FILE_OR_MODEL", check=values.volume),
     )
-    as_json: bool = options.option(False, "Print it as JSON, for programs.", flag="--json")
+    as_json: bool = option(False, "Print it as JSON, for programs.", flag="--json")
 
     def run(self) -> None:
         """Print a model's card, or a volume's description, as a table or as JSON."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.cli import options, values
 from app.cli.captions import range_text, tf_text, view_text
+from app.cli.options import option
 from model.errors import LatentError, RenderError, reason
 from model.files import writing
 from model.latent.codes import Codes, PictureOf
@@ -71,13 +72,13 @@ class Latent:
     model: Path | None = options.model(
         default=None, help="Take this model's codec and pictures, not tfscope's and exact ones."
     )
-    grid: tuple[float, float, float, float] | None = options.option(
+    grid: tuple[float, float, float, float] | None = option(
         None,
         "Pictures of this rectangle's 4 x 4 cells.",
         metavar="X0,Y0,X1,Y1",
         parser=values.numbers(4, "--grid"),
     )
-    at: tuple[float, float] | None = options.option(
+    at: tuple[float, float] | None = option(
         None,
         "The TF interpolated at a place of the map.",
         metavar="X,Y",

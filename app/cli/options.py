@@ -12,8 +12,13 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from app.cli import values
+from app.cli.outputs import check_output_folder
+from model.networks.card import read_header
+from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
+from model.scene.range_choice import RangeChoice
+from model.scene.transfer_function import TransferFunction
 
 REQUIRED = MISSING
 """Default of an option that must be given."""
@@ -22,23 +27,28 @@ REQUIRED = MISSING
 def option(default: Any, help: str, **details: Any) -> Any:
     """Field that is an option: ``--field-name``, unless `flag` names another one.
 
-    The details are those of ``typer.Option``, such as metavar, min, max, parser and callback.
+    A check refuses values. The details are those of ``typer.Option``: metavar, min, max, parser.
     """
-    return field(default=default, metadata={"help": help, **details})
+    return field(default=default, metadata=_details(help, **details))
 
 
 def argument(help: str, **details: Any) -> Any:
     """Field that is a required word without an option's name."""
-    return field(metadata={"help": help, "flag": None, **details})
+    return field(metadata=_details(help, flag=None, **details))
+
+
+def _details(help: str, check: Callable[[Any], object] | None = None, **details: Any) -> Any:
+    callback = {} if check is None else {"callback": values.checked(check)}
+    return {"help": help, **callback, **details}
 
 
 def output(help: str, *suffixes: str, default: Any = REQUIRED, **details: Any) -> Any:
     """Option that is an output file with one of some suffixes."""
-    return option(default, help, callback=values.output(*suffixes), **details)
+    return option(default, help, check=values.output(*suffixes), **details)
 
 
-folder = partial(option, default=REQUIRED, metavar="DIR", callback=values.output_folder)
-model = partial(option, default=None, help="Folder of a trained model.", callback=values.model)
+folder = partial(option, default=REQUIRED, metavar="DIR", check=check_output_folder)
+model = partial(option, default=None, help="Folder of a trained model.", check=read_header)
 device = partial(option, default="auto", help="Where networks run.")
 size = partial(option, default=256, help="Width and height in pixels.", min=16, max=4096)
 lighting = partial(
@@ -88,7 +98,7 @@ tf = partial(
     default=None,
     help="Transfer function. (default: from the data)",
     metavar="TF.json",
-    callback=values.tf,
+    check=TransferFunction.load,
 )
 window = partial(
     option,
@@ -103,7 +113,7 @@ up = partial(
     help="Axis of the volume that points up in the samples' views: +x, -x, +y, -y, +z or -z. "
     "(default: as the file says, or +z)",
     metavar="AXIS",
-    callback=values.up_axis,
+    check=axis_direction,
     show_default=False,
 )
 store = partial(
@@ -112,7 +122,7 @@ store = partial(
     help="Samples made with 'dataset'. (default: rendered by this command)",
     flag="--dataset",
     metavar="STORE",
-    callback=values.store,
+    check=values.store,
 )
 workers = partial(
     option,
@@ -133,7 +143,7 @@ _VOLUME: dict[str, Field[Any]] = {
         None,
         "Volume file or DICOM folder. (default: one that ships)",
         flag="--volume",
-        callback=values.volume,
+        check=values.volume,
     ),
     "raw": option(
         None,
@@ -171,7 +181,7 @@ _VOLUME: dict[str, Field[Any]] = {
         "voxels without outliers)",
         flag="--range",
         metavar="LO,HI",
-        callback=values.scalar_range,
+        check=RangeChoice.parse,
     ),
     "scale": option(
         None,

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from app.cli import options, values
+from app.cli import options
+from app.cli.options import option
+from model.networks.card import read_header
 from model.networks.names import DeviceChoice, StudyName
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
@@ -36,18 +38,18 @@ class Paper:
 
     item: Item = options.argument("A figure or table of the paper, or all of them.", metavar="ITEM")
     out: Path = options.folder(help="Folder of pictures and tables, and of the studies' runs.")
-    models: list[Path] | None = options.option(
+    models: list[Path] | None = option(
         None,
         "A model of the paper's networks; several are compared in table1, pictures show the first. "
         "(default: those that are shipped)",
         flag="--model",
-        callback=values.models,
+        check=read_header,
     )
     volume: VolumeSource = options.volume("scalar_range", "scale")
     # The volume fills the pictures.
     view: View = options.view(default=View(30.0, 20.0, 0.0, 0.65), show_default="30,20,0,0.65")
     tf: Path | None = options.tf()
-    count: int | None = options.option(
+    count: int | None = option(
         None,
         "Hold-out samples. (default: 2000 for table1, 200 for pictures, 500 for studies)",
         min=8,
@@ -58,8 +60,8 @@ class Paper:
         "with the nearest training image, and has their time. (default: each model's own are "
         "rendered)",
     )
-    minutes: float = options.option(20.0, "Training of each model of a study.", min=0.01)
-    quick: bool = options.option(False, "Few samples and steps: shows that all works, in minutes.")
+    minutes: float = option(20.0, "Training of each model of a study.", min=0.01)
+    quick: bool = option(False, "Few samples and steps: shows that all works, in minutes.")
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()
 

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from app.cli import options, values
+from app.cli import options
+from app.cli.options import option
 from model.networks.names import DeviceChoice
+from model.volume_files.source import VolumeSource
 
 if TYPE_CHECKING:
     from model.training.path_light_training import PathLightErrors
@@ -23,14 +25,14 @@ commands = typer.Typer(
 class DrawPairs:
     """Draw pictures of few samples, and of many, for random views, TFs and lights."""
 
-    out: Path = options.option(options.REQUIRED, "What is there already stays.", metavar="FOLDER")
-    volume: list[Path] | None = options.option(
+    out: Path = option(options.REQUIRED, "What is there already stays.", metavar="FOLDER")
+    volume: list[Path] | None = option(
         None,
         "Volume file; may be repeated. (default: the shipped ones)",
-        callback=values.volumes,
+        check=lambda path: VolumeSource(path).check(),
     )
-    blocks: int = options.option(8, "Of 8 pairs, of each volume; about 30 s each.", min=1)
-    samples: int = options.option(64, "Of what is learned.", min=8, max=4096)
+    blocks: int = option(8, "Of 8 pairs, of each volume; about 30 s each.", min=1)
+    samples: int = option(64, "Of what is learned.", min=8, max=4096)
     seed: int = options.seed()
 
     def run(self) -> None:
@@ -54,15 +56,11 @@ class TrainPathLight:
     """Train the network on pairs; one that was stopped goes on."""
 
     folder: Path = options.argument("Folder of 'light pairs'.", metavar="PAIRS")
-    out: Path = options.option(
-        options.REQUIRED, "The trained network.", metavar="NETWORK.safetensors"
-    )
-    held_out: Path | None = options.option(
-        None, "Pairs that errors are measured on.", metavar="PAIRS"
-    )
-    minutes: float = options.option(30.0, "Of training.", min=0.01)
-    width: int = options.option(40, "Channels of the first level.", min=4, max=512)
-    start_from: Path | None = options.option(
+    out: Path = option(options.REQUIRED, "The trained network.", metavar="NETWORK.safetensors")
+    held_out: Path | None = option(None, "Pairs that errors are measured on.", metavar="PAIRS")
+    minutes: float = option(30.0, "Of training.", min=0.01)
+    width: int = option(40, "Channels of the first level.", min=4, max=512)
+    start_from: Path | None = option(
         None,
         "Begin with this network's weights and size, at a third of the rate.",
         metavar="NETWORK.safetensors",

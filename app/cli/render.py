@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from app.cli import options, values
+from app.cli.options import option
 from model.errors import RenderError
 from model.networks.names import DeviceChoice
 from model.rendering.raster import Raster
@@ -35,12 +36,12 @@ class Render:
         *(".png", ".mp4", ".gif", ".npy"),
         metavar="OUT",
     )
-    renderer: Literal[RendererName, "generator"] = options.option(
+    renderer: Literal[RendererName, "generator"] = option(
         "vtk", "The reference, the fast ray caster, or the model."
     )
     source: VolumeSource = options.volume()
     model: Path | None = options.model()
-    session: Path | None = options.option(
+    session: Path | None = option(
         None,
         "What 'File > Save session' wrote: its volume, view, TF, light and crop box, unless other "
         "options say so.",
@@ -52,60 +53,57 @@ class Render:
         show_default=False,
     )
     tf: Path | None = options.tf()
-    lighting: Lighting | None = options.option(
+    lighting: Lighting | None = option(
         None, "For VTK and ray caster. (default: the model's, or none)"
     )
     light: LightDirection | None = options.light()
     crop: CropBox | None = options.crop()
-    samples: int | None = options.option(
+    samples: int | None = option(
         None,
         "Of each pixel in path-traced light: four times as many halve the noise. (default: 64; "
         "with --error as many as it takes)",
         min=1,
         max=1 << 20,
     )
-    error: float | None = options.option(
+    error: float | None = option(
         None,
         "Estimated error (RMSE) of path-traced light that is good enough: as many samples as it "
         "takes, at most --samples.",
         min=1e-4,
         max=1.0,
     )
-    denoise: bool | None = options.option(
+    denoise: bool | None = option(
         None,
         "Whether Intel's Open Image Denoise cleans path-traced pictures as long as that brings "
         "them nearer to the truth. (default: where it is installed)",
         flag="--denoise/--no-denoise",
     )
-    size: Raster | None = options.option(
-        None,
-        "Pixels. (default: the model's, or 256)",
-        metavar="N or WxH",
-        parser=values.pixels,
+    size: Raster | None = option(
+        None, "Pixels. (default: the model's, or 256)", metavar="N or WxH", parser=values.pixels
     )
-    background: Background | None = options.option(
+    background: Background | None = option(
         "black",
         "Of a picture or movie: black, white, transparent or #rrggbb.",
         metavar="COLOUR",
         parser=values.background,
     )
-    legend: bool = options.option(False, "Paint the colour legend into a picture or movie.")
-    scale_bar: bool = options.option(
+    legend: bool = option(False, "Paint the colour legend into a picture or movie.")
+    scale_bar: bool = option(
         False,
         "Paint a scale bar. Its length holds in the plane through the middle of what is shown.",
     )
-    seconds: float = options.option(8.0, "Length of a movie.", min=0.5, max=600)
-    rate: int = options.option(25, "Pictures a second of a movie.", min=1, max=60)
-    brightness: float | None = options.option(
+    seconds: float = option(8.0, "Length of a movie.", min=0.5, max=600)
+    rate: int = option(25, "Pictures a second of a movie.", min=1, max=60)
+    brightness: float | None = option(
         None,
         "Of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
         min=0.25,
         max=32.0,
     )
-    draw_missing: bool = options.option(
+    draw_missing: bool = option(
         False, "Draw voxels of which the file says that nothing was measured there."
     )
-    sample_distance: float | None = options.option(
+    sample_distance: float | None = option(
         None,
         "Between samples along a ray. At .1 the ray caster shows no rings on thin layers, as in "
         "the window. (default: .5, or the model's)",

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cli import options
+from app.cli.options import option
 from model.errors import RenderError
 from model.networks.names import DeviceChoice
 from model.scene.crop import CropBox
@@ -65,40 +66,40 @@ class Sensitivity:
     )
     model: Path | None = options.model()
     source: VolumeSource = options.volume()
-    engine: Literal["exact", "learned", "blockwise"] | None = options.option(
+    engine: Literal["exact", "learned", "blockwise"] | None = option(
         None,
         "The ray caster's own derivative, the generator's, or the generator's block by block, as "
         "in the paper. (default: learned with --model, else exact)",
     )
     view: View = options.view()
     tf: Path | None = options.tf()
-    lighting: Lighting | None = options.option(None, "Of the ray caster's image.")
+    lighting: Lighting | None = option(None, "Of the ray caster's image.")
     size: int | None = options.size(
         default=None, help="Pixels of the rendering; a model has its own size."
     )
-    region: Region | None = options.option(
+    region: Region | None = option(
         None,
         "Where in the TF does this rectangle of pixels react? (default: the whole image)",
         metavar="X0,Y0,X1,Y1",
         parser=Region.parse,
     )
     crop: CropBox | None = options.crop()
-    value: float | None = options.option(None, "Where in the image does this scalar value show?")
-    block: int | None = options.option(
+    value: float | None = option(None, "Where in the image does this scalar value show?")
+    block: int | None = option(
         None, "All blocks of this many pixels, to edits at all values.", min=1
     )
-    width: float | None = options.option(
+    width: float | None = option(
         None,
         "Standard deviation of the edits, in the data's units; 0 for single samples of the TF. "
         "(default: 6 of 256 samples)",
         min=0,
     )
-    measure: Measure = options.option(
+    measure: Measure = option(
         "signed",
         "signed: the change of brightness, as in the paper; change: the size of the change, also "
         "where the picture is black.",
     )
-    field_scale: Literal["own", "global"] = options.option(
+    field_scale: Literal["own", "global"] = option(
         "own",
         "Of a value's figure. own: colours by its field; global: by the fields of all values, and "
         "opacity by its own, as in the paper.",

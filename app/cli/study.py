@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from app.cli import options
+from app.cli.options import option
 from model.networks.names import DeviceChoice, PresetName, StudyName
 from model.scene.scene import Lighting
 from model.volume_files.source import VolumeSource
@@ -18,13 +19,13 @@ class Study:
     study: StudyName = options.argument("Which one.", metavar="STUDY")
     out: Path = options.folder(help="Folder of samples, runs and table.")
     volume: VolumeSource = options.volume()
-    preset: PresetName = options.option("draft", "Size of all networks.")
+    preset: PresetName = option("draft", "Size of all networks.")
     lighting: Lighting = options.lighting()
-    faithful: bool = options.option(False, "All models by the paper's recipe, see 'train'.")
-    minutes: float | None = options.option(None, "Budget of each model. (default: 10)")
-    samples: int | None = options.option(None, "Budget of each model in samples seen.")
-    images: int = options.option(20_000, "Training samples that are rendered first.", min=16)
-    count: int = options.option(500, "Hold-out samples.", min=1)
+    faithful: bool = option(False, "All models by the paper's recipe, see 'train'.")
+    minutes: float | None = option(None, "Budget of each model. (default: 10)")
+    samples: int | None = option(None, "Budget of each model in samples seen.")
+    images: int = option(20_000, "Training samples that are rendered first.", min=16)
+    count: int = option(500, "Hold-out samples.", min=1)
     seed: int = options.seed()
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()

@@ -9,8 +9,16 @@ from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.training_display import TrainingDisplay
 from model.devices import choose_device
 from model.errors import TfscopeError, require
-from model.evaluation.study import STUDIES, Study, StudyPlan, run_study
-from model.evaluation.study_table import markdown, recipe_lines, study_pictures, study_table
+from model.evaluation.study import (
+    STUDIES,
+    Study,
+    StudyPlan,
+    markdown,
+    recipe_lines,
+    run_study,
+    study_pictures,
+    study_table,
+)
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene

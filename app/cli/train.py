@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from app.cli import options
+from app.cli.options import option
 from model.errors import TrainingError
 from model.networks.names import DeviceChoice, PrecisionChoice, PresetName
 from model.scene.scene import Lighting, TFFamily
@@ -19,7 +20,7 @@ class Train:
     """Train a generator of one volume's renderings."""
 
     out: Path = options.folder(help="Folder of run and model.")
-    preset: PresetName | None = options.option(
+    preset: PresetName | None = option(
         None,
         "Images of 64, 128 or 256 pixels by the paper's two networks at a quarter of their width, "
         "with a deeper decoder of TFs and features modulated by the codes of view and TFs; or of "
@@ -27,44 +28,44 @@ class Train:
     )
     volume: VolumeSource = options.volume()
     store: Path | None = options.store()
-    minutes: float | None = options.option(None, "Budget in minutes.")
-    samples: int | None = options.option(None, "Budget in samples seen.")
-    epochs: float | None = options.option(
+    minutes: float | None = option(None, "Budget in minutes.")
+    samples: int | None = option(None, "Budget in samples seen.")
+    epochs: float | None = option(
         None,
         "Budget in passes of each stage over the samples: those of --dataset, or 200000 that are "
         "rendered. (default with --faithful: 30)",
         min=0.001,
     )
-    resume: bool = options.option(False, "Go on with the run in --out.")
+    resume: bool = option(False, "Go on with the run in --out.")
     start: Path | None = options.model(
         default=None,
         help="Begin with a trained model's weights; with another --seed it sees other samples.",
         flag="--start-from",
         metavar="MODEL",
     )
-    faithful: bool = options.option(
+    faithful: bool = option(
         False,
         "The paper's networks, losses, TFs, batches, rates, stages and epochs, nothing added.",
     )
-    color_attention: bool = options.option(
+    color_attention: bool = option(
         False,
         "A variant of the networks: pixels look their colours up in the colour TF, by an attention "
         "over scalar values.",
     )
-    width: float | None = options.option(
+    width: float | None = option(
         None,
         "Channels of the networks, as a fraction of the paper's. (default: the preset's)",
         min=0.02,
         max=4,
     )
-    settings: list[str] | None = options.option(
+    settings: list[str] | None = option(
         None,
         "Change one number of the recipe, such as opacity_l1_weight=50 or "
         "joint.learning_rate=5e-4; may be repeated.",
         flag="--set",
         metavar="NAME=VALUE",
     )
-    reuse: float | None = options.option(
+    reuse: float | None = option(
         None,
         "How often each fresh sample is learned from; more takes less rendering. (default: 4, or "
         "more when lit)",
@@ -72,7 +73,7 @@ class Train:
     )
     lighting: Lighting = options.lighting()
     movable_light: bool = options.movable_light()
-    tf_family: TFFamily | None = options.option(
+    tf_family: TFFamily | None = option(
         None, f"{options.FAMILY_HELP} (default: drawn; with --faithful, paper)"
     )
     window: Range | None = options.window()
@@ -80,7 +81,7 @@ class Train:
     seed: int = options.seed()
     workers: int | None = options.workers()
     device: DeviceChoice = options.device()
-    precision: PrecisionChoice = options.option(
+    precision: PrecisionChoice = option(
         "auto", "Digits that steps are computed in. (auto: the faster one here)"
     )
 

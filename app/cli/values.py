@@ -1,6 +1,6 @@
 """Values of options, checked while the command line is read: before anything heavy is imported.
 
-Parsers make values of texts. Checks return what they are given, or raise a `TfscopeError`.
+Parsers make values of texts; checks raise a `TfscopeError`.
 """
 
 from __future__ import annotations
@@ -8,16 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from app.cli.outputs import check_output, check_output_folder
+from app.cli.outputs import check_output
 from model.errors import DatasetError, TfscopeError, VolumeError
-from model.networks.card import read_header
 from model.rendering.raster import Raster
-from model.scene.axes import axis_direction
-from model.scene.range_choice import RangeChoice
-from model.scene.transfer_function import Range, TransferFunction
+from model.scene.transfer_function import Range
 from model.scene.view import View
-from model.volume_files.source import VolumeSource
 
 HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)
 """View of commands that are given none."""
@@ -103,78 +100,38 @@ def background(text: str) -> tuple[int, int, int] | None:
     return red, green, blue
 
 
-def volume(path: Path | None) -> Path | None:
+def checked(check: Callable[[Any], object]) -> Callable[[Any], Any]:
+    """Return a check of a value, or of each of several, that may have been left out."""
+
+    def run(value: Any) -> Any:
+        for each in value if isinstance(value, list) else (value,):
+            if each not in (None, ""):
+                check(each)
+        return value
+
+    return run
+
+
+def volume(path: Path) -> None:
     """Refuse a volume whose file or folder is missing."""
-    if path is not None and not path.exists():
+    if not path.exists():
         raise VolumeError(f"{path}: there is no such file or folder; check the path.")
-    return path
 
 
-def volumes(paths: list[Path] | None) -> list[Path] | None:
-    """Refuse volumes that cannot be read because they are missing, or of an unknown kind."""
-    for path in paths or []:
-        VolumeSource(path).check()
-    return paths
-
-
-def scalar_range(text: str | None) -> str | None:
-    """Refuse a text that is not a scalar range."""
-    if text is not None:
-        RangeChoice.parse(text)
-    return text
-
-
-def up_axis(text: str) -> str:
-    """Refuse a text that names no axis."""
-    if text:
-        axis_direction(text)
-    return text
-
-
-def model(folder: Path | None) -> Path | None:
-    """Refuse a folder that holds no model."""
-    if folder is not None:
-        read_header(folder)
-    return folder
-
-
-def models(folders: list[Path] | None) -> list[Path] | None:
-    """Refuse folders that hold no model."""
-    for folder in folders or ():
-        read_header(folder)
-    return folders
-
-
-def tf(path: Path | None) -> Path | None:
-    """Refuse a file that holds no TF."""
-    if path is not None:
-        TransferFunction.load(path)
-    return path
-
-
-def store(path: Path | None) -> Path | None:
+def store(path: Path) -> None:
     """Refuse a folder of samples that is missing."""
-    if path is not None and not path.is_dir():
+    if not path.is_dir():
         raise DatasetError(f"{path}: there is no data set here; render one first.")
-    return path
 
 
-def output(*suffixes: str) -> Callable[[Path | None], Path | None]:
+def output(*suffixes: str) -> Callable[[Path], None]:
     """Return a check of an output file: of its suffix, in any case, and that it can be written."""
     *most, last = suffixes
     known = f"{', '.join(most)} or {last}" if most else last
 
-    def check(path: Path | None) -> Path | None:
-        if path is not None:
-            if path.suffix.lower() not in suffixes:
-                raise TfscopeError(f"{path}: the name must end in {known}.")
-            check_output(path)
-        return path
+    def check(path: Path) -> None:
+        if path.suffix.lower() not in suffixes:
+            raise TfscopeError(f"{path}: the name must end in {known}.")
+        check_output(path)
 
     return check
-
-
-def output_folder(path: Path) -> Path:
-    """Refuse a folder that can neither be written to nor made."""
-    check_output_folder(path)
-    return path

@@ -22,19 +22,6 @@ def with_options_for_files(arguments: Sequence[str], application: TyperGroup) ->
     A model's folder gets ``--model``, a JSON file ``--tf``, a session ``--session``, any other
     file or folder ``--volume``. A command's name is a command, whatever files there are, and
     from there on nothing is changed.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-        The command line without the program.
-    application : TyperGroup
-        With the window's options as its own, and the commands.
-
-    Raises
-    ------
-    TfscopeError
-        For a word that is neither a command nor a file or folder, and for two files where
-        one of them can be opened.
     """
     options = {
         flag: parameter

@@ -9,8 +9,7 @@ import numpy as np
 
 from app.figures.pages import PICTURE, Page
 from app.figures.plots import AXIS_WIDTH, COLORS, INK, label_axis, new_layout, save_layout
-from model.evaluation.study import Study
-from model.evaluation.study_table import StudyPictures
+from model.evaluation.study import Study, StudyPictures
 
 CURVE_WIDTH, CURVE_HEIGHT = 380, 340
 

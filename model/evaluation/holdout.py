@@ -60,10 +60,7 @@ class Evaluation:
         return {
             "count": self.count,
             **_summaries(self.generator),
-            "nearest_neighbor": {
-                "count": self.neighbors,
-                **_summaries(self.nearest_neighbor),
-            },
+            "nearest_neighbor": {"count": self.neighbors, **_summaries(self.nearest_neighbor)},
         }
 
 

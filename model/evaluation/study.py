@@ -11,7 +11,7 @@ continues.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -19,10 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import CollapseError, TrainingError
-from model.evaluation.holdout import generator_errors, neighbor_errors
+from model.evaluation.holdout import generator_errors, nearest_images, neighbor_errors, pictures
 from model.files import write_atomically
 from model.generator.generator import Generator
 from model.json_files import read_json
+from model.metrics import clearly_seen
 from model.networks.card import MODEL_FILE
 from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import draw_sample
@@ -113,7 +114,7 @@ STUDIES: dict[str, Study] = {
         varied="dimension of the latent code",
     ),
     "l1-weight": Study(
-        "Weight of the l1 loss beside the adversarial one (section 6.3.3, Table 4)",
+        "Weight of the l1 loss next to the adversarial one (section 6.3.3, Table 4)",
         "Combustion, no illumination, 256 x 256",
         (
             Variant("l1-50", "50", (ADVERSARY, "l1_weight=50"), paper=(0.050, 0.015)),
@@ -170,10 +171,7 @@ def run_study(
     for variant in study.variants:
         on_variant(variant)
         rows[variant.name] = _row(plan, variant, samples, on_report)
-    neighbor = {
-        "count": plan.store.count("train"),
-        **_means(neighbor_errors(samples, plan.store)),
-    }
+    neighbor = {"count": plan.store.count("train"), **_means(neighbor_errors(samples, plan.store))}
     return {
         "title": study.title,
         "volume": plan.store.scene.volume_name,
@@ -256,3 +254,119 @@ def _agreement(generator: Generator, plan: StudyPlan) -> dict[str, float]:
     samples = [draw_sample(scene, seed, "holdout", i) for i in range(plan.sensitivities)]
     found = sensitivity_agreement(generator, plan.volume, samples).to_json()
     return {name: found[name]["median"] for name in ("image_cosine", "block_cosine")}
+
+
+def study_table(study: Study, result: dict[str, Any]) -> list[list[str]]:
+    """Return the results and the paper's numbers as rows of cells, the heading first."""
+    heading = ["", "samples", "RMSE", "EMD", "SSIM", "opacity RMSE", "cosine image", "blocks"]
+    rows = [[*heading, "paper's RMSE", "EMD"]]
+    neighbor = result["nearest_neighbor"]
+    label = f"nearest of {neighbor['count']:,}"
+    rows.append([label, "", *_cells(neighbor), *_paper(study.neighbor)])
+    for variant in study.variants:
+        row = result["variants"][variant.name]
+        seen = f"{row['samples_seen']:,}" if "samples_seen" in row else ""
+        label = f"{variant.label} (collapsed)" if "collapsed" in row else variant.label
+        rows.append([label, seen, *_cells(row), *_paper(variant.paper)])
+    return rows
+
+
+def markdown(study: Study, result: dict[str, Any]) -> str:
+    """Return the table in Markdown, with the study's settings above and the recipe beneath."""
+    heading, *rows = study_table(study, result)
+    budget = (
+        f"{result['minutes']:g} minutes"
+        if result["minutes"] is not None
+        else f"{result['samples']:,} samples"
+    )
+    lines = [
+        f"{study.title}. {result['volume']}, lighting {result['lighting']}, preset "
+        f"{result['preset']} ({result['image_size']} x {result['image_size']}), "
+        f"{budget} for each, {result['holdout_count']} hold-out samples. "
+        f"Paper: {study.paper}.",
+        "",
+        *(f"| {' | '.join(cells)} |" for cells in (heading, ["---"] * len(heading), *rows)),
+    ]
+    for variant in study.variants:
+        why = result["variants"][variant.name].get("collapsed")
+        if why is not None:
+            lines += ["", f"{variant.label} collapsed, and was measured as far as it came. {why}"]
+    for line in recipe_lines(study, result):
+        lines += ["", line]
+    return "\n".join(lines) + "\n"
+
+
+def recipe_lines(study: Study, result: dict[str, Any]) -> list[str]:
+    """Return the recipe of all variants, and what each changes, as two sentences."""
+    options = TrainingOptions.from_json(result["options"])
+    changes = "; ".join(
+        f"{variant.label}: {', '.join(parts)}"
+        for variant in study.variants
+        if (parts := _changes(variant, options))
+    )
+    return [
+        f"Recipe of all: {', '.join(_settings(options.to_json()))}.",
+        f"Changed by each: {changes}.",
+    ]
+
+
+def _changes(variant: Variant, options: TrainingOptions) -> list[str]:
+    dimension = variant.latent_dim
+    codes = [] if dimension is None else [f"codes of {dimension} numbers"]
+    return [*variant.changes(options), *codes]
+
+
+def _settings(data: dict[str, Any], prefix: str = "") -> list[str]:
+    """Return all options as settings of the command line."""
+    settings = []
+    for name, value in data.items():
+        if isinstance(value, dict):
+            settings += _settings(value, f"{prefix}{name}.")
+        else:
+            text = str(value).lower() if isinstance(value, bool) else f"{value:g}"
+            settings.append(f"{prefix}{name}={text}")
+    return settings
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    """Cells of a row's errors and cosines; empty if not measured."""
+    return [
+        *(_number(row.get(name), 4 if name == "emd" else 3) for name in MEASURES),
+        *(_number(row.get(name), 2) for name in ("image_cosine", "block_cosine")),
+    ]
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "" if value is None else f"{value:.{digits}f}"
+
+
+def _paper(numbers: Sequence[float] | None) -> list[str]:
+    return ["", ""] if numbers is None else [f"{number:.3f}" for number in numbers]
+
+
+PICTURED = 4
+"""Samples that are shown."""
+
+
+@dataclass(frozen=True, eq=False)
+class StudyPictures:
+    """Images (n, S, S, 3) of some samples: the truth, the nearest training images, each model's."""
+
+    columns: dict[str, NDArray[np.floating]]
+
+
+def study_pictures(study: Study, plan: StudyPlan, count: int = PICTURED) -> StudyPictures:
+    """Draw the first hold-out samples that show something by all models of a finished study."""
+    samples = plan.store.read("holdout", range(plan.count))
+    shows = clearly_seen(samples.rgba)
+    chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]
+    columns: dict[str, NDArray[np.floating]] = {
+        "ground truth": samples.rgba[chosen, ..., :3] / 255,
+        "nearest neighbour": nearest_images(samples.rgba[chosen], plan.store)[..., :3] / 255,
+    }
+    for variant in study.variants:
+        folder = plan.training(variant).folder
+        if (folder / MODEL_FILE).is_file():
+            generator = Generator.load(folder, plan.base.device.type)
+            columns[variant.label] = pictures(generator, plan.store, chosen)[1]
+    return StudyPictures(columns)

@@ -42,14 +42,14 @@ LARGEST = 3
 has larger and smoother things in it than a small picture."""
 
 MANY = 64
-"""Samples of each pixel of the picture that is learned. It has noise, which nobody can learn, but
-no bias, as a denoised one would have."""
+"""Samples of each pixel of the picture that is learned. It has noise, which no network can learn,
+but no bias, as a denoised one would have."""
 
 FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15
 """Shares of pairs with the opacity TF that the program opens a volume with, and with a crop."""
 
 LEAST_OPACITY = 0.04
-"""Mean over the picture of what is worth a pair."""
+"""Least mean opacity of a picture that becomes a pair."""
 
 BRIGHTEST = 8.0
 """Radiance that is kept of single pixels."""
@@ -151,11 +151,7 @@ class PairDrawer:
 
 
 def write_pairs(
-    folder: Path,
-    volumes: Sequence[Volume],
-    blocks: int,
-    seed: int = 0,
-    many: int = MANY,
+    folder: Path, volumes: Sequence[Volume], blocks: int, seed: int = 0, many: int = MANY
 ) -> Iterator[Path]:
     """Draw blocks of pairs of each volume in turn, and yield the file of each.
 

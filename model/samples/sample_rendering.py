@@ -31,20 +31,11 @@ def render_samples(
     return SampleBatch(store_inputs(samples, scene), np.rint(images * 255).astype(np.uint8))
 
 
-def make_renderer(
-    volume: Volume,
-    scene: Scene,
-    threads: int | None = 1,
-) -> Renderer:
+def make_renderer(volume: Volume, scene: Scene, threads: int | None = 1) -> Renderer:
     """Create the renderer of a scene; the ray caster has so many threads, or one per processor."""
     check_volume(volume, scene)
     return open_renderer(
-        scene.renderer,
-        volume,
-        scene.lighting,
-        scene.light,
-        scene.sample_distance,
-        threads,
+        scene.renderer, volume, scene.lighting, scene.light, scene.sample_distance, threads
     )
 
 

@@ -14,8 +14,6 @@ chunk; a block is marked in ``complete`` once all of its arrays are on disk. A
 killed run loses unfinished blocks, which the next run renders again. Every chunk
 has a checksum and is written even if it is all zero, so that lost or altered
 samples are found out: Zarr would take a lost chunk for zeros.
-
-The module is long because all that touches the folder is here.
 """
 
 from __future__ import annotations
@@ -49,16 +47,9 @@ POOL_BLOCKS = 64
 
 @dataclass(frozen=True)
 class SampleBatch:
-    """A batch of N samples in stored form.
+    """N samples: arrays of scene inputs as stored, and images (N, S, S, 4), premultiplied.
 
-    Attributes
-    ----------
-    inputs : dict of ndarray, each of shape (N, ...)
-        Scene inputs, see :func:`model.scene.inputs.store_inputs`.
-    rgba : ndarray of uint8, shape (N, S, S, 4)
-        Premultiplied by opacity, row 0 at the top.
-    encoded : dict of ndarray, each of shape (N, ...)
-        The inputs as the networks take them, if they are there already.
+    Inputs can be there as the networks take them, too.
     """
 
     inputs: Arrays

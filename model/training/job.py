@@ -24,52 +24,36 @@ class TrainingJob:
     """Description of a training run: data, networks, recipe, budget and output folder.
 
     Settings that contradict each other or have no effect raise a :class:`TrainingError`.
-
-    Attributes
-    ----------
-    store : Path or None
-        A stored data set; None renders samples during training.
-    preset : str
-        Name of a network size, see :data:`model.training.options.PRESETS`.
-    color_attention : bool
-        Whether networks look colours up in the colour TF, see :class:`NetworkSize`.
-    width : float or None
-        Channels of the networks as a fraction of the paper's, instead of the preset's.
-    faithful : bool
-        Whether to use the paper's recipe without additions.
-    settings : tuple of str
-        Changes of the recipe, see :meth:`TrainingOptions.with_settings`.
-    lighting, movable_light, tf_family, window, up, reuse
-        Options of samples that are rendered during training.
-    start : Path or None
-        Folder of a trained model to start from.
-    workers : int or None
-        Number of rendering threads, one per processor by default.
-    resume : bool
-        Whether to resume the run in the folder.
     """
 
     out: Path
     volume: VolumeSource = field(default_factory=VolumeSource)
+    # A stored data set; None renders samples during training.
     store: Path | None = None
+    # A name of `PRESETS`; the width is a fraction of the paper's channels, instead of the preset's.
     preset: str = "compact"
     color_attention: bool = False
     width: float | None = None
+    # Whether to use the paper's recipe without additions; settings change it.
     faithful: bool = False
     settings: tuple[str, ...] = ()
     minutes: float | None = None
     samples: int | None = None
+    # Of samples that are rendered during training.
     lighting: Lighting = "none"
     movable_light: bool = False
     tf_family: TFFamily = "drawn"
     window: Range | None = None
     up: str = ""
     reuse: float | None = None
+    # Folder of a trained model to start from.
     start: Path | None = None
     seed: int = 0
+    # Rendering threads, one per processor by default.
     workers: int | None = None
     device: str = "auto"
     precision: PrecisionChoice = "auto"
+    # Whether to resume the run in the folder.
     resume: bool = False
 
     def __post_init__(self) -> None:
@@ -130,13 +114,6 @@ class TrainingJob:
 
     def scene_of(self, volume: Volume) -> Scene:
         """Scene in which a volume is learned whose samples are made meanwhile."""
-        return Scene.of(
-            volume,
-            self.size.image_size,
-            self.lighting,
-            self.window,
-            "raycast",
-            self.movable_light,
-            self.tf_family,
-            self.up,
-        )
+        size, light = self.size.image_size, self.lighting
+        choices = self.movable_light, self.tf_family, self.up
+        return Scene.of(volume, size, light, self.window, "raycast", *choices)

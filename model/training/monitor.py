@@ -227,10 +227,7 @@ def latent_health(latent: Tensor) -> dict[str, float]:
     eigenvalues = torch.linalg.svdvals(centered).square()
     shares = eigenvalues / eigenvalues.sum().clamp(min=1e-300)
     entropy = -torch.xlogy(shares, shares).sum()
-    return {
-        "latent_spread": float(deviations.max()),
-        "latent_rank": float(entropy.exp()),
-    }
+    return {"latent_spread": float(deviations.max()), "latent_rank": float(entropy.exp())}
 
 
 def diversity(images: Tensor, truth: Tensor) -> float:

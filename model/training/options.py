@@ -50,83 +50,57 @@ class StageOptions:
 class TrainingOptions:
     """The training recipe. Defaults are those that measured best; see also :meth:`faithful`.
 
-    Attributes
-    ----------
-    opacity, translation, small, joint : StageOptions
-        The paper's runs make 30 passes over 200,000 samples. Runs of an hour
-        are far shorter and need more steps: smaller batches, larger rates.
-    l1_weight : float
-        Lambda, the weight of the colour image's l1 loss (paper, Eq. 9).
-    decoded_tf_weight : float
-        Weight of the decoded-TF loss; 1 in the paper.
-    unrendered_tfs : int
-        Number of random opacity TFs without images in each step's decoded-TF
-        loss: the codec needs far more TFs than can be rendered. 0 in the paper.
-    thick_layer_weight : float
-        Weight, within the decoded-TF loss, of the squared error of a thick
-        layer's opacity; 0 in the paper.
-    tf_edit_weight : float
-        Weight, within the decoded-TF loss, of the error of decoded smooth edits
-        of the `unrendered_tfs`; 0 in the paper. Without it, derivatives by the
-        TF degrade as training goes on.
-    opacity_l1_weight : float
-        Weight of an l1 loss on the opacity image; 0 in the paper.
-    cosine : bool
-        Whether the learning rate rises over the first steps of a stage and then
-        falls along half a cosine, instead of by halvings.
-    beta2 : float
-        Adam's decay rate of the squared gradients' moving average; 0.999 in the
-        paper. A gradient far larger than those before it changes weights by up to
-        (1 - 0.5) / sqrt(1 - beta2) times the learning rate, 16 times at 0.999.
-    average_decay : float
-        Decay per step of the exponential moving average (EMA) of the generator's
-        weights, which is evaluated and saved; 0 uses the latest weights.
-    kaiming_init : bool
-        Whether layers without batch norm have Kaiming initialization; the paper
-        draws all weights from N(0, 0.02).
-    adversarial_start : float
-        Fraction of each stage after which the discriminator joins, 0..1; until
-        then the generator is trained by the other losses alone, twice as fast.
-        0 in the paper; by default the discriminator never joins, as it sharpens
-        textures but increases both RMSE and EMD.
-    one_stage : bool
-        Whether the paper's generator is trained at once, by `joint`. The paper first
-        trains the opacity generator, by `opacity`, and then freezes it and trains
-        the translation on rendered opacity images, by `translation`.
-    small_time_share : float
-        Fraction of the budget in which the paper's generator, trained at once, learns
-        colour images of the opacity image's size, by `small`, before those of its own
-        size. The first need a fifth of the time, and teach nearly all. 0 in the paper.
-    true_opacity_share : float
-        Fraction of the samples, 0..1, whose rendered opacity image the translation is
-        given when both are trained at once; otherwise the generated one, which it is
-        given when it is used.
-    feature_matching_weight : float
-        Weight of the l1 distance between the discriminator's features of generated and
-        rendered colour images (Salimans et al. 2016), once it has joined; 0 in the paper.
-    opacity_time_share : float
-        Fraction of the budget for stage 1 of the paper's two.
+    What is not in the paper is 0 there, and can be 0 here.
     """
 
+    # The paper's runs make 30 passes over 200,000 samples. Runs of an hour are far shorter and
+    # need more steps: smaller batches, larger rates.
     opacity: StageOptions = StageOptions(16, 4e-4, 3.0)
     translation: StageOptions = StageOptions(16, 4e-4, 3.0)
     small: StageOptions = StageOptions(32, 2e-3, 5.0)
     joint: StageOptions = StageOptions(32, 1e-3, 5.0)
+    # Lambda, the weight of the colour image's l1 loss (paper, Eq. 9).
     l1_weight: float = 150.0
+    # 1 in the paper.
     decoded_tf_weight: float = 1000.0
+    # Random opacity TFs without images in each step's decoded-TF loss: the codec needs far more
+    # TFs than can be rendered.
     unrendered_tfs: int = 32
+    # Weights, within the decoded-TF loss, of the opacity of a thick layer, and of smooth edits of
+    # the unrendered TFs, without which derivatives by the TF degrade as training goes on.
     thick_layer_weight: float = 0.1
     tf_edit_weight: float = 0.3
+    # Weight of an l1 loss on the opacity image.
     opacity_l1_weight: float = 50.0
+    # Whether the learning rate rises over the first steps of a stage and then falls along half a
+    # cosine, instead of by halvings.
     cosine: bool = True
+    # Adam's decay of the squared gradients' average; .999 in the paper. A gradient far larger than
+    # those before it changes weights by up to (1 - .5) / sqrt(1 - beta2) times the learning rate,
+    # 16 times at .999.
     beta2: float = 0.99
+    # Decay per step of the average (EMA) of the generator's weights, which is evaluated and saved.
     average_decay: float = 0.999
+    # For layers without batch norm; the paper draws all weights from N(0, .02).
     kaiming_init: bool = True
+    # Fraction of each stage after which the discriminator joins; until then the generator is
+    # trained by the other losses alone, twice as fast. By default it never joins, as it sharpens
+    # textures but increases both RMSE and EMD.
     adversarial_start: float = 1.0
+    # Whether both networks are trained at once, by `joint`. The paper first trains the opacity
+    # generator, and then freezes it and trains the translation on rendered opacity images.
     one_stage: bool = True
+    # Fraction of the budget in which networks trained at once learn colour images of the opacity
+    # image's size, by `small`, before those of their own size. The first need a fifth of the time,
+    # and teach nearly all.
     small_time_share: float = 0.5
+    # Fraction of the samples whose rendered opacity image the translation is given when both are
+    # trained at once; otherwise the generated one, which it is given when it is used.
     true_opacity_share: float = 0.0
+    # Weight of the l1 distance between the discriminator's features of generated and rendered
+    # colour images (Salimans et al. 2016), once it has joined.
     feature_matching_weight: float = 0.0
+    # Fraction of the budget for the first of the paper's two stages.
     opacity_time_share: float = 0.4
     seed: int = 0
 

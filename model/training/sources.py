@@ -1,17 +1,38 @@
-"""Sources of training samples: the interface, and stored data sets."""
+"""Sources of training samples: stored data sets, and samples rendered while training.
+
+The paper's Discussion suggests generating samples during training. Here sample i of the split is
+rendered once, used about `reuse` times while it is among the newest, and discarded. The window
+that a batch is drawn from depends on the batch's number only, not on the speed of rendering, so
+runs are reproducible and resume exactly; training waits if rendering falls behind.
+"""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
+import threading
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, closing
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from model.errors import DatasetError
-from model.samples.sample_store import SampleBatch, SampleStore
+from model.errors import DatasetError, RenderError
+from model.rendering.renderer import Renderer
+from model.samples.sample_rendering import check_volume, make_renderer, render_samples
+from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import Split
-from model.scene.scene import Scene
+from model.scene.inputs import encode_inputs
+from model.scene.scene import Lighting, Scene
+from model.scene.volume import Volume
 
 LEAST_HOLDOUT = 4
 """Least number of hold-out samples, needed to detect a collapse of codes or images."""
@@ -103,3 +124,253 @@ def reduced(samples: SampleBatch, image_size: int) -> SampleBatch:
     blocks = samples.rgba.reshape(count, image_size, block, image_size, block, 4)
     means = blocks.mean(axis=(2, 4), dtype=np.float32)
     return SampleBatch(samples.inputs, np.rint(means).astype(np.uint8))
+
+
+DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "soft": 8.0}
+"""Uses per sample by lighting; rendering then takes at most a quarter of a run on a CPU."""
+
+FIRST_SAMPLES = 512
+"""Number of samples rendered before the first batch."""
+
+RING_BYTES = 512 << 20
+RING_SAMPLES = 8192
+"""Largest number of samples in the ring."""
+
+PROCESS_RINGS = 4
+"""Both limits of the ring are so many times as large on machines that render in processes."""
+
+AHEAD_BLOCKS = 8
+"""Number of blocks that may be rendered ahead; at least two for each thread or process."""
+
+STAGE_SAMPLES = 1 << 40
+"""Offset between the sample indices of stages, so that they share no samples."""
+
+
+class StreamSource(SampleSource):
+    """Samples rendered in the background during training, by threads or by processes.
+
+    Threads share the interpreter's lock with the training. A training on a CPU holds it for
+    little of its time, one on a GPU for nearly all of it. Each sample is used `reuse` times on
+    average. `rendering_seconds` is the processor time spent so far, summed over threads.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        scene: Scene,
+        seed: int,
+        reuse: float | None = None,
+        threads: int | None = None,
+        processes: bool = False,
+    ) -> None:
+        self.scene = scene
+        self.seed = seed
+        self.reuse = reuse or DEFAULT_REUSE[scene.lighting]
+        self.rendering_seconds = 0.0
+        self._lock = threading.Lock()
+        self._volume = volume
+        self._threads = threads or os.cpu_count() or 1
+        self._processes = processes
+        rings = PROCESS_RINGS if processes else 1
+        self._capacity = rings * min(RING_SAMPLES, RING_BYTES // (4 * scene.image_size**2))
+        check_volume(volume, scene)
+        self._ring: _Ring | None = None
+
+    def first(self, split: Split, count: int) -> SampleBatch:
+        """Render the first samples of a split; scene and seed determine them."""
+        renderer = make_renderer(self._volume, self.scene, threads=None)
+        try:
+            return render_samples(renderer, self.scene, self.seed, split, range(count))
+        finally:
+            renderer.close()
+
+    def batches(
+        self, stage: int, batch_size: int, seed: int, done: int, image_size: int | None = None
+    ) -> Iterator[SampleBatch]:
+        """Yield batches of random samples among the newest, endlessly."""
+        self.close()
+        fresh = batch_size / self.reuse
+        first = max(FIRST_SAMPLES, batch_size)
+        newest = first + int(done * fresh)
+        oldest = max(0, newest - self._capacity) // BLOCK * BLOCK
+        ahead = max(AHEAD_BLOCKS, 2 * self._threads)
+        ring = self._ring = _Ring(self._capacity, stage * STAGE_SAMPLES, oldest, ahead)
+        scene = replace(self.scene, image_size=image_size or self.scene.image_size)
+        pool = self._pool(scene)
+        for _ in range(self._threads):
+            threading.Thread(
+                target=self._render, args=(ring, scene, pool), name="samples", daemon=True
+            ).start()
+        try:
+            number = done
+            while True:
+                newest = first + int(number * fresh)
+                ring.wait_for(newest)
+                window = np.arange(max(0, newest - self._capacity), newest)
+                rng = np.random.default_rng([seed, stage, number])
+                chosen = rng.choice(window, batch_size, replace=len(window) < batch_size)
+                yield ring.read(chosen)
+                number += 1
+        finally:
+            ring.close()
+            if pool is not None:
+                pool.shutdown(wait=False, cancel_futures=True)
+
+    def check(self, batch_size: int) -> None:
+        """Do nothing: the supply of samples is unlimited."""
+
+    def recipe(self) -> dict[str, Any]:
+        """Return all properties that must not change when a run is resumed, as plain data."""
+        return super().recipe() | {"reuse": self.reuse, "ring_samples": self._capacity}
+
+    def summary(self) -> dict[str, Any]:
+        """Return seed, reuse and rendering time of the samples."""
+        return {
+            "dataset_seed": self.seed,
+            "reuse": self.reuse,
+            "rendering_seconds": round(self.rendering_seconds, 1),
+        }
+
+    def close(self) -> None:
+        """End the rendering threads."""
+        if self._ring is not None:
+            self._ring.close()
+            self._ring = None
+
+    def _pool(self, scene: Scene) -> ProcessPoolExecutor | None:
+        if not self._processes:
+            return None
+        # "spawn", as torch's threads do not survive a fork.
+        context = multiprocessing.get_context("spawn")
+        arguments = self._volume, scene, self.seed
+        return ProcessPoolExecutor(self._threads, context, _start_worker, arguments)
+
+    def _render(self, ring: _Ring, scene: Scene, pool: ProcessPoolExecutor | None) -> None:
+        """Render block after block into the ring, until it is closed."""
+        try:
+            with ExitStack() as stack:
+                if pool is not None:
+                    render = partial(_from_worker, pool)
+                else:
+                    own = stack.enter_context(closing(make_renderer(self._volume, scene)))
+                    render = partial(_timed, own, scene, self.seed)
+                while (block := ring.next_block()) is not None:
+                    numbers = range(block.start + ring.offset, block.stop + ring.offset)
+                    samples, seconds = render(numbers)
+                    with self._lock:
+                        self.rendering_seconds += seconds
+                    ring.write(block, samples)
+        except BaseException as error:
+            ring.fail(error)
+
+
+def _timed(
+    renderer: Renderer, scene: Scene, seed: int, indices: range
+) -> tuple[SampleBatch, float]:
+    """Training samples, and the processor time that this thread took for them."""
+    start = time.thread_time()
+    samples = render_samples(renderer, scene, seed, "train", indices)
+    # Once, and not each time that a sample is learned from.
+    samples = replace(samples, encoded=encode_inputs(samples.inputs, scene))
+    return samples, time.thread_time() - start
+
+
+_own: Callable[[range], tuple[SampleBatch, float]]
+"""How a rendering process renders samples."""
+
+
+def _start_worker(volume: Volume, scene: Scene, seed: int) -> None:
+    global _own
+    # The training handles Ctrl-C and ends the processes.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _own = partial(_timed, make_renderer(volume, scene), scene, seed)
+
+
+def _work(indices: range) -> tuple[SampleBatch, float]:
+    return _own(indices)
+
+
+def _from_worker(pool: ProcessPoolExecutor, indices: range) -> tuple[SampleBatch, float]:
+    try:
+        return pool.submit(_work, indices).result()
+    except BrokenProcessPool as error:
+        raise RenderError(
+            "A process that renders samples ended unexpectedly (out of memory?); "
+            "go on with fewer processes.",
+            workers="1",
+        ) from error
+
+
+class _Ring:
+    """Ring buffer of the newest samples, written by rendering threads, read by the trainer."""
+
+    def __init__(self, capacity: int, offset: int, first: int, ahead: int) -> None:
+        self._ahead = ahead * BLOCK
+        # Blocks rendered ahead must not overwrite samples that are still needed.
+        self._slots = -(-capacity // BLOCK) * BLOCK + self._ahead + BLOCK
+        self.offset = offset
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self._changed = threading.Condition()
+        self._next = first
+        self._wanted = first
+        self._finished: set[int] = set()
+        self._complete = first
+        self._error: BaseException | None = None
+        self._closed = False
+
+    def wait_for(self, newest: int) -> None:
+        """Wait until all samples below `newest` are rendered, and allow further ones.
+
+        Raises the error of a rendering thread, if one has failed, and :class:`RuntimeError`
+        once the ring is closed.
+        """
+        with self._changed:
+            self._wanted = newest
+            self._changed.notify_all()
+            self._changed.wait_for(lambda: self._error or self._closed or self._complete >= newest)
+            if self._error is not None:
+                raise self._error
+            if self._closed:
+                raise RuntimeError("No more samples are rendered.")
+
+    def next_block(self) -> range | None:
+        """Return the next block to render once there is room for it; None when closed."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._closed or self._next < self._wanted + self._ahead)
+            if self._closed:
+                return None
+            start = self._next
+            self._next += BLOCK
+            return range(start, start + BLOCK)
+
+    def write(self, block: range, samples: SampleBatch) -> None:
+        """Store a block's samples in place of the oldest ones."""
+        with self._changed:
+            for name, values in samples.arrays.items():
+                if name not in self._arrays:
+                    shape = (self._slots, *values.shape[1:])
+                    self._arrays[name] = np.empty(shape, values.dtype)
+                start = block.start % self._slots
+                self._arrays[name][start : start + BLOCK] = values
+            self._finished.add(block.start)
+            while self._complete in self._finished:
+                self._finished.remove(self._complete)
+                self._complete += BLOCK
+            self._changed.notify_all()
+
+    def read(self, indices: NDArray[np.int64]) -> SampleBatch:
+        """Copy samples by their index in the stage."""
+        slots = indices % self._slots
+        return SampleBatch.of({name: array[slots] for name, array in self._arrays.items()})
+
+    def fail(self, error: BaseException) -> None:
+        """Pass an error on to the thread that waits for samples."""
+        with self._changed:
+            self._error = self._error or error
+            self._changed.notify_all()
+
+    def close(self) -> None:
+        """Make the rendering threads end after their current blocks."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()

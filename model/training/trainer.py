@@ -24,7 +24,7 @@ from model.files import free_space
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
-from model.samples.sample_store import SampleBatch, SampleStore
+from model.samples.sample_store import SampleStore
 from model.scene.volume import Volume
 from model.training import parallel
 from model.training.averaging import BatchNormRecalibration
@@ -33,7 +33,7 @@ from model.training.job import TrainingJob
 from model.training.monitor import MEASURES, CollapseGuard, HoldoutProbe, RunLog, Trouble
 from model.training.plan import TrainingPlan, TrainingReport, WarmStart, check_image_size
 from model.training.precision import choose_precision
-from model.training.sources import SampleSource, StoredSource
+from model.training.sources import SampleSource, StoredSource, StreamSource
 from model.training.stage import Losses, Stage
 from model.training.stages import Schedule
 from model.training.state import (
@@ -47,7 +47,6 @@ from model.training.state import (
     training_in,
     unwritable,
 )
-from model.training.streamed_samples import StreamSource
 
 FIRST_SAVE_S = 10.0
 """Seconds of a run after which it is first saved, so that a kill does not lose more."""
@@ -168,12 +167,19 @@ class _Run:
                 self._report(losses, notice)
             except KeyboardInterrupt:
                 stop = True
-            if self._is_unsaved() and self.guard.healthy:
-                # Only saved: what is measured after seconds tells nothing yet.
+            unsaved = 0.0 if self._is_on_disk else time.monotonic() - self._saved
+            if unsaved > FIRST_SAVE_S and self.guard.healthy:
+                # Only saved: a measurement after a few seconds means nothing yet.
                 self._checkpoint(is_first=True)
             if due:
                 if parallel.rank() == 0:
-                    self._take_stock(stage, recent, last=share >= 1)
+                    measured = self._measure(recent)
+                    collapse = self.guard.check_measurement(
+                        stage, measured, self.progress.batch, last=share >= 1
+                    )
+                    self._stop_if(stage, collapse)
+                    if self.guard.healthy:
+                        self._checkpoint()
                 self._saved = time.monotonic()
                 recent.clear()
             if stop:
@@ -181,28 +187,15 @@ class _Run:
                     self._checkpoint()
                 raise KeyboardInterrupt
 
-    def _take_stock(self, stage: Stage, recent: list[Losses], last: bool) -> None:
-        """Measure the generator, and save a checkpoint unless it has collapsed."""
-        measured = self._measure(recent)
-        steps = self.progress.batch
-        self._stop_if(stage, self.guard.check_measurement(stage, measured, steps, last))
-        if self.guard.healthy:
-            self._checkpoint()
-
     def _decide(self) -> tuple[float, bool, bool]:
         """Return the fraction of the stage done, and flags to checkpoint and to stop.
 
         The first rank decides for all.
         """
-        share = self._stage_share()
+        spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
+        share = self.schedule.share(self.progress.stage, spent)
         due = time.monotonic() - self._saved > self.plan.interval or share >= 1
         return parallel.from_first((share, due, self.interruption.asked))
-
-    def _is_unsaved(self) -> bool:
-        """Whether a kill would now lose a run of more than a few seconds."""
-        if parallel.rank() or self._is_on_disk:
-            return False
-        return time.monotonic() - self._saved > FIRST_SAVE_S
 
     def _check_room(self) -> None:
         """Refuse to start where not even the first checkpoint would fit."""
@@ -210,7 +203,7 @@ class _Run:
             return
         stages = self.schedule.stages.values()
         weights = sum(t.nbytes for s in stages for t in s.generator.state_dict().values())
-        # Weights, their average and two moments of the optimizer, the old file beside the new.
+        # Weights, their average and two moments of the optimizer; old file and new one.
         need = 8 * weights
         free = free_space(self.plan.folder)
         if free < need:
@@ -219,22 +212,14 @@ class _Run:
                 f"{free / 1e6:.0f} MB are free; make room, or choose another place."
             )
 
-    def _stage_share(self) -> float:
-        """Fraction of the current stage's part of the budget used."""
-        spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
-        return self.schedule.share(self.progress.stage, spent)
-
     def _batches(self, stage: Stage) -> Iterator[EncodedBatch]:
         """Endless training samples from the run's current batch."""
-        size, source = stage.stage.batch_size, self.plan.source
-        own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
-        seed = self.plan.options.seed
-        samples = source.batches(own, size, seed, self.progress.batch, stage.image_size)
-        return map(self._encoded, samples)
-
-    def _encoded(self, samples: SampleBatch) -> EncodedBatch:
         plan = self.plan
-        return encode_batch(samples, plan.source.scene, plan.size.opacity_size, plan.device)
+        own = parallel.own_stage(self.schedule.names.index(self.progress.stage))
+        for samples in plan.source.batches(
+            own, stage.stage.batch_size, plan.options.seed, self.progress.batch, stage.image_size
+        ):
+            yield encode_batch(samples, plan.source.scene, plan.size.opacity_size, plan.device)
 
     def _stop_if(self, stage: Stage, trouble: Trouble | None) -> None:
         if trouble is not None:
@@ -329,12 +314,11 @@ def _split_notice(stage: Stage) -> str:
 
 
 MANY_WORKERS = 4
-"""Number of processors from which on samples are rendered by processes beside a GPU."""
+"""Number of processors from which on samples for a GPU are rendered by processes."""
 
 
 def run_job(
-    job: TrainingJob,
-    on_report: Callable[[TrainingReport], None] = lambda report: None,
+    job: TrainingJob, on_report: Callable[[TrainingReport], None] = lambda report: None
 ) -> None:
     """Train as a job says; with several processes, each calls this.
 
@@ -385,14 +369,7 @@ def _source(job: TrainingJob, volume: Volume | None, device: str) -> SampleSourc
     scene = job.scene_of(volume)
     # A GPU that trains is not to wait for the interpreter's lock, which rendering threads hold.
     in_processes = device == "cuda" and (job.workers or os.cpu_count() or 1) >= MANY_WORKERS
-    return StreamSource(
-        volume,
-        scene,
-        job.seed,
-        job.reuse,
-        job.workers,
-        processes=in_processes,
-    )
+    return StreamSource(volume, scene, job.seed, job.reuse, job.workers, processes=in_processes)
 
 
 def _check_resumption(job: TrainingJob) -> None:

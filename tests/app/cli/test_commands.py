@@ -301,6 +301,19 @@ BAD_INPUT = [
     ("render --out x.png --range 1%,200%", "no percentiles"),
     ("render --out x.png --range 7,9", "no value in common"),
     ("render --out x.png --renderer generator --range 0,1", "leave --range and --scale out"),
+    ("render --size 5 --out x.png", "not a size of an image"),
+    ("render --size 100x --out x.png", "not a size of an image"),
+    ("render --background puce --out x.png", "not a background"),
+    ("render --background transparent --out x.mp4", "no transparent background"),
+    ("render --legend --out x.npy", "no legend or scale bar"),
+    ("render --lighting direct --samples 4 --out x.png", "path-traced light only"),
+    ("render --lighting direct --denoise --out x.png", "path-traced light only"),
+    ("latent --out x.txt", "must end in"),
+    ("latent --out x.json", "by --at or --near"),
+    ("latent --out x.npz --at 1", "takes 2 numbers"),
+    ("latent --out x.npz --grid 0,0,nan,1", "takes 4 numbers"),
+    ("latent --out x.npz --grid 5,5,6,6", "no sample"),
+    ("latent --out x.npz --at 0,0 --near {tf}", "Give --near alone"),
     ("--size 10x10", "not a size of the window"),
     ("--lighting none --light 0,0", "no light to be moved"),
     ("--device cpu render --out x.png", "put them behind it"),
@@ -329,9 +342,11 @@ BAD_INPUT = [
 
 
 @pytest.mark.parametrize(("arguments", "message"), BAD_INPUT)
-def test_bad_input_gets_one_line_and_code_2(arguments, message, tmp_path, monkeypatch, capsys):
+def test_bad_input_gets_one_line_and_code_2(
+    arguments, message, tf_file, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
-    assert run(arguments.split()) == 2
+    assert run(arguments.format(tf=tf_file).split()) == 2
     assert message in one_line(capsys)
     assert list(tmp_path.iterdir()) == []
 
@@ -350,10 +365,7 @@ def test_more_bad_input(trained, samples, raw_file, tmp_path, capsys):
             "the workers would have no effect",
         ),
         (f"evaluate --model {trained} --volume {other}", "trained on another volume"),
-        (
-            f"train --dataset {samples} --preset compact --out {tmp_path}",
-            "Try: --preset draft",
-        ),
+        (f"train --dataset {samples} --preset compact --out {tmp_path}", "Try: --preset draft"),
     ]
     for arguments, message in cases:
         assert run(arguments.split()) == 2

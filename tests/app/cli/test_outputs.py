@@ -1,7 +1,12 @@
+import configparser
 import os
+import sys
+from importlib.metadata import version
+from pathlib import Path
 
 import pytest
 
+from app.cli import run
 from app.cli.outputs import check_output, check_output_folder, write_json
 from model.errors import TfscopeError
 
@@ -37,3 +42,20 @@ def test_json_is_written_with_its_numbers(tmp_path):
     assert (tmp_path / "none" / "deep" / "x.json").read_text() == "{}\n"
     with pytest.raises(TfscopeError, match="folder cannot be made"):
         write_json(tmp_path / "x.json" / "y.json", {})
+
+
+def test_the_entry_opens_a_file_and_has_an_icon(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.setattr(sys, "argv", ["/opt/with space/tfscope"])
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert run(["desktop-entry"]) == 0
+    parser = configparser.ConfigParser(interpolation=None)
+    parser.read(tmp_path / "applications" / "tfscope.desktop")
+    entry = parser["Desktop Entry"]
+    assert entry["Exec"] == '"/opt/with space/tfscope" %f'
+    assert Path(entry["Icon"]).is_file()
+
+
+def test_the_version_is_that_of_the_package(capsys):
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"tfscope {version('tfscope')}\n"

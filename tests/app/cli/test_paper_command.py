@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 from skimage.io import imread
 
@@ -17,7 +16,7 @@ from model.networks.checkpoint import save_model
 from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
-from model.volume_files.source import VolumeSource
+from model.volume_files import read_volume
 
 FIGURES = [
     "teaser", "overview", "sensitivity", "value-fields", "exploration", "interpolation",
@@ -26,22 +25,15 @@ FIGURES = [
 
 
 @pytest.fixture(scope="module")
-def base(tmp_path_factory):
+def base(raw_file, tmp_path_factory):
     """Options that name a small volume and a model of it."""
     folder = tmp_path_factory.mktemp("paper")
-    z, y, x = np.mgrid[0:12, 0:14, 0:16] / 16 - 0.4
-    values = 255 * np.exp(-(x**2 + y**2 + z**2) / 0.05)
-    values.astype(np.uint8).tofile(folder / "blob.raw")
-    source = VolumeSource(folder / "blob.raw", "16x14x12,uint8")
     size = NetworkSize(0.125, 32, 64)
     network = TwoStageGenerator(size)
     kaiming_init(network)
-    scene = Scene.of(source.read(), 64, tf_family="paper")
+    scene = Scene.of(read_volume(raw_file), 64, tf_family="paper")
     save_model(folder / "model", ModelCard(scene, "draft", size), network)
-    return (
-        f"--volume {folder}/blob.raw --raw 16x14x12,uint8 --model {folder}/model "
-        f"--quick --out {folder}/out"
-    )
+    return f"--volume {raw_file} --model {folder}/model --quick --out {folder}/out"
 
 
 def out_of(base: str) -> Path:

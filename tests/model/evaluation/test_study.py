@@ -9,8 +9,15 @@ import torch
 
 from model.errors import TrainingError
 from model.evaluation.holdout import evaluate
-from model.evaluation.study import STUDIES, Study, StudyPlan, Variant, run_study
-from model.evaluation.study_table import markdown, study_pictures
+from model.evaluation.study import (
+    STUDIES,
+    Study,
+    StudyPlan,
+    Variant,
+    markdown,
+    run_study,
+    study_pictures,
+)
 from model.generator.generator import Generator
 from model.metrics import clearly_seen
 from model.networks.generator_network import LatentCodec

@@ -13,11 +13,7 @@ from model.errors import TrainingError
 from model.networks.path_light_network import PathLightSize
 from model.samples.path_light_pairs import FEW, Pairs
 from model.training import path_light_training
-from model.training.path_light_training import (
-    PathLightOptions,
-    PathLightTrainer,
-    path_light_errors,
-)
+from model.training.path_light_training import PathLightOptions, PathLightTrainer, path_light_errors
 
 CPU = torch.device("cpu")
 

@@ -19,9 +19,8 @@ from model.scene.scene import Scene
 from model.training.averaging import EMA
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
-from model.training.optimizers import WARM_UP
 from model.training.options import TrainingOptions
-from model.training.stage import Losses, Setup, adversarial
+from model.training.stage import WARM_UP, Losses, Setup, adversarial
 from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)

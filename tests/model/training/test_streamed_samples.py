@@ -20,12 +20,12 @@ from model.samples.sample_store import BLOCK, SampleBatch
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.training.sources import StoredSource
-from model.training.streamed_samples import (
+from model.training.sources import (
     FIRST_SAMPLES,
     PROCESS_RINGS,
     RING_SAMPLES,
     STAGE_SAMPLES,
+    StoredSource,
     StreamSource,
 )
 
@@ -39,7 +39,7 @@ def raycast(scene):
 def stream(
     volume: Volume, scene: Scene, ring: int = RING_SAMPLES, **options: object
 ) -> Iterator[StreamSource]:
-    with mock.patch("model.training.streamed_samples.RING_SAMPLES", ring):
+    with mock.patch("model.training.sources.RING_SAMPLES", ring):
         source = StreamSource(volume, scene, seed=5, **options)
     try:
         yield source
@@ -77,10 +77,7 @@ def test_a_streams_samples_are_those_of_the_scene(volume, raycast, stage):
 
 
 def test_batches_do_not_depend_on_threads(volume, raycast):
-    with (
-        stream(volume, raycast, threads=1) as one,
-        stream(volume, raycast, threads=3) as other,
-    ):
+    with stream(volume, raycast, threads=1) as one, stream(volume, raycast, threads=3) as other:
         for a, b in zip(
             islice(one.batches(0, 16, 3, 0), 12), other.batches(0, 16, 3, 0), strict=False
         ):
@@ -143,7 +140,7 @@ def test_a_failing_renderer_ends_the_training(volume, raycast, monkeypatch):
         raise RenderError("out of paint")
 
     with stream(volume, raycast, threads=2) as source:
-        monkeypatch.setattr("model.training.streamed_samples.render_samples", fail)
+        monkeypatch.setattr("model.training.sources.render_samples", fail)
         with pytest.raises(RenderError, match="out of paint"):
             next(source.batches(0, 16, 3, 0))
 

@@ -3,21 +3,13 @@ import pytest
 from skimage.io import imread
 
 from app.cli import run
-from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
+from model.networks.path_light_network import load_path_light
+from model.samples.path_light_pairs import FEW, Pairs, write_block
+from model.scene.transfer_function import TransferFunction
 
 
-@pytest.fixture(scope="module")
-def volume(tmp_path_factory):
-    """A small volume as a raw file, with the option that describes it."""
-    path = tmp_path_factory.mktemp("data") / "blob.raw"
-    z, y, x = np.mgrid[0:12, 0:14, 0:16] / 16 - 0.4
-    values = 255 * np.exp(-(x**2 + y**2 + z**2) / 0.05)
-    values.astype(np.uint8).tofile(path)
-    return f"--volume {path} --raw 16x14x12,uint8"
-
-
-def test_the_map_its_grid_and_a_place(volume, tmp_path):
-    base = f"latent {volume} --size 16 --out {tmp_path}"
+def test_the_map_its_grid_and_a_place(raw_file, tmp_path):
+    base = f"latent --volume {raw_file} --size 16 --out {tmp_path}"
     assert run(f"{base}/map.npz".split()) == 0
     assert run(f"{base}/grid.npz --grid=-0.5,-1,0.5,0.2 --at 0.3,-0.7".split()) == 0
     with np.load(tmp_path / "map.npz") as plain, np.load(tmp_path / "grid.npz") as grid:
@@ -38,8 +30,8 @@ def test_the_map_its_grid_and_a_place(volume, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_place_becomes_a_tf_that_is_found_there(volume, tmp_path, capsys):
-    base = f"latent {volume} --size 16 --out {tmp_path}"
+def test_a_place_becomes_a_tf_that_is_found_there(raw_file, tmp_path, capsys):
+    base = f"latent --volume {raw_file} --size 16 --out {tmp_path}"
     assert run(f"{base}/tf.json --at 0.3,-0.7".split()) == 0
     tf = TransferFunction.load(tmp_path / "tf.json")
     assert tf.opacity.points
@@ -56,21 +48,24 @@ def test_a_place_becomes_a_tf_that_is_found_there(volume, tmp_path, capsys):
         assert imread(tmp_path / f"{name}.png").std() > 1
 
 
-@pytest.mark.parametrize(
-    ("options", "problem"),
-    [
-        ("--out x.txt", "must end in"),
-        ("--out x.json", "by --at or --near"),
-        ("--out x.npz --at 1", "takes 2 numbers"),
-        ("--out x.npz --grid 0,0,nan,1", "takes 4 numbers"),
-        ("--out x.npz --grid 5,5,6,6", "no sample"),
-        ("--out x.npz --at 0,0 --near {tf}", "Give --near alone"),
-    ],
-)
-def test_questions_that_make_no_sense(volume, options, problem, tmp_path, monkeypatch, capsys):
-    tf = tmp_path / "tf.json"
-    TransferFunction(OpacityTF((0, 1)), ColorTF((0, 1), ((0, 0, 0, 0), (1, 1, 1, 1)))).save(tf)
-    monkeypatch.chdir(tmp_path)
-    assert run(f"latent {volume} {options.format(tf=tf)}".split()) == 2
-    assert problem in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == [tf]
+@pytest.fixture(scope="module")
+def pairs(tmp_path_factory):
+    """Pairs whose denoised pictures have nine tenths of the light."""
+    rng = np.random.default_rng(0)
+    exact = (rng.uniform(0.2, 0.8, (4, 3, 1, 1)) * np.ones((4, 3, 32, 32))).astype(np.float16)
+    few = np.repeat(np.float16(0.9) * exact[:, None], len(FEW), 1)
+    one = np.ones((4, 1, 32, 32), np.float16)
+    folder = tmp_path_factory.mktemp("pairs")
+    write_block(
+        folder / "a-0-0000.npz", Pairs(exact, exact, exact, one, few, few, exact, np.zeros(4))
+    )
+    return folder
+
+
+def test_a_network_is_trained_and_written_with_its_errors(pairs, tmp_path):
+    out = tmp_path / "network.safetensors"
+    train = f"light train {pairs} --held-out {pairs} --out {out} --minutes 0.01 --width 4"
+    assert run(train.split()) == 0
+    card, _ = load_path_light(out)
+    assert (card.size.width, card.training["pairs"]) == (4, 4)
+    assert set(card.errors) == {str(samples) for samples in FEW}
