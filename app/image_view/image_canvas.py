@@ -145,6 +145,10 @@ class ImageCanvas(KeyedWidget):
             (position.y() - rect.top()) / max(rect.height(), 1),
         )
 
+    def has_place(self, place: tuple[float, float]) -> bool:
+        """Return whether a place, see :meth:`place_of`, is in the image."""
+        return all(abs(p - 0.5) < half for p, half in zip(place, self.reach, strict=True))
+
     def show_image(self, image: QImage | None) -> None:
         """Show an image, or none, and remove the message."""
         self.message = ""

@@ -47,8 +47,10 @@ class PlaceLabel(QFrame):
 
     def refresh(self) -> None:
         """Show the values at the place; until they are known, say so."""
-        asker = self._asker
-        if not (self.is_here and asker.asked.place is not None and asker.asked.choices.shown):
+        asker, place = self._asker, self._asker.asked.place
+        # A place that was clicked in a wider image has no values in this one.
+        is_seen = self.is_here and place is not None and self._canvas.has_place(place)
+        if not (is_seen and asker.asked.choices.shown):
             self.hide()
             return
         lines: list[tuple[str, str]] = []
@@ -73,8 +75,8 @@ class PlaceLabel(QFrame):
 
     def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
         """Stay at the place when the canvas has another size."""
-        if event.type() == QEvent.Type.Resize and not self.isHidden():
-            self._place()
+        if event.type() == QEvent.Type.Resize and self.is_here:
+            self.refresh()
         return False
 
     def _place(self) -> None:

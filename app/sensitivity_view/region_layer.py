@@ -130,11 +130,10 @@ class RegionLayer(QObject):
         elif self._grip is not None:
             self._state.finish_region()
         elif not self._moved:
-            place, reach = self._canvas.place_of(position), self._canvas.reach
-            inside = all(abs(p - 0.5) < half for p, half in zip(place, reach, strict=True))
+            place = self._canvas.place_of(position)
             self._place_before = self._state.place
             self._clicked()
-            self._state.pick(place if inside else None)
+            self._state.pick(place if self._canvas.has_place(place) else None)
         self._pressed, self._grip, self._lasso = None, None, []
         self._canvas.update()
         return handled

@@ -40,6 +40,10 @@ HEADROOM = 16
 """Pixels above the opacity 1, for flags and the grips of the range."""
 
 
+# Its own events of a hovering mouse, which nothing here takes, cost as much as a drag.
+pg.setConfigOption("mouseRateLimit", 5)
+
+
 class PlotArea(QObject):
     """The plots, their axes and what is drawn in them by values and heights.
 

@@ -155,6 +155,11 @@ def test_a_click_names_the_values_there_and_edits_them(qtbot, window, builders):
     assert label.isVisible() and not window.sensitivity.labels[0].isVisible()
     assert canvas.rect().contains(label.geometry())
     assert not label.geometry().contains(at(canvas, 0.3, 0.6))
+    # A place that was clicked in a wider image is in none of this one's pixels.
+    window.sensitivity_state.pick((5.0, 0.6))
+    assert label.isHidden()
+    window.sensitivity_state.pick((0.3, 0.6))
+    qtbot.waitUntil(lambda: "100 %" in label.text.text())
     assert findings.isHidden() and window.editor.area.rect == plot
     label.button.click()
     assert findings.isVisible() and "100 %" in findings.value_rows[0].text
