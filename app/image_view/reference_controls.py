@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QSignalBlocker, Qt
 from PySide6.QtGui import QAction, QActionGroup
-from PySide6.QtWidgets import QMenu, QWidgetAction
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLabel,
+    QMenu,
+    QSlider,
+    QToolButton,
+    QWidget,
+    QWidgetAction,
+)
 
 from app.caption_button import CaptionButton
-from app.controls import add_action
+from app.controls import add_action, text_button
 from app.engines.engines import ReferenceSettings
-from app.image_view.brightness_slider import BrightnessSlider
 from app.image_view.light_ball import LightBall
-from app.state.brightness import Brightness
+from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
 from app.state.reference_work import ReferenceChoices, ReferenceWork
 from app.state.viewer_state import ViewerState
+from app.wheel_guard import WheelGuard
+from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.path_tracing import denoising
 from model.scene.light import LightRange
 from model.scene.scene import RENDERER_NAMES
@@ -52,13 +62,56 @@ DRAWINGS: dict[Any, str] = {
 }
 
 
+class BrightnessSlider(QWidget):
+    """Shows and changes the brightness, with a button that sets it back to the usual one."""
+
+    def __init__(self, brightness: Brightness, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._brightness = brightness
+        label = QLabel("Brightness")
+        self.slider = QSlider(Qt.Orientation.Horizontal)
+        WheelGuard(self.slider)
+        self.slider.setRange(
+            round(STEPS_PER_OCTAVE * math.log2(DARKEST)),
+            round(STEPS_PER_OCTAVE * math.log2(BRIGHTEST)),
+        )
+        self.slider.setMinimumWidth(150)
+        self.slider.setToolTip(
+            "Brighten or darken both images. Dark colours change by this factor, bright ones by "
+            f"less, so that none saturates. Lit images start at {LIT_BRIGHTNESS:g}×. Saved "
+            "pictures have the same brightness."
+        )
+        self.number = QLabel()
+        # Wide enough for any number, so that the slider keeps its place.
+        self.number.setMinimumWidth(self.fontMetrics().horizontalAdvance("0.00×"))
+        self.reset: QToolButton = text_button("Reset", "The usual brightness of this light")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(20, 4, 12, 4)
+        for widget in (label, self.slider, self.number, self.reset):
+            row.addWidget(widget)
+        self.slider.valueChanged.connect(self._set_step)
+        self.slider.sliderReleased.connect(brightness.finish)
+        self.reset.clicked.connect(lambda: brightness.set(None))
+        brightness.changed.connect(self._show)
+        self._show()
+
+    def _set_step(self, step: int) -> None:
+        if self.slider.isSliderDown():
+            self._brightness.move(step)
+        else:
+            self._brightness.set_step(step)
+
+    def _show(self) -> None:
+        with QSignalBlocker(self.slider):
+            self.slider.setValue(self._brightness.step)
+        self.number.setText(f"{self._brightness.value:.2f}×")
+        self.reset.setEnabled(self._brightness.is_chosen)
+
+
 class ReferenceControls(QObject):
     """Shows and changes how the reference image is drawn.
 
-    Attributes
-    ----------
-    light : CaptionButton
-        Says which light there is; its menu has the others.
+    The button says which light there is; its menu has the others.
     """
 
     def __init__(

@@ -11,8 +11,7 @@ from PySide6.QtGui import QColor
 
 from app import theme
 from app.state.sensitivity_asker import SensitivityAsker
-from app.tf_editor.plot_area import PlotArea
-from app.tf_editor.plot_labels import label_font
+from app.tf_editor.plot_area import PlotArea, label_font
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
 from model.scene.value_text import value_text

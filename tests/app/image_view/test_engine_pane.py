@@ -3,31 +3,13 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 
-import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeEngine, make_request
 
-from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
 from app.state.at_work import PATIENCE_MS
-from app.state.brightness import Brightness
-from app.state.preferences import Preferences
 from model.errors import RenderError
 from model.scene.view import View
-
-
-@pytest.fixture
-def pane(qtbot: QtBot) -> EnginePane:
-    preferences = Preferences(None)
-    pane = EnginePane("Engine", EngineClient("test"), Brightness(preferences, preferences), "exact")
-    preferences.setParent(pane)
-    qtbot.addWidget(pane, before_close_func=close)
-    return pane
-
-
-def close(pane: EnginePane) -> None:
-    pane.client.stop()
-    pane.client.join()
 
 
 def red(pane: EnginePane) -> int:

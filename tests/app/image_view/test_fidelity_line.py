@@ -6,12 +6,9 @@ import pytest
 from pytestqt.qtbot import QtBot
 from window_fakes import FakeEngine, make_request
 
-from app.engines.client import EngineClient
 from app.engines.requests import ImageRequest, Quality
 from app.image_view.engine_pane import EnginePane
 from app.image_view.fidelity_line import FidelityLine
-from app.state.brightness import Brightness
-from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -20,12 +17,7 @@ MOVING = Quality(8, live=True)
 
 
 @pytest.fixture
-def line(qtbot: QtBot) -> FidelityLine:
-    preferences = Preferences(None)
-    brightness = Brightness(preferences, preferences)
-    pane = EnginePane("Ground truth", EngineClient("test"), brightness, "exact")
-    preferences.setParent(pane)
-    qtbot.addWidget(pane, before_close_func=close)
+def line(pane: EnginePane) -> FidelityLine:
     pane.resize(700, 500)
     pane.show()
     return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: False)
@@ -34,11 +26,6 @@ def line(qtbot: QtBot) -> FidelityLine:
 def request(line: FidelityLine, sequence: int) -> ImageRequest:
     """A request for an image of the present inputs."""
     return replace(make_request(sequence), inputs=line._state.inputs)
-
-
-def close(pane: EnginePane) -> None:
-    pane.client.stop()
-    pane.client.join()
 
 
 def test_it_is_there_for_what_is_not_exact_alone(qtbot: QtBot, line: FidelityLine) -> None:

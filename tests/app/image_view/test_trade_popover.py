@@ -10,7 +10,7 @@ from window_fakes import FakeBuilders
 from app.engines.exactness import STOPS
 from app.engines.pace import SCALES
 from app.engines.requests import TradeRequest
-from app.image_view.trade_popover import WAITING, TradePopover
+from app.image_view.exactness_slider import WAITING, TradePopover
 from app.window.main_window import MainWindow
 from model.scene.view import View
 

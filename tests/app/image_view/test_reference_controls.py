@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from pytestqt.qtbot import QtBot
 
-from app.image_view.brightness_slider import BrightnessSlider
+from app.image_view.reference_controls import BrightnessSlider
 from app.state.brightness import BRIGHTEST, DARKEST, Brightness
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
