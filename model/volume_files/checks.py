@@ -99,11 +99,11 @@ def file_beside(header: Path, name: str) -> Path:
     if not path.is_relative_to(folder):
         raise VolumeError(
             f"{header}: its data file {name[:100]!r} lies outside the header's folder, from which "
-            "nothing is read; put it beside the header, and write its name alone into it."
+            "nothing is read; put it next to the header, and write its name alone into it."
         )
     if not is_there:
         raise VolumeError(
-            f"{header}: its data file {name[:100]} is missing; put it beside the header."
+            f"{header}: its data file {name[:100]} is missing; put it next to the header."
         )
     return path
 
@@ -116,7 +116,7 @@ def slices_in(folder: Path, suffixes: tuple[str, ...]) -> Iterator[Path]:
     """
     own = folder.resolve()
     for path in folder.iterdir():
-        # Finder leaves a "._" beside each file on foreign disks.
+        # Finder leaves a "._" next to each file on foreign disks.
         if path.name.startswith(".") or not path.is_file():
             continue
         if not path.resolve().is_relative_to(own):

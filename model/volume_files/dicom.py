@@ -40,7 +40,7 @@ def dicom_slices(folder: Path) -> list[Path]:
 
 
 def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
-    """Tell the volumes in DICOM files apart by their tags, the largest first; also return notes."""
+    """Find the volumes in DICOM files by their tags, the largest first; also return notes."""
     read = [read_dicom_file(path) for path in counted("files listed", files)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]

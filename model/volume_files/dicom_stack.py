@@ -36,7 +36,7 @@ class Stack:
 
 
 def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
-    """Tell the volumes among images apart, the largest first.
+    """Find the volumes among images, the largest first.
 
     Images of another series, size, type, spacing or orientation are of another stack, and so are
     localizers. Where images lie at one place, or acquisitions overlap, the fields that identify
@@ -214,7 +214,7 @@ def _beside(stack: Stack) -> list[Stack]:
 
 
 def _by_side(frames: Sequence[Frame]) -> list[list[Frame]]:
-    """Group images that lie at equal heights, but beside one another."""
+    """Group images that lie at equal heights, but side by side."""
     along = heights(frames)
     if len(np.unique(np.round(along / SAME_PLACE / 10))) == len(frames):
         return []

@@ -28,7 +28,7 @@ _ROWS = (
     (".txrm .xrm .txm", "a Zeiss X-ray microscope's file",
      "export it as TIFF or DICOM in its own program"),
     (".vgi .vgl .vol", "a volume of VGStudio or Avizo's kind",
-     "open the voxels beside it as a raw file"),
+     "open the voxels next to it as a raw file"),
     (".isq .aim", "a Scanco scanner's file", "convert it with the package itk-ioscanco"),
     (".am .amira .amiramesh", "Amira's format", "save it as NRRD in Amira or Fiji"),
     (".vtu .vtp .vts .vtr .vtm", "another data set of VTK", _PARAVIEW),

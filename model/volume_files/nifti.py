@@ -230,14 +230,14 @@ def _pair(path: Path) -> tuple[Path, Path]:
         # One that is known by its content may have any name.
         return path, path
     stem = path.name[: name.rindex(".img" if ".img" in name else ".hdr")]
-    beside = {each.name.lower(): each for each in path.parent.glob(f"{_quoted(stem)}.*")}
-    header = beside.get(f"{stem.lower()}.hdr")
-    voxels = beside.get(f"{stem.lower()}.img") or beside.get(f"{stem.lower()}.img.gz")
+    siblings = {each.name.lower(): each for each in path.parent.glob(f"{_quoted(stem)}.*")}
+    header = siblings.get(f"{stem.lower()}.hdr")
+    voxels = siblings.get(f"{stem.lower()}.img") or siblings.get(f"{stem.lower()}.img.gz")
     for found, wanted in ((header, ".hdr"), (voxels, ".img")):
         if found is None:
             raise VolumeError(
-                f"{path}: an Analyze or NIfTI pair needs the file {stem}{wanted} beside it; put it "
-                "there, or open the file as raw if it is none."
+                f"{path}: an Analyze or NIfTI pair needs the file {stem}{wanted} next to it; "
+                "put it there, or open the file as raw if it is none."
             )
         if not found.resolve().is_relative_to(path.parent.resolve()):
             raise VolumeError(

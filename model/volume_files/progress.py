@@ -1,6 +1,6 @@
 """Progress of reading many slices, and its end on demand.
 
-Whoever reads in a thread of their own watches it there; readers tell how far they are.
+The thread that reads has a listener, which readers call with how far they are.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
 
 SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
-"""Shown to who names nothing."""
+"""Shown where nothing is named."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def sample_of(volume: Volume) -> Sample | None:
 
 
 def designed_tf(volume: Volume) -> TransferFunction | None:
-    """Return the TF that lies beside a shipped volume, or None for another one."""
+    """Return the TF that lies next to a shipped volume, or None for another one."""
     name = _file_name(volume)
     return None if name is None else TransferFunction.load(_beside(RESOURCES / "volumes" / name))
 

@@ -1,4 +1,4 @@
-"""TIFF files of one or more volumes, told apart and read by tifffile."""
+"""TIFF files of one or more volumes, by tifffile."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def _check_own(path: Path, stack: Stack) -> None:
     folder = path.parent.resolve()
     for page in stack.series.pages:
         if page is None:
-            raise damaged(path, "pages that it names are missing, perhaps in files beside it")
+            raise damaged(path, "pages that it names are missing, perhaps in other files")
         place = Path(page.parent.filehandle.path).resolve()
         if not place.is_relative_to(folder):
             raise VolumeError(
@@ -153,11 +153,11 @@ def _flat(path: Path, stacks: list[Stack]) -> VolumeError:
     try:
         check_grid(path, stacks[0].dimensions, stacks[0].dtype)
     except VolumeError as error:
-        beside = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
-        if beside > 2:
+        slices = sum(1 for other in path.parent.glob(f"*{path.suffix}") if other.name[0] != ".")
+        if slices > 2:
             return VolumeError(
                 f"{path}: this is a flat image of {times(stacks[0].dimensions)} pixels, not a "
-                f"volume; if it is one of the {beside} slices in its folder, open the folder."
+                f"volume; if it is one of the {slices} slices in its folder, open the folder."
             )
         return error
     return damaged(path, "it has no pages")
@@ -340,7 +340,7 @@ def _gathered(found: list[TiffPageSeries]) -> list[TiffPageSeries]:
 
 
 def stack_of(series: TiffPageSeries) -> Stack:
-    """Tell which of a series' axes is z.
+    """Find which of a series' axes is z.
 
     It is the one of that name or, where there is none, the one next to the images' own two
     among those that are not named, then time, then channels: many programs name slices so.

@@ -150,7 +150,7 @@ class _Header:
         return list(re.finditer(r"<DataArray\b[^>]*>", self.text))
 
     def part(self, name: str) -> str:
-        """Return what stands in the first element of a name; empty if there is none."""
+        """Return the first element of a name; empty if there is none."""
         found = re.search(
             rf"<{name}\b[^>]*[^/]>.*?</{name}>|<{name}>.*?</{name}>", self.text, re.DOTALL
         )

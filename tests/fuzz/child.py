@@ -1,4 +1,4 @@
-"""The child process: reads one file after the other, and tells what became of each."""
+"""The child process: reads one file after the other, and reports what became of each."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def main(pipe: Connection, name: str) -> None:
         try:
             answer = {"outcome": "read", "digest": kind.read(path)}
         except TfscopeError as error:
-            answer = {"outcome": "refused", "told": str(error)}
+            answer = {"outcome": "refused", "report": str(error)}
         except BaseException:
-            answer = {"outcome": "error", "told": traceback.format_exc()}
+            answer = {"outcome": "error", "report": traceback.format_exc()}
         used = _status("VmHWM") - before
         if is_limited and used > MEMORY_FACTOR * _size(path) + MEMORY_MARGIN:
-            answer = {"outcome": "memory", "told": f"{used / 1e6:.0f} MB; {answer}"}
+            answer = {"outcome": "memory", "report": f"{used / 1e6:.0f} MB; {answer}"}
         if not is_limited:
             # The first file is whole, and has all libraries loaded.
             _limit_memory()

@@ -35,7 +35,7 @@ def fuzz(
 ) -> Outcomes:
     """Read a number of mutated files of a format, the same ones for the same seed.
 
-    Files that fail are kept in a folder, with what was told of them; one that takes longer than
+    Files that fail are kept in a folder, with a report; one that takes longer than
     the limit hangs.
     """
     outcomes, lock = Outcomes(), threading.Lock()
@@ -50,15 +50,15 @@ def fuzz(
                         index = next(left, None)
                     if index is None:
                         return
-                    outcome, told = reader.read_mutated(index)
+                    outcome, report = reader.read_mutated(index)
                     with lock:
                         outcomes.counts[outcome] += 1
                         if outcome not in GOOD:
-                            outcomes.failures.append(f"{name} {index}: {outcome}: {told}")
+                            outcomes.failures.append(f"{name} {index}: {outcome}: {report}")
                             if keep is not None:
                                 place = keep / f"{name}-{index}"
                                 shutil.copytree(reader.folder, place, dirs_exist_ok=True)
-                                (place / "told.txt").write_text(f"{outcome}\n{told}")
+                                (place / "report.txt").write_text(f"{outcome}\n{report}")
             finally:
                 reader.end()
 
@@ -84,15 +84,15 @@ class _Reader:
         self._digests = {path: self._asked(path).get("digest") for path in self._examples}
 
     def read_mutated(self, index: int) -> tuple[str, str]:
-        """Return the outcome of a mutated file or folder, and what was told of it."""
+        """Return the outcome of a mutated file or folder, and a report."""
         rng = random.Random(f"{self._name} {self._seed} {index}")
         example = rng.choice(self._examples)
         path = self._mutated(example, rng)
         answer = self._asked(path)
-        outcome, told = answer["outcome"], answer.get("told", "")
+        outcome, report = answer["outcome"], answer.get("report", "")
         if outcome == "read" and answer["digest"] != self._digests[example]:
-            outcome, told = "altered", "it is read, but what it holds is another"
-        return outcome, told
+            outcome, report = "altered", "it is read, but what it holds is another"
+        return outcome, report
 
     def end(self) -> None:
         if self._child is not None:
@@ -127,10 +127,10 @@ class _Reader:
             if self._pipe.poll(self._limit_s):
                 answer: dict[str, Any] = self._pipe.recv()
                 return answer
-            answer = {"outcome": "hang", "told": f"no answer within {self._limit_s:g} s"}
+            answer = {"outcome": "hang", "report": f"no answer within {self._limit_s:g} s"}
         except (EOFError, OSError):
             self._child.join()
-            answer = {"outcome": "crash", "told": f"the child ended with {self._child.exitcode}"}
+            answer = {"outcome": "crash", "report": f"the child ended with {self._child.exitcode}"}
         self.end()
         return answer
 

@@ -110,7 +110,7 @@ def tag(path, page, code):
 
 
 def half_tiled(path):
-    """Each page has a tile's width beside its strips."""
+    """Each page has a tile's width besides its strips."""
     path = tiff(ARRAY, extratags=[(60000, 3, 1, 16, True)])(path)
     return replaced(path, struct.pack("<HH", 60000, 3), struct.pack("<HH", 322, 3))
 

@@ -164,7 +164,7 @@ def letters(text):
 
 
 def imaris(file):
-    """As Imaris writes it: blocks are padded, and a histogram lies beside the data."""
+    """As Imaris writes it: blocks are padded, and each has a histogram."""
     for channel in range(2):
         group = file.create_group(f"DataSet/ResolutionLevel 0/TimePoint 0/Channel {channel}")
         padded = np.zeros((16, 32, 32), "u2")

@@ -1,4 +1,4 @@
-"""What was not measured: NaN; and values far from all others that are repeated, which are told."""
+"""What was not measured: NaN; and repeated values far from all others, which are reported."""
 
 from pathlib import Path
 

@@ -173,7 +173,7 @@ def test_an_offset_that_is_left_out(tmp_path):
 def test_a_pair_without_its_half(tmp_path):
     path = save(tmp_path / "a.img", kind=nib.Nifti1Pair)
     (tmp_path / "a.hdr").unlink()
-    refused(path, r"needs the file a\.hdr beside it")
+    refused(path, r"needs the file a\.hdr next to it")
 
 
 def test_a_stream_that_is_longer(tmp_path):

@@ -109,8 +109,8 @@ def test_what_heads_say(tmp_path, name):
     else:
         volume = nrrd(tmp_path, *fields)
     check(volume, ARRAY[seen[0]] if seen else ARRAY, said, **facts)
-    told = ("axes point to", "L, P, S of the patient")
-    assert (told in describe(volume)) == (volume.axis_labels == tuple("LRPASI"))
+    row = ("axes point to", "L, P, S of the patient")
+    assert (row in describe(volume)) == (volume.axis_labels == tuple("LRPASI"))
 
 
 @pytest.mark.parametrize(

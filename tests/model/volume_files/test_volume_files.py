@@ -351,19 +351,19 @@ def folders(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["dicom", "tiff"])
-def test_every_slice_is_told(folders, kind):
-    told = []
-    with watched(lambda *progress: told.append(progress)):
+def test_every_slice_is_reported(folders, kind):
+    reported = []
+    with watched(lambda *progress: reported.append(progress)):
         volume = read_volume(folders / kind)
     np.testing.assert_array_equal(volume.voxels, voxels())
     count = len(voxels())
-    assert [p for p in told if p[0] == "slices read" and p[2] == count] == [
+    assert [p for p in reported if p[0] == "slices read" and p[2] == count] == [
         ("slices read", done, count) for done in range(count)
     ]
-    assert ("files listed", 0, count) in told or kind == "tiff"
-    before = len(told)
+    assert ("files listed", 0, count) in reported or kind == "tiff"
+    before = len(reported)
     read_volume(folders / kind)
-    assert len(told) == before
+    assert len(reported) == before
 
 
 @pytest.mark.parametrize("kind", ["dicom", "tiff"])
