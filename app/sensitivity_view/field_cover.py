@@ -16,8 +16,9 @@ from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.color_bar import ColorBar
 from app.sensitivity_view.findings import change_text
+from app.sensitivity_view.what_if import Trial
 from app.short_numbers import short
-from app.state.sensitivity_answers import Answer, WhatIfAnswer
+from app.state.sensitivity_answers import Answer
 from app.state.sensitivity_asker import SensitivityAsker
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
@@ -62,7 +63,7 @@ class FieldCover(QObject):
         self._scale = FLOOR
         self._caption = ""
         self._hint = ""
-        self._what_if: WhatIfAnswer | None = None
+        self._what_if: Trial | None = None
         self._shown_as: Shown | None = None
         self.bar = ColorBar(pane.canvas, asker.asked)
         pane.imageShown.connect(self._take_image)
@@ -106,7 +107,7 @@ class FieldCover(QObject):
         elif not answer.is_of(self._state.inputs):
             self._uncover()
 
-    def show_what_if(self, answer: WhatIfAnswer | None, edit: str = "") -> None:
+    def show_what_if(self, answer: Trial | None, edit: str = "") -> None:
         """Show the difference that an edit makes, and say which edit; or the field again."""
         was_shown, self._what_if = self._what_if is not None, answer
         if answer is None:

@@ -27,7 +27,7 @@ from app.number_box import NumberBox
 from app.sensitivity_view.edit_actions import EditActions, Emphasis
 from app.sensitivity_view.findings import ROWS, Row, Values, findings_of
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.sensitivity_view.what_if import WhatIf
+from app.sensitivity_view.what_if import WhatIfQuestion
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.editor import HEADER_HEIGHT
 
@@ -179,7 +179,7 @@ class FindingsPanel(QFrame):
         asker: SensitivityAsker,
         layer: ResponseLayer,
         actions: EditActions,
-        what_if: WhatIf,
+        what_if: WhatIfQuestion,
         source: QWidget,
         fitted: Callable[[], object],
     ) -> None:

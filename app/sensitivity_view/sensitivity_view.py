@@ -34,8 +34,8 @@ from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.shown_result import shown_result
 from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.visible_layer import VisibleLayer
-from app.sensitivity_view.what_if import WhatIf
-from app.state.sensitivity_answers import Answer, WhatIfAnswer
+from app.sensitivity_view.what_if import Trial, WhatIfQuestion
+from app.state.sensitivity_answers import Answer
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
 from model.scene.inputs import SceneInputs
@@ -67,7 +67,7 @@ class SensitivityView(QObject):
         self._asker = asker = workspace.sensitivity
         self._state, self._asked = asker.state, asker.asked
         self._panes = generator, reference
-        self._what_if_shown: WhatIfAnswer | None = None
+        self._what_if_shown: Trial | None = None
         canvases = [pane.canvas for pane in self._panes]
         self.labels = [PlaceLabel(canvas, asker, self._open_panel) for canvas in canvases]
         self.regions = [
@@ -86,7 +86,9 @@ class SensitivityView(QObject):
         self.band = BandLayer(area, asker, self.visible, self.actions.add_mode_over_band)
         self.chips = ChipBar(self._asked, area.histogram, self._open_panel, self.show_table)
         self.source = SourceLabel(workspace)
-        self.what_if = WhatIf(asker, self.responses, self._show_what_if, self)
+        self.what_if = WhatIfQuestion(
+            asker, self.responses, reference.brightness, self._show_what_if, self
+        )
         self.findings = FindingsPanel(
             asker, self.responses, self.actions, self.what_if, self.source, self._fold
         )
@@ -125,7 +127,6 @@ class SensitivityView(QObject):
             "pick": (*labels, findings.refresh),
             "field": (*covers, self._show_source),
             "seen": covers,
-            "what if": (what_if.take,),
             # What was asked.
             "choices": (
                 what_if.forget, *regions, *labels, *covers, *bars,

@@ -4,21 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 from PySide6.QtWidgets import QPushButton
 
+from app.engines.client import Channels, EngineName
+from app.engines.messages import Result
+from app.engines.requests import BatchRequest
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.short_numbers import short
-from app.state.sensitivity_answers import WhatIfAnswer
+from app.state.brightness import Brightness
+from app.state.sensitivity_answers import Source
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker
 from app.tf_editor.mode_card import WIDTHS
+from model.rendering.brightness import brighten
+from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.value_text import range_text
+from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
 CLICK_MS = 350
 """Time up to which a press is a click; the button is held if it takes longer."""
@@ -27,6 +35,14 @@ TIP = (
     "Render a mode at the value under the mouse, or at the highest peak of the curve. Click to "
     "switch it on and off, or hold W."
 )
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """An edit, rendered by one engine."""
+
+    what_if: WhatIf
+    source: Source
 
 
 class HeldButton(QPushButton):
@@ -58,7 +74,7 @@ class HeldButton(QPushButton):
             self._turn(False)
 
 
-class WhatIf(QObject):
+class WhatIfQuestion(QObject):
     """Has an edit rendered while its button is on, and follows the band of values with it.
 
     Attributes
@@ -67,7 +83,7 @@ class WhatIf(QObject):
         Size, place and width of the edit that was asked about last, in words.
     result : str
         What the edit changes, in a sentence; empty if nothing was asked.
-    shown : WhatIfAnswer or None
+    shown : Trial or None
         The newest answer while it is asked.
     """
 
@@ -75,13 +91,18 @@ class WhatIf(QObject):
         self,
         asker: SensitivityAsker,
         layer: ResponseLayer,
+        brightness: Brightness,
         changed: Callable[[], object],
         parent: QObject,
     ) -> None:
         super().__init__(parent)
-        self._asker, self._layer, self._changed = asker, layer, changed
-        self._answers: dict[str, WhatIfAnswer] = {}
-        self.shown: WhatIfAnswer | None = None
+        self._asker, self._layer, self._brightness = asker, layer, brightness
+        self._changed = changed
+        self._channels = Channels(asker.clients, "what if", self._take, self)
+        self._edited: tuple[Outline, NDArray[np.float32]] | None = None
+        """Region and edit that were asked about last."""
+        self._answers: dict[str, Trial] = {}
+        self.shown: Trial | None = None
         self.edit_text = self._at = self.result = ""
         self.button = HeldButton("What if  W", lambda on: self.start() if on else self.end())
         self.button.setAccessibleName("What if")
@@ -107,11 +128,18 @@ class WhatIf(QObject):
     def start(self) -> None:
         """Have the edit at the band, or at the best interval, rendered."""
         edit = self._edit()
-        if edit is not None and self._asker.ask_what_if(edit):
-            self._note_edit(edit)
-            self.button.setChecked(True)
-            self._answers.clear()
-            self._say("rendering …")
+        asker = self._asker
+        if edit is None or not asker.engines:
+            return
+        self._edited, inputs = (asker.asked.outline, edit), asker.state.inputs
+        after = edited(inputs, edit, asker.asked.choices.height)
+        for name in asker.engines:
+            quality = asker.sized(name, asker.rest_size)
+            self._channels[name].ask(BatchRequest(inputs, quality, (after,)))
+        self._note_edit(edit)
+        self.button.setChecked(True)
+        self._answers.clear()
+        self._say("rendering …")
 
     def end(self) -> None:
         """Show the fields again; the numbers stay."""
@@ -134,13 +162,25 @@ class WhatIf(QObject):
         else:
             self._say("")
 
-    def take(self) -> None:
-        """Say what the newest answer is, and show it."""
-        answer = self._asker.tried
-        if isinstance(answer, str):
-            self._say(answer)
+    def _take(self, name: EngineName, result: Result) -> None:
+        """Say what an answer is, and show it."""
+        if self._channels[name].is_pending or self._edited is None:
             return
-        self._answers[answer.source] = answer
+        asker = self._asker
+        if result.value is None or result.request.inputs != asker.state.inputs:
+            self._say(result.error or "")
+            return
+        source, (outline, edit), predicted = asker.source(name), self._edited, None
+        field = asker.fields.get(source)
+        if self._brightness.value == 1 and field and field.is_of(asker.state.inputs):
+            of = field.request
+            if np.array_equal(edit_over(of.values, asker.state.scalar_range, of.width), edit):
+                predicted = predicted_rmse(field.value, edit, asker.asked.choices.height, outline)
+        # As they are shown: the brightness decides which parts fade, and so count.
+        colors = np.clip(result.value[..., :3], 0, 1)
+        brighten(colors, self._brightness.of(name))
+        found = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
+        answer = self._answers[source] = Trial(found, source)
         if self.is_on:
             self.shown = answer
         self._say(f"At {self._at}: {', '.join(map(_said, self._answers.values()))}")
@@ -173,7 +213,7 @@ class WhatIf(QObject):
         self._changed()
 
 
-def _said(answer: WhatIfAnswer) -> str:
+def _said(answer: Trial) -> str:
     """Say what an edit changes: the root mean square of the changes of pixel values."""
     predicted = answer.what_if.predicted
     said = "" if predicted is None else f" (predicted {change_text(predicted)})"

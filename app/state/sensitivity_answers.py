@@ -17,7 +17,6 @@ from app.engines.requests import (
 )
 from model.scene.inputs import SceneInputs
 from model.sensitivity.display import shown_responses
-from model.sensitivity.what_if import WhatIf
 
 Source = Literal["exact", "surrogate", "learned"]
 """Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
@@ -43,14 +42,6 @@ RegionAnswer = Answer[RegionSensitivityRequest]
 FieldAnswer = Answer[ValueSensitivityRequest]
 ValueVisibilityAnswer = Answer[ValueVisibilityRequest]
 VisibilityAnswer = Answer[VisibilityRequest]
-
-
-@dataclass(frozen=True, eq=False)
-class WhatIfAnswer:
-    """An edit, rendered by one engine."""
-
-    what_if: WhatIf
-    source: Source
 
 
 def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:

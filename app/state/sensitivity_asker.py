@@ -12,13 +12,11 @@ from functools import partial
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from app.engines.client import Channels, EngineClient, EngineName
 from app.engines.messages import Result
 from app.engines.requests import (
-    BatchRequest,
     Quality,
     RegionSensitivityRequest,
     Request,
@@ -27,7 +25,6 @@ from app.engines.requests import (
     VisibilityRequest,
 )
 from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
-from app.state.brightness import Brightness
 from app.state.sensitivity_answers import (
     Answer,
     FieldAnswer,
@@ -35,26 +32,22 @@ from app.state.sensitivity_answers import (
     Source,
     ValueVisibilityAnswer,
     VisibilityAnswer,
-    WhatIfAnswer,
     displayed,
     same_question,
 )
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
-from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Outline
-from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.cosine import Agreement, agreement
-from model.sensitivity.what_if import compare, edited, predicted_rmse
 
 Question = Literal["region", "visibility", "field", "seen", "pick"]
 """A region's changes, what is visible in it, what an edit changes in each pixel, where values are
 seen, what shows at a place."""
 
 REST_SIZE = 256
-"""Largest shorter edge for regions at rest: their numbers hardly depend on it."""
+"""Largest shorter edge for regions at rest."""
 
 REST_SECONDS = 1.5
 """Time that a region at rest may take, where fewer pixels would do."""
@@ -91,12 +84,10 @@ class SensitivityAsker(QObject):
     seen, visibility, pick : Answer or None
         Newest one about where the band is visible, about all values in the active region and in
         the whole image, and about those at the clicked place.
-    tried : WhatIfAnswer or str
-        Newest one of :meth:`ask_what_if`, or a sentence, or nothing, on why there is none.
     """
 
     answered = Signal(str)
-    """Emitted with the :data:`Question` whose answers have changed, or with "what if"."""
+    """Emitted with the :data:`Question` whose answers have changed."""
 
     regions: dict[Source, RegionAnswer]
     fields: dict[Source, FieldAnswer]
@@ -110,7 +101,6 @@ class SensitivityAsker(QObject):
         state: ViewerState,
         asked: SensitivityState,
         clients: Mapping[EngineName, EngineClient],
-        brightness: Brightness,
         parent: QObject,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -119,9 +109,8 @@ class SensitivityAsker(QObject):
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
-        self.tried: WhatIfAnswer | str = ""
         self.pace = AnswerPace(clock)
-        self.state, self.asked, self._brightness = state, asked, brightness
+        self.state, self.asked, self.clients = state, asked, clients
         self._is_open = self._moves = self._has_moved = False
         self._picture = Raster(REST_SIZE, REST_SIZE)
         exact: dict[EngineName, EngineClient] = {"exact": clients["exact"]}
@@ -132,8 +121,6 @@ class SensitivityAsker(QObject):
             )
             for question in get_args(Question)
         }  # fmt: skip
-        self._trials = Channels(clients, "what if", self._take_trial, self)
-        self._trial: tuple[Outline, NDArray[np.float32]] | None = None
         self._before = asked.choices
         self._clear()
         self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
@@ -155,6 +142,11 @@ class SensitivityAsker(QObject):
         if self.learned_size is not None and choice != "exact":
             names.append("learned")
         return names if self.asked.choices.shown else []
+
+    @property
+    def rest_size(self) -> int:
+        """Shorter edge of answers at rest whose numbers hardly depend on it."""
+        return min(REST_SIZE, self._picture.shorter)
 
     @property
     def problem(self) -> str:
@@ -233,15 +225,6 @@ class SensitivityAsker(QObject):
         """Ask everything anew, at full quality; while something moves, after it."""
         self._moves = self.state.live
         self._ask("region", "visibility", "field", "seen", "pick")
-
-    def ask_what_if(self, edit: NDArray[np.float32]) -> bool:
-        """Have an edit rendered by all engines; return False if there is none."""
-        self._trial = self.asked.outline, edit
-        inputs, size = self.state.inputs, min(REST_SIZE, self._picture.shorter)
-        after = edited(inputs, edit, self.asked.choices.height)
-        for name in self.engines:
-            self._trials[name].ask(BatchRequest(inputs, self._sized(name, size), (after,)))
-        return bool(self.engines)
 
     def follow_image(self, result: Result) -> None:
         """Ask what waits for a live image that is shown, if it is time."""
@@ -338,14 +321,13 @@ class SensitivityAsker(QObject):
 
     def quality(self, name: EngineName, question: Question) -> Quality:
         """Quality of an engine's answer at rest."""
-        size, kind = self._picture.shorter, self._kind(name, question)
-        if question not in ("field", "seen"):
-            size = min(REST_SIZE, size)
+        kind = self._kind(name, question)
+        size = self._picture.shorter if question in ("field", "seen") else self.rest_size
         if question == "region" and self.pace.expected(kind, size) is not None:
             size = self.pace.size([kind], size, REST_SECONDS)
-        return self._sized(name, size)
+        return self.sized(name, size)
 
-    def _sized(self, name: EngineName, size: int, live: bool = False) -> Quality:
+    def sized(self, name: EngineName, size: int, live: bool = False) -> Quality:
         """Quality of the generator's square, or of the reference's proportions."""
         if name == "learned":
             return Quality(self.learned_size or size, live=live)
@@ -371,14 +353,15 @@ class SensitivityAsker(QObject):
             return
         orders = {question: self.order(question, live) for question in questions}
         kinds = [self._kind("exact", each) for each in questions if "exact" in orders[each]]
-        largest = min(REST_SIZE, self._picture.shorter)
         for question, order in orders.items():
             for name, channel in self._channels[question].items():
                 if name not in order:
                     channel.cancel()
             for name in order:
                 if seconds is not None:
-                    quality = self._sized(name, self.pace.size(kinds, largest, seconds), live=True)
+                    quality = self.sized(
+                        name, self.pace.size(kinds, self.rest_size, seconds), live=True
+                    )
                 else:
                     quality = self.quality(name, question)
                 if question == "region" and len(order) == 2 and not self.asked.outline.points:
@@ -431,27 +414,6 @@ class SensitivityAsker(QObject):
             self.answered.emit(question)
         self._ask_if_due()
 
-    def _take_trial(self, name: EngineName, result: Result) -> None:
-        if self._trials[name].is_pending or self._trial is None:
-            return
-        if result.value is None or result.request.inputs != self.state.inputs:
-            self.tried = result.error or ""
-            self.answered.emit("what if")
-            return
-        source, (outline, edit), predicted = self.source(name), self._trial, None
-        field = self.fields.get(source)
-        if self._brightness.value == 1 and field and field.is_of(self.state.inputs):
-            of = field.request
-            if np.array_equal(edit_over(of.values, self.state.scalar_range, of.width), edit):
-                height = self.asked.choices.height
-                predicted = predicted_rmse(field.value, edit, height, outline)
-        # As they are shown: the brightness decides which parts fade, and so count.
-        colors = np.clip(result.value[..., :3], 0, 1)
-        brighten(colors, self._brightness.of(name))
-        what_if = compare(colors[0], colors[1], outline.mask(colors.shape[1:3]), predicted)
-        self.tried = WhatIfAnswer(what_if, source)
-        self.answered.emit("what if")
-
     def source(self, name: EngineName) -> Source:
         """Return as what an engine answers."""
         return self.exact_source if name == "exact" else "learned"
@@ -463,7 +425,7 @@ class SensitivityAsker(QObject):
 
     def _forget(self) -> None:
         """Call off all that was asked, and forget all answers."""
-        for channels in (self._trials, *self._channels.values()):
+        for channels in self._channels.values():
             channels.cancel()
         self._clear()
         for question in get_args(Question):

@@ -95,7 +95,7 @@ class Workspace(QObject):
         self.model = GeneratorWork(generator, builders, device, self)
         self._scheduler = ImageScheduler(state, generator, reference, self)
         both: dict[EngineName, EngineClient] = {"exact": analyst, "learned": generator}
-        self.sensitivity = SensitivityAsker(state, sensitivity, both, brightness, self)
+        self.sensitivity = SensitivityAsker(state, sensitivity, both, self)
         self.latent = LatentPictures(state, latent, both, brightness, builders.latent_space, self)
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._scheduler, preferences, self

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -69,7 +68,7 @@ class Asking:
     def __post_init__(self) -> None:
         self.asker = SensitivityAsker(
             self.state, self.asked, {"exact": self.exact, "learned": self.learned},  # type: ignore[dict-item]
-            SimpleNamespace(value=1.0), self.state, lambda: self.now,  # type: ignore[arg-type]
+            self.state, lambda: self.now,
         )  # fmt: skip
         self.asked.choose(whole_curve=True)
         self.asker.start_volume((100.0, 200.0), "exact")
