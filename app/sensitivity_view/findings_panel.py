@@ -76,23 +76,23 @@ class PanelRow(QWidget):
     """A line of texts, and buttons that are drawn while the mouse or the focus is on the row.
 
     The first row of a list has its buttons while no other one is pointed at. By Tab all are
-    reached, drawn or not. The first text has a width in pixels.
+    reached, drawn or not. Of the two texts, one has a width in pixels, and the other, with width 0,
+    what is left.
     """
 
-    def __init__(self, width: int, buttons: Sequence[QAbstractButton]) -> None:
+    def __init__(self, widths: tuple[int, int], buttons: Sequence[QAbstractButton]) -> None:
         super().__init__()
         self.buttons = list(buttons)
         self.siblings: Sequence[PanelRow] = (self,)
         """The rows of its list."""
         self._shown = Row((), "")
-        self._first, self._second = QLabel(), ElidedLabel()
-        self._first.setMinimumWidth(width)
+        self._labels = [QLabel() if width else ElidedLabel() for width in widths]
         self._row = row = QHBoxLayout(self)
         row.setSpacing(4)
-        row.addWidget(self._first)
-        row.addWidget(self._second, 1)
-        for label in (self._first, self._second):
+        for label, width in zip(self._labels, widths, strict=True):
+            label.setMinimumWidth(width)
             label.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            row.addWidget(label, 0 if width else 1)
         for button in self.buttons:
             button.setFixedHeight(22)
             button.installEventFilter(self)
@@ -122,9 +122,11 @@ class PanelRow(QWidget):
             return
         if row != self._shown:
             self._shown = row
-            first, second = row.texts
-            self._first.setText(first)
-            self._second.set_full_text(second)
+            for label, text in zip(self._labels, row.texts, strict=True):
+                if isinstance(label, ElidedLabel):
+                    label.set_full_text(text)
+                else:
+                    label.setText(text)
             self._row.setContentsMargins(28 if row.badge else 4, 0, 2, BAR)
             self.setToolTip(row.tip)
             self.setAccessibleName(" ".join(row.texts))
@@ -209,11 +211,11 @@ class FindingsPanel(QFrame):
         self.height_box.setToolTip("Opacity of the modes that the list adds")
         self.height_box.valueChanged.connect(lambda height: asker.asked.choose(height=height))
         self.value_rows = [
-            PanelRow(124, [self._emphasis(index, *each) for each in EMPHASES])
+            PanelRow((0, 40), [self._emphasis(index, *each) for each in EMPHASES])
             for index in range(ROWS)
         ]
         self.edit_rows = [
-            PanelRow(66, [AddButton("this value", partial(actions.add_mode, index))])
+            PanelRow((66, 0), [AddButton("this value", partial(actions.add_mode, index))])
             for index in range(ROWS)
         ]
         for rows in (self.value_rows, self.edit_rows):

@@ -15,13 +15,15 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from app import theme
 from app.sensitivity_view.findings import ROWS, Peaks, displayed_now, of_interest
-from app.sensitivity_view.visible_layer import STALE
 from app.short_numbers import short
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.plot_area import PlotArea
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_text import value_text
 from model.sensitivity.display import FLOOR
+
+STALE = 0.4
+"""Opacity of what is not of the present image."""
 
 FLAG_HEIGHT = 19
 FLAG_GAP = 3
@@ -81,7 +83,7 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
         flag.move(left, plot.top())
 
 
-UNIT = "  per .01"
+UNIT = " per .01"
 """At the top of the numbers, as they are changes by an edit of .01 of opacity."""
 
 

@@ -22,7 +22,6 @@ from PySide6.QtWidgets import (
 from app.controls import order_focus
 from app.engines.client import EngineName
 from app.image_view.engine_pane import EnginePane
-from app.sensitivity_view.band_layer import BandLayer
 from app.sensitivity_view.chip_bar import ChipBar
 from app.sensitivity_view.edit_actions import EditActions
 from app.sensitivity_view.field_cover import FieldCover
@@ -33,7 +32,7 @@ from app.sensitivity_view.region_layer import RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.shown_result import shown_result
 from app.sensitivity_view.source_label import SourceLabel
-from app.sensitivity_view.visible_layer import VisibleLayer
+from app.sensitivity_view.visible_layer import BandLayer, VisibleLayer
 from app.sensitivity_view.what_if import Trial, WhatIfQuestion
 from app.state.sensitivity_answers import Answer
 from app.state.workspace import Workspace
@@ -161,6 +160,7 @@ class SensitivityView(QObject):
         self._editor.resized.connect(self._fold)
         self._workspace.hintChanged.connect(self._take_hint)
         self._workspace.modelChanged.connect(self._show_source)
+        self.findings.rename.clicked.connect(lambda: self.chips.ask_name())
         QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
 
     def _refresh(self, what: str) -> None:
@@ -283,8 +283,9 @@ class SensitivityView(QObject):
 
     @property
     def _left(self) -> EngineName:
-        """Whose pane is the left one of those that are shown."""
-        shown = [pane for pane in self._panes if not pane.isHidden()] or self._panes
+        """Whose pane is the left one of those that show an image."""
+        seen = [pane for pane in self._panes if not pane.isHidden()]
+        shown = [pane for pane in seen if pane.canvas.image is not None] or seen or self._panes
         left = min(shown, key=lambda pane: pane.x())
         return "learned" if left is self._panes[0] else "exact"
 

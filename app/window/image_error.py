@@ -10,7 +10,7 @@ from PySide6.QtGui import QImage, QPainter
 
 from app.glosses import SENTENCES
 from app.image_view.image_canvas import to_qimage
-from app.sensitivity_view.color_bar import paint_bar
+from app.sensitivity_view.field_cover import paint_bar
 from app.window.context import Context
 from app.window.figure import Image, difference_of, difference_title, in_colors
 from model.scene.inputs import SceneInputs

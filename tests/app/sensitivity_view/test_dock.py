@@ -268,7 +268,7 @@ def test_a_peaks_label_covers_no_handle(qtbot, window, builders, monkeypatch):
     mode = window.state.transfer_function.opacity.modes[0]
     at = round((mode.mean - 100) / 100 * 255)
 
-    def at_the_mode(request: object) -> np.ndarray:
+    def at_the_mode(*_asked: object) -> np.ndarray:
         return np.tile(np.float32(np.exp(-((np.arange(256) - at) ** 2) / 50)), (2, 1))
 
     monkeypatch.setattr(builders.analysts[-1], "visibility", at_the_mode)
@@ -276,7 +276,8 @@ def test_a_peaks_label_covers_no_handle(qtbot, window, builders, monkeypatch):
     for height in (0.1, 0.3, 0.38, 0.45, 0.6):
         modes = (replace(mode, amplitude=height), *tf.opacity.modes[1:])
         visible = window.sensitivity.visible
-        with qtbot.waitSignal(window.workspace.sensitivity.answered):
+        answered = window.workspace.sensitivity.answered
+        with qtbot.waitSignal(answered, check_params_cb=lambda what: what == "visibility"):
             window.state.tf_input.set(replace(tf, opacity=replace(tf.opacity, modes=modes)), "edit")
         (label,) = [each for each in visible._labels if each.isVisible()]
         view = window.editor.area.widget

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QInputDialog
 from sensitivity_events import asked, at, drag, hover
 
 from app.engines.requests import (
@@ -81,7 +82,10 @@ def test_a_lasso_and_several_regions(qtbot, window):
     assert len(state.outline.points) == 5
     state.add_region(Outline.rectangle(0, 0, 0.25, 0.25))
     assert regions_listed(window) == ["Whole image", "Region 1", "Region 2"]
-    state.rename_region("  lung ")
+    window.sensitivity.findings.rename.click()
+    dialog = window.sensitivity.chips.findChild(QInputDialog)
+    dialog.setTextValue("  lung ")
+    dialog.accept()
     assert window.sensitivity.chips.region.caption == "lung ▾"
     state.activate(0)
     qtbot.waitUntil(
@@ -120,7 +124,7 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):
 
 
 def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monkeypatch):
-    def two_values(request: VisibilityRequest) -> NDArray[np.float32]:
+    def two_values(request: VisibilityRequest, *_: object) -> NDArray[np.float32]:
         """In a region three of four parts at bin 51; in the whole image all at bin 204."""
         bins = np.arange(256)
         one, other = (np.exp(-((bins - center) ** 2) / 50) for center in (51, 204))
