@@ -194,7 +194,7 @@ def _engine(asked: Latent, volume: Volume, space: LatentSpace, inputs: SceneInpu
 
 
 def _grid(map_: LatentMap, brush: tuple[float, float, float, float], engine: _Engine) -> _Found:
-    from app.figures.mosaic import mosaic
+    from app.figures.pages import mosaic
 
     cells = map_.cells(brush)
     filled = cells.count > 0

@@ -13,9 +13,15 @@ from app.cli.drawing import load_fitted
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
 from app.cli.study_models import study_models
-from app.figures.paper_latent import save_explorations, save_walk
-from app.figures.paper_pictures import save_overview, save_qualitative, save_teaser
-from app.figures.paper_sensitivity import save_region_edits, save_value_edits
+from app.figures.paper_figures import (
+    save_explorations,
+    save_overview,
+    save_qualitative,
+    save_region_edits,
+    save_teaser,
+    save_value_edits,
+    save_walk,
+)
 from model.errors import CheckpointError
 from model.evaluation.study import STUDIES
 from model.generator.catalog import shipped_models

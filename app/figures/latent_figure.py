@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.map_plot import Brush, Disc, add_map
-from app.figures.pages import PLOT, Page
+from app.figures.pages import PLOT, Brush, Disc, Page, add_map
 from app.figures.tf_plot import TFPlot
 
 MAP, GRID = 620, 620
-"""Widths of the map and of the grid beside it, in pixels; both are as high."""
+"""Widths of the map and of the grid to its left, in pixels; both are as high."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +21,6 @@ class LatentFigure:
 
     Attributes
     ----------
-    title : str
-        Volume, and the renderer of the pictures.
-    places : ndarray, shape (n, 2)
     grid : ndarray, shape (H, W, 3), or None
         Pictures of a rectangle's cells, to the left of the map.
     brush : tuple of float, or None
@@ -51,13 +47,7 @@ class LatentFigure:
 
 
 def save_latent_figure(path: Path, figure: LatentFigure) -> None:
-    """Draw grid, map, and a place's picture over its decoded TF, as a PNG file.
-
-    Raises
-    ------
-    RenderError
-        When the file cannot be written.
-    """
+    """Draw grid, map, and a place's picture over its decoded TF, as a PNG file."""
     widths = [MAP]
     if figure.grid is not None:
         widths.insert(0, GRID)

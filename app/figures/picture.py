@@ -14,20 +14,14 @@ if TYPE_CHECKING:
 
 
 def save_image(path: Path, picture: QImage) -> None:
-    """Write a picture in the format of the file's suffix, whole or not at all.
-
-    Raises
-    ------
-    RenderError
-        When the file cannot be written, or there is no such format.
-    """
+    """Write a picture in the format of the file's suffix; raise RenderError where that fails."""
     from PySide6.QtCore import QBuffer, QIODevice
 
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]
         raise RenderError(
-            f"{path}: pictures cannot be written as '{path.suffix}' of this size; choose .png."
+            f"{path}: a picture of this size cannot be written as '{path.suffix}'; choose .png."
         )
     try:
         write_atomically(path, bytes(buffer.data().data()))

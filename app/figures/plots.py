@@ -75,13 +75,7 @@ def add_image(
 
 
 def save_layout(path: Path, layout: Any, description: str = "") -> None:
-    """Draw a layout into a PNG file, which also has the description as a text.
-
-    Raises
-    ------
-    RenderError
-        When the file cannot be written.
-    """
+    """Draw a layout into a PNG file, which also has the description as a text."""
     from PySide6.QtCore import QCoreApplication
 
     QCoreApplication.processEvents()

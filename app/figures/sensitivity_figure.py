@@ -51,20 +51,7 @@ BAR_WIDTH = 125
 def save_figure(
     path: Path, result: SensitivityResult, caption: str = "", region: Region | None = None
 ) -> None:
-    """Draw a result as a PNG file.
-
-    Parameters
-    ----------
-    caption : str
-        What the image shows: volume, view, TF, lighting.
-    region : Region or None
-        Rectangle to outline in the image of a region's sensitivity.
-
-    Raises
-    ------
-    RenderError
-        When the file cannot be written.
-    """
+    """Draw a result as a PNG file; the region is outlined in the image of its sensitivity."""
     if result.kind == "region":
         _save_curve(path, result, caption, region)
     else:

@@ -40,7 +40,6 @@ class TFPlot:
 
     Attributes
     ----------
-    opacity : ndarray, shape (256,)
     colors : ndarray, shape (256, 3), or None
         In [0, 1], for a strip below the curve.
     responses : ndarray, shape (256,), or None
@@ -51,8 +50,6 @@ class TFPlot:
         Weights in [0, 1] of the values whose field is shown, drawn as a red area.
     mode : GaussianMode or None
         A mode that is to be added, dashed.
-    scale : {"linear", "log"}
-        Scale of the values.
     """
 
     title: str

@@ -6,7 +6,7 @@ import numpy as np
 import pyqtgraph as pg
 import pytest
 
-from app.figures.map_plot import add_map
+from app.figures.pages import add_map
 from app.figures.plots import new_layout
 from app.figures.tf_plot import RESPONSES_PER_AXIS, TFPlot, add_tf_plot
 from model.latent.latent_map import blended_code

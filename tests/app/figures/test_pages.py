@@ -1,6 +1,6 @@
 import numpy as np
 
-from app.figures.mosaic import EMPTY, mosaic
+from app.figures.pages import EMPTY, mosaic
 
 
 def test_pictures_stand_in_rows_and_columns_with_gaps():
