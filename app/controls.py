@@ -155,13 +155,7 @@ def add_title(menu: QMenu, text: str) -> None:
 
 @dataclass(frozen=True)
 class Action:
-    """Action of a button next to a notice.
-
-    Attributes
-    ----------
-    slot : callable
-        Called without arguments.
-    """
+    """A button of a notice: its label, and what it calls without arguments."""
 
     label: str
     slot: Callable[[], object]

@@ -56,7 +56,7 @@ def without_links(text: str) -> str:
 
 def explain(label: QLabel) -> None:
     """Have a label's terms say what they mean under the mouse, and open the glossary by a click."""
-    label.linkHovered.connect(partial(_tell, label))
+    label.linkHovered.connect(partial(_show_sentence, label))
     label.linkActivated.connect(lambda link: open_glossary(label.window(), _term(link)))
 
 
@@ -100,7 +100,7 @@ def open_page(
     return page, dialog
 
 
-def _tell(label: QLabel, link: str) -> None:
+def _show_sentence(label: QLabel, link: str) -> None:
     term = _term(link)
     if term:
         QToolTip.showText(QCursor.pos(), f"{term}: {SENTENCES[term]}\nClick: glossary", label)

@@ -68,13 +68,7 @@ def _drawing(name: str, ink: str) -> QSvgRenderer:
 
 
 def icon(name: str, colors: theme.Colors | None = None) -> QIcon:
-    """Return an icon in the text's colour of a theme, or of the one in use.
-
-    Parameters
-    ----------
-    name : str
-        One of :func:`icon_names`.
-    """
+    """Return an icon by its name, in the text's colour of a theme or of the one in use."""
     colors = colors or theme.present()
     found = QIcon()
     for mode, ink in ((QIcon.Mode.Normal, colors.text), (QIcon.Mode.Disabled, colors.disabled)):
@@ -96,14 +90,8 @@ class IconButton(QToolButton):
 
     Parameters
     ----------
-    shape : str
-        One of :func:`icon_names`.
-    name : str
-        What it is called: for screen readers, and in its tooltip.
-    key : str
-        Its key, for the tooltip; empty for none.
     tip : str
-        What more there is to say, in the tooltip's second line.
+        The tooltip's second line.
     text : str
         Shown next to the icon; empty for the icon alone.
     colors : Colors, optional

@@ -38,24 +38,15 @@ def run_window(
     screenshot: Path | None,
     builders: Builders = REAL_BUILDERS,
 ) -> int:
-    """Open the window and run until it is closed.
+    """Open the window and run until it is closed; return 0, or 2 if it cannot be shown.
 
     Parameters
     ----------
-    start : WindowStart
-        What is opened and shown.
     device : str
         Of the generator: "auto", "cpu" or "cuda".
     screenshot : Path or None
         If given, the window is opened off screen, saved to this PNG file once both
-        images are final, and closed.
-    builders : Builders
-        Functions that read volumes and build engines.
-
-    Returns
-    -------
-    int
-        Exit code: 0, or 2 if a screenshot shows an error or there is no display.
+        images are final, and closed; 2 is returned if it shows an error.
     """
     if screenshot is None and not _display_is_there():
         print(
@@ -138,7 +129,7 @@ def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
     if start.light is not None and state.light is not None:
         workspace.reference.light.place(start.light)
     elif start.light is not None:
-        window.notice.tell("The light is fixed here: the model was trained with another one.")
+        window.notice.add("The light cannot be moved: the model was trained with a fixed light.")
     if start.tf is not None:
         window.files.open_transfer_function(start.tf)
 

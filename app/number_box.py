@@ -67,12 +67,8 @@ class NumberBox(QDoubleSpinBox):
     """Spin box for numbers such as 1e-9, 0.5 and 3e12; typed numbers apply on Enter or focus loss.
 
     On a logarithmic scale its value is the logarithm of the number that is shown and typed.
-    `valueChanged` is emitted only for changes by the user; see :meth:`show_value`.
-
-    Attributes
-    ----------
-    meaning : str
-        Said in the tooltip, above the limits.
+    `valueChanged` is emitted only for changes by the user. The tooltip has the meaning, then the
+    limits.
     """
 
     def __init__(self, parent: QWidget | None = None, meaning: str = "") -> None:

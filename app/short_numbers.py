@@ -18,15 +18,7 @@ def without_zero(number: str) -> str:
 
 
 def short(number: float, digits: int = 2, *, signed: bool = False) -> str:
-    """Write a number with few digits, such as ``".004"``, ``"−.02"`` or ``"2e−5"``.
-
-    Parameters
-    ----------
-    digits : int
-        Significant ones, at most.
-    signed : bool
-        Whether a positive number has its sign, too.
-    """
+    """Write a number with few significant digits, such as ``".004"``, ``"−.02"`` or ``"2e−5"``."""
     size = abs(number)
     if SMALLEST <= size < 1:
         # A fifth decimal would be longer, and say nothing.

@@ -1,7 +1,7 @@
 """The window's colours, dark and light, and its style sheet.
 
-The names in capitals are the colours of the theme that is in use: whoever paints takes them when it
-paints, and who keeps a pen renews it on `QEvent.PaletteChange`. What lies over an image is dark in
+The names in capitals are the colours of the theme that is in use: take them when you
+paint, and renew a pen that you keep on `QEvent.PaletteChange`. What lies over an image is dark in
 both themes, and takes its colours from :data:`ON_IMAGE`.
 """
 
@@ -96,52 +96,45 @@ CANVAS = "#000000"
 TEXT_PIXELS, SMALL_PIXELS = 13, 12
 """Height of text, and of captions, chips and the status line."""
 
-BACKGROUND = PANEL = FIELD = PLOT = VOXELS = BORDER = ""
-TEXT = DIM_TEXT = FAINT_TEXT = CURVE = ""
-ACCENT = CHANGE = VISIBLE = WARNING = ERROR = ""
+_ROLES = {
+    "BACKGROUND": "window",
+    "PANEL": "panel",
+    "FIELD": "field",
+    "PLOT": "plot",
+    "VOXELS": "voxels",
+    "BORDER": "line",
+    "TEXT": "text",
+    "DIM_TEXT": "dim",
+    "FAINT_TEXT": "disabled",
+    "CURVE": "curve",
+    "ACCENT": "change",
+    "CHANGE": "change",
+    "VISIBLE": "visible",
+    "WARNING": "attention",
+    "ERROR": "error",
+}
+"""Colours of the theme in use, by their names in this module."""
+
+_used = DARK
 
 
-def _use(colors: Colors) -> None:
-    """Make a theme's colours those of the names in capitals."""
-    globals().update(
-        BACKGROUND=colors.window,
-        PANEL=colors.panel,
-        FIELD=colors.field,
-        PLOT=colors.plot,
-        VOXELS=colors.voxels,
-        BORDER=colors.line,
-        TEXT=colors.text,
-        DIM_TEXT=colors.dim,
-        FAINT_TEXT=colors.disabled,
-        CURVE=colors.curve,
-        ACCENT=colors.change,
-        CHANGE=colors.change,
-        VISIBLE=colors.visible,
-        WARNING=colors.attention,
-        ERROR=colors.error,
-    )
-
-
-_use(DARK)
+def __getattr__(name: str) -> str:
+    if name not in _ROLES:
+        raise AttributeError(name)
+    return str(getattr(_used, _ROLES[name]))
 
 
 def present() -> Colors:
     """Return the colours of the theme that is in use."""
-    return next(colors for colors in (DARK, LIGHT) if colors.window == BACKGROUND)
+    return _used
 
 
 def apply_theme(application: QApplication, wanted: ThemeChoice = "system") -> None:
-    """Apply a theme's palette and style to an application, now or anew.
-
-    Parameters
-    ----------
-    wanted : {"system", "dark", "light"}
-        The system's is dark where the system does not say.
-    """
+    """Apply a theme to an application; the system's is dark where the system does not say."""
     scheme = application.styleHints().colorScheme()
     is_light = wanted == "light" or (wanted == "system" and scheme is Qt.ColorScheme.Light)
-    colors = LIGHT if is_light else DARK
-    _use(colors)
+    global _used
+    _used = colors = LIGHT if is_light else DARK
     application.setStyle("Fusion")
     font = application.font()
     font.setPixelSize(TEXT_PIXELS)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QWidget
 class WheelGuard(QObject):
     """Keeps the wheel from changing a control that has not the focus, and from giving it.
 
-    Whoever scrolls a panel, and passes over a control, would change it unawares.
+    Otherwise scrolling a panel would change the controls that pass under the mouse.
     """
 
     def __init__(self, control: QWidget) -> None:

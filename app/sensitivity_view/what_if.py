@@ -118,7 +118,7 @@ class WhatIfQuestion(QObject):
         """Enable the button if there is something to ask; if not, it says what is missing."""
         lacking = ""
         if not self._asker.engines:
-            lacking = "Switch Region > Guidance on first"
+            lacking = "Choose Region > Show sensitivity first"
         elif self._edit() is None:
             lacking = "Point at a value in the plot of the TF first"
         self.button.setEnabled(not lacking)

@@ -42,4 +42,4 @@ class Context:
 
     def fail(self, text: str, key: str = "") -> None:
         """Show an error; it replaces the one with the same key."""
-        self.notices.tell(text, key=key, tone="error")
+        self.notices.add(text, key=key, tone="error")

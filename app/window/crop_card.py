@@ -91,7 +91,7 @@ class CropCard(QFrame):
             self.window().setFocus()
         if shown != self.is_shown:
             for slider in self.sliders:
-                # Nobody tells it of the mouse's release.
+                # It does not see the mouse's release.
                 slider.setSliderDown(False)
             self.setVisible(shown)
             self.shownChanged.emit(shown)

@@ -42,16 +42,12 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class FigureLook:
-    """How a figure looks.
+    """How a figure looks; its size is in pixels.
 
     Attributes
     ----------
-    width, height : int
-        In pixels.
     background : tuple of int, "gradient" or None
         Red, green and blue, 0..255; None for a transparent one.
-    legend, scale_bar : bool
-        Whether they are painted over it.
     """
 
     width: int
@@ -88,15 +84,7 @@ class FigureChoice(FigureLook):
 
 @dataclass(frozen=True)
 class Subject:
-    """What is known of the volume in a figure.
-
-    Attributes
-    ----------
-    units : str
-        Of its scalars; empty if unknown.
-    scale : Scale or None
-        Without one, there is no scale bar.
-    """
+    """The unit of a volume's scalars, empty if unknown, and the scale for its scale bar."""
 
     units: str = ""
     scale: Scale | None = None
@@ -124,11 +112,7 @@ def figure(
     ----------
     images : mapping
         The image and its brightness, see :func:`app.image_view.picture.compose`, of "generator"
-        or "reference", or of both; of a difference as they are shown, float32. An image is
-        enlarged to its panel, in its own proportions.
-    which : {"generator", "reference", "both", "difference"}
-    inputs : SceneInputs
-        What the images show.
+        or "reference", or of both. An image is enlarged to its panel, in its own proportions.
 
     Raises
     ------

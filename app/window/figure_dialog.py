@@ -52,11 +52,11 @@ WHICH: dict[Which, str] = {
     "reference": "Ground truth",
     "generator": "Generator",
     "both": "Both, side by side",
-    "difference": "Difference of both",
+    "difference": "Difference",
 }
 """What a figure may show."""
 
-_OWN_SIZE, _OTHER_COLOR = "Own size", "Other colour…"
+_OWN_SIZE, _OTHER_COLOR = "Custom size", "Other colour…"
 
 _COLORS: dict[str, Background | None] = {
     "Transparent": None,
@@ -99,7 +99,7 @@ class FigureDialog(QDialog):
             if which in sizes:
                 self.which_box.addItem(text, which)
         self.width_box, self.height_box = self._side("Width"), self._side("Height")
-        self.keep = QCheckBox("Keep the proportions of what is shown")
+        self.keep = QCheckBox("Keep proportions")
         self.keep.setChecked(True)
         self.movie_box = QCheckBox("One full turn, as a movie")
         self.seconds_box, self.rate_box = QDoubleSpinBox(), QSpinBox()

@@ -96,17 +96,11 @@ class _Job:
 
 
 class _GivenUpError(Exception):
-    """Ends the writing of a movie that nobody wants."""
+    """Ends the writing of a movie that was cancelled."""
 
 
 class FigureSaving(QObject):
-    """Asks how a figure or movie is to be, has it drawn, and saves or copies it.
-
-    Attributes
-    ----------
-    progress : QProgressDialog or None
-        What is seen of one that takes long, with the button that ends it.
-    """
+    """Asks how a figure or movie is to be, has it drawn, and saves or copies it."""
 
     def __init__(self, context: Context, overlays: Overlays, error: ImageError) -> None:
         super().__init__(context.window)
@@ -225,13 +219,13 @@ class FigureSaving(QObject):
             what = f"Drawing the pictures of {place.name} …"
             self._writing.ask(partial(write_movie, place, job.written(), choice.rate))
             self._show_progress("Save movie", what, len(frames))
-        self._context.status.tell(what)
+        self._context.status.say(what)
         self._draw_next(job)
 
     def cancel(self) -> None:
         """Give up what is being drawn."""
         if self._job is not None:
-            self._context.status.tell(f"The {self._job.kind} was cancelled.")
+            self._context.status.say(f"The {self._job.kind} was cancelled.")
         self._end()
 
     def join(self) -> None:
@@ -304,25 +298,25 @@ class FigureSaving(QObject):
         if job.is_drawn:
             self._job = None
             job.pictures.put(None)
-            self._context.status.tell("Writing the movie …")
+            self._context.status.say("Writing the movie …")
         else:
             self._draw_next(job)
 
     def _deliver(self, image: QImage, place: Path | None) -> None:
         if place is None:
             QGuiApplication.clipboard().setImage(image)
-            self._context.status.tell("Copied.")
+            self._context.status.say("Copied.")
             return
         try:
             save_image(place, image)
         except RenderError as error:
             self._context.fail(str(error), KEY)
         else:
-            self._context.status.tell(f"Saved {place.name}.")
+            self._context.status.say(f"Saved {place.name}.")
 
     def _movie_written(self, path: Path) -> None:
         self._close_progress()
-        self._context.status.tell(f"Saved {path.name}.")
+        self._context.status.say(f"Saved {path.name}.")
 
     def _follow(self, name: str, _state: object) -> None:
         """Give up where another engine is started, as it will not answer."""

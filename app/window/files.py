@@ -51,13 +51,7 @@ SLOW_MS = 1000
 
 
 class Files(QObject):
-    """Opens what the user points at, asks what is open about it, and saves TFs.
-
-    Parameters
-    ----------
-    show_small_range : callable
-        Called when the TF of a file is there: shows the TF's range if that is small.
-    """
+    """Opens what the user points at, asks what is open about it, and saves TFs."""
 
     def __init__(
         self, context: Context, sessions: Sessions, show_small_range: Callable[[], object]

@@ -7,15 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Gesture:
-    """What one does, and what happens.
-
-    Attributes
-    ----------
-    keys : str
-        As in the help.
-    short : tuple of str
-        Keys and effect in the status line while the mouse is there; empty for not at all.
-    """
+    """What one does and what happens, in full for the help, and short for the status line."""
 
     keys: str
     effect: str
@@ -30,10 +22,10 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Drag, or arrow keys", "turn", ("Drag", "turn")),
         Gesture(
             "Wheel, or + and −",
-            "come closer to what is under the mouse, move away",
-            ("Wheel", "closer"),
+            "zoom in on what is under the mouse, zoom out",
+            ("Wheel", "zoom"),
         ),
-        Gesture("Click in an image", "name the values there", ("Click", "values here")),
+        Gesture("Click in an image", "show the values there", ("Click", "values here")),
         Gesture("R, then drag in an image", "draw a rectangle (L: a lasso)", ("R", "region")),
         Gesture("Right drag, or Ctrl and drag; Page up, down", "roll"),
         Gesture("Middle drag, or Shift and drag; Ctrl and arrow keys", "pan"),
@@ -41,12 +33,12 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Click a face of the cube", "look from there; drag it to turn"),
         Gesture("Drag a round handle of the crop box (K)", "move that plane"),
         Gesture("C, D", "both images or one; their difference"),
-        Gesture("O", "the opacity images"),
+        Gesture("O", "show or hide the opacity images"),
         Gesture("Drag the ball in the top bar, or Ctrl, Shift and drag", "move the light"),
     ),
     "Drawing a region": (
         Gesture("Drag", "a rectangle, or around something", ("Drag", "draw the region")),
-        Gesture("Escape", "draw none", ("Esc", "end it")),
+        Gesture("Escape", "draw no region", ("Esc", "cancel")),
     ),
     "Regions": (
         Gesture(
@@ -81,27 +73,29 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("Ctrl and wheel, middle drag; Home", "zoom and move the axis; all of it"),
         Gesture("Click the colour strip", "add a colour stop"),
         Gesture("Double click a colour stop", "choose its colour"),
-        Gesture("Arrow keys, faster with Shift", "nudge the selection"),
+        Gesture("Arrow keys, faster with Shift", "move the selection"),
         Gesture("Delete", "remove the selection", ("Delete", "remove")),
         Gesture("F2", "type the numbers of the selection; Tab goes on", ("F2", "numbers")),
     ),
     "Values and edits": (
         Gesture("▲, ▼ or Isolate in a row", "raise, lower or isolate its values", ("▲ ▼", "edit")),
-        Gesture("Add in a row", "add that edit to the TF", ("Add", "take an edit")),
+        Gesture("Add in a row", "add that edit to the TF", ("Add", "add an edit")),
         Gesture("Hold W", "what would a mode at the value under the mouse change?"),
         Gesture("F8, or Escape", "close the panel", ("F8", "close")),
     ),
     "Map of TFs (B)": (
         Gesture("Move the mouse over the map", "picture and TF of that place"),
         Gesture("Click", "apply its transfer function", ("Click", "apply this TF")),
-        Gesture("Wheel over the map", "come closer", ("Wheel", "closer")),
+        Gesture("Wheel over the map", "zoom", ("Wheel", "zoom")),
         Gesture(
-            "Drag outside it, or with Shift", "draw a new one", ("Shift drag", "new rectangle")
+            "Drag outside the rectangle, or with Shift",
+            "draw a new rectangle",
+            ("Shift drag", "new rectangle"),
         ),
         Gesture("Drag in the rectangle, at its edges", "move it, resize it"),
         Gesture("Middle drag, or Ctrl and drag", "move the map"),
-        Gesture("Wheel over a picture of the grid", "divide that cell; return"),
-        Gesture("Home", "the whole map"),
+        Gesture("Wheel over a picture of the grid", "divide that cell, or go back"),
+        Gesture("Home", "show the whole map"),
         Gesture("Escape", "stop what is running; close the map", ("Esc", "close")),
     ),
     "Window": (
@@ -110,6 +104,9 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("F9", "fold or unfold the TF editor"),
         Gesture("F10, or Alt in a narrow window", "the menus"),
         Gesture("Escape", "end the last action; dismiss the newest notice"),
+        Gesture("Ctrl+Z; Ctrl+Y", "undo; redo"),
+        Gesture("Ctrl+Shift+S", "save or copy a figure"),
+        Gesture("B", "browse TFs"),
     ),
 }
 """By area; in each, those of the status line first."""
@@ -122,13 +119,7 @@ def status_keys(area: str) -> str:
 
 
 def help_text(wanted: str = "") -> str:
-    """Return the help's page, or what in it has all of some words.
-
-    Parameters
-    ----------
-    wanted : str
-        Words to look for; empty for everything.
-    """
+    """Return the help's page, or what in it has all of some words."""
     words = wanted.lower().split()
     parts = []
     for area, gestures in GESTURES.items():

@@ -65,17 +65,7 @@ def is_bright(background: Background | None) -> bool:
 
 
 class Pens:
-    """Draws lines and text of one colour within a halo of the other, to be seen over anything.
-
-    Parameters
-    ----------
-    line : float
-        Width of lines in pixels.
-    font : QFont
-        With a size in pixels.
-    on_bright : bool
-        Whether what lies behind is bright.
-    """
+    """Draws lines and text of one colour within a halo of the other, to be seen over anything."""
 
     def __init__(self, painter: QPainter, line: float, font: QFont, on_bright: bool) -> None:
         self._painter = painter
@@ -107,18 +97,7 @@ SHADES = 256
 def paint_scale_bar(
     painter: QPainter, rect: QRect, bar: ScaleBar | None, background: Background | None = (0, 0, 0)
 ) -> None:
-    """Paint a scale bar at the lower left of an image, with its length above it.
-
-    Parameters
-    ----------
-    rect : QRect
-        The image's rectangle, whose shorter side the bar refers to; in one of fewer than about
-        120 pixels nothing is painted.
-    bar : ScaleBar or None
-        None where no length is known.
-    background : tuple of int or None
-        As for :func:`app.window.image_marks.paint_legend`.
-    """
+    """Paint a scale bar at the lower left of an image, unless that is small or has no scale."""
     text = text_size(rect)
     if not text or bar is None:
         return
@@ -207,21 +186,10 @@ def paint_legend(
     units: str,
     background: Background | None = (0, 0, 0),
 ) -> None:
-    """Paint a vertical colour bar at the lower right of an image.
+    """Paint a vertical colour bar at the lower right of an image, unless that is small.
 
-    Beside the strip with the TF's colours its opacities are drawn as a curve that is filled
-    with the colours, scaled so that the largest one is as wide as it can be; below it is which
-    one that is. Lines and text have a halo, so that they can be read over anything.
-
-    Parameters
-    ----------
-    rect : QRect
-        The image's rectangle; in one of fewer than about 120 pixels nothing is painted.
-    units : str
-        Of the scalar values, written above the bar; empty if unknown.
-    background : tuple of int or None
-        What is behind the image: on a bright background the text is dark. None if unknown,
-        as in a transparent picture.
+    To the left of the TF's colours is its opacity curve, filled with the colours and as wide as it
+    can be; below it is its largest opacity. A background of None is not known.
     """
     text = text_size(rect)
     if not text:
@@ -254,7 +222,7 @@ def paint_legend(
     x = rect.right() - margin - metrics.horizontalAdvance(title)
     pens.write(QPointF(x, bar.top() - 1.2 * text), title)
     peak = float(tf.opacity.sample(count=SAMPLES).max())
-    reach = f"opacity to {peak:.2g}"
+    reach = f"largest opacity {peak:.2g}"
     below = QPointF(bar.right() - metrics.horizontalAdvance(reach), bar.bottom() + 1.3 * text)
     pens.write(below, reach)
     painter.restore()

@@ -30,17 +30,7 @@ from model.rendering.scale_bar import Scale
 
 
 class MainWindow(WindowParts):
-    """Shows a generator's image and the ground truth while the user edits view and TF.
-
-    Parameters
-    ----------
-    builders : Builders
-        Functions that read volumes and build engines.
-    device : str
-        Of generators: "auto", "cpu" or "cuda".
-    preferences : Preferences or None
-        What is remembered between runs; None for nothing.
-    """
+    """Shows a generator's image and the ground truth while the user edits view and TF."""
 
     def __init__(
         self,
@@ -82,7 +72,7 @@ class MainWindow(WindowParts):
         workspace.scaleChanged.connect(self._show_scale)
         workspace.hintChanged.connect(self.generator.set_hint)
         workspace.problem.connect(self.context.fail)
-        workspace.news.connect(self.status.tell)
+        workspace.news.connect(self.status.say)
         # Errors of an earlier file no longer apply.
         workspace.opening.volumeRead.connect(lambda _opened: self.notice.clear())
         work.settingsChanged.connect(lambda _settings: self._show_light())

@@ -207,7 +207,7 @@ def _fill_view(window: WindowParts, menu: QMenu) -> None:
         overlays.choose_background,
     )
     menu.addSeparator()
-    # Not remembered: whoever misses it finds it again at the next start.
+    # Not remembered: at the next start the editor is there again.
     _add_switch(
         menu,
         "&TF editor",
@@ -259,14 +259,14 @@ def _fill_region(window: WindowParts, menu: QMenu) -> None:
     menu.addSeparator()
     _add_switch(
         menu,
-        "&Guidance",
+        "Show &sensitivity",
         lambda: regions.choices.shown,
         lambda: regions.choose(shown=not regions.choices.shown),
         "Ctrl+E",
     )
-    add_action(menu, "&Pin the band of values", view.toggle_pin, "P")
+    add_action(menu, "&Pin the values under the mouse", view.toggle_pin, "P")
     save = window.files.save_sensitivity
-    add_action(menu, "Save &sensitivity as…", lambda: save(view.result()))
+    add_action(menu, "Sa&ve sensitivity as…", lambda: save(view.result()))
 
 
 def _fill_help(window: WindowParts, menu: QMenu) -> None:

@@ -52,32 +52,14 @@ class Notices(QWidget):
         """The sentences, one a line, the newest first; empty if there is none."""
         return "\n".join(line.text for line in self._lines)
 
-    @property
-    def has_focus(self) -> bool:
-        """Whether a notice takes the keys."""
-        return any(line.has_focus for line in self._lines)
-
     def come_after(self, widget: QWidget) -> None:
         """Have Tab go from a widget to the notices that come from now on."""
         self._before = widget
 
-    def tell(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
-        """Show a notice above those that are there.
+    def add(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
+        """Show a notice above those that are there, instead of one with the same text or key.
 
-        Parameters
-        ----------
-        text : str
-            It replaces a notice with the same text. An empty one only removes that of its key.
-        *actions : Action
-            At most two buttons. Each removes the notice before it acts.
-        key : str
-            The notice replaces one with the same key; empty for none.
-        tone : {"plain", "error"}
-
-        Raises
-        ------
-        ValueError
-            For more than two actions.
+        Each of its buttons, at most two, removes it before it acts. An empty text only removes.
         """
         if len(actions) > MOST_ACTIONS:
             raise ValueError(f"A notice has room for {MOST_ACTIONS} actions, not {len(actions)}.")
@@ -167,7 +149,7 @@ class _Line(QFrame):
         self.setProperty("tone", tone)
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self._label = QLabel(text)
-        # File names in errors are plain text, and worth copying.
+        # File names in errors are plain text, and can be copied.
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._label.setWordWrap(True)

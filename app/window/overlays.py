@@ -30,13 +30,7 @@ Overlay = Literal["cube", "legend", "scale_bar", "opacity_images"]
 
 
 class Overlays(QObject):
-    """Shows what the settings say over each pane's image; nothing while there is no volume.
-
-    Attributes
-    ----------
-    subject : Subject
-        The volume, for legend and scale bar.
-    """
+    """Shows what the settings say over each pane's image; nothing while there is no volume."""
 
     def __init__(self, context: Context) -> None:
         super().__init__(context.window)

@@ -56,13 +56,13 @@ class Presets(QObject):
         except TransferFunctionError as error:
             self._context.fail(str(error), KEY)
         else:
-            self._context.status.tell(f"Saved the preset {name}.")
+            self._context.status.say(f"Saved the preset {name}.")
 
     def remove(self, name: str) -> None:
         """Remove one of the user's presets."""
         if self._folder is not None:
             remove_own_preset(self._folder, name)
-            self._context.status.tell(f"Removed the preset {name}.")
+            self._context.status.say(f"Removed the preset {name}.")
 
     def _own(self) -> list[Preset]:
         scale, scalar_range = self._state.scale, self._state.scalar_range

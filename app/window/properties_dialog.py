@@ -25,13 +25,7 @@ from model.volume_files.frame import typed_spacing
 
 
 class PropertiesDialog(QDialog):
-    """Lists a volume's properties in the words of the command ``info``; the spacing can be typed.
-
-    Parameters
-    ----------
-    path : Path
-        Where it was read.
-    """
+    """Lists a volume's properties in the words of ``info``; the spacing can be typed."""
 
     spacingTyped = Signal(str)
     """Emitted with another spacing and its unit, see :func:`typed_spacing`."""

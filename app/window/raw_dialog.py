@@ -35,13 +35,7 @@ CAPTION_HEIGHT = 22
 
 
 class SlicePreview(QWidget):
-    """Shows a slice as large as possible in its true proportions.
-
-    Parameters
-    ----------
-    caption : str
-        Text below the picture.
-    """
+    """Shows a slice as large as possible in its true proportions, above a caption."""
 
     def __init__(self, caption: str) -> None:
         super().__init__()
@@ -56,14 +50,7 @@ class SlicePreview(QWidget):
         return self._image
 
     def show_slice(self, levels: NDArray[np.uint8], width: float, height: float) -> None:
-        """Show a slice.
-
-        Parameters
-        ----------
-        levels : ndarray of uint8, shape (H, W)
-        width, height : float
-            Lengths of the slice, in any unit.
-        """
+        """Show a slice of uint8 (H, W) with its width and height in any unit."""
         rows, columns = levels.shape
         stored = np.ascontiguousarray(levels)
         # The copy makes the image own its pixels.
@@ -123,21 +110,11 @@ Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 
 
 class RawDialog(QDialog):
-    """Asks for the layout of a headerless file.
+    """Asks for the layout of a headerless file; raises VolumeError where there is no such file.
 
     It begins with the layout that name and size give, see :func:`guess_layout`. The three middle
     slices are shown for what is entered: under a wrong layout they look torn or noisy. Only a
     layout that needs exactly the file's bytes can be opened.
-
-    Parameters
-    ----------
-    path : Path
-        A file.
-
-    Raises
-    ------
-    VolumeError
-        When there is no such file.
     """
 
     def __init__(self, path: Path, parent: QWidget | None = None) -> None:
@@ -195,10 +172,10 @@ class RawDialog(QDialog):
             spacing_box.set_limits(1e-6, 1e6)
             spacing_box.setSingleStep(0.1)
             spacing_box.show_value(1.0)
-            spacing_box.setToolTip(f"Distance of voxels along {axis}, in any unit")
+            spacing_box.setToolTip(f"Distance between voxels along {axis}, in any unit")
             spacing_box.setAccessibleName(f"Spacing along {axis}")
         self.offset_box.setRange(0, min(self._present, MOST_SKIPPED))
-        self.offset_box.setToolTip("Bytes before the first voxel, as of a header")
+        self.offset_box.setToolTip("Bytes before the first voxel, such as a header")
         self.offset_box.setAccessibleName("Header bytes")
         self.offset_box.lineEdit().setTextMargins(6, 0, 6, 0)
         self.type_box.addItems(list(dict.fromkeys(SCALAR_TYPES.values())))

@@ -24,13 +24,7 @@ NARROW, LIGHT, OFFER = "narrow part of the TF", "light", "logarithmic scale"
 
 
 class SceneNotices(QObject):
-    """Watches TF, light, scale and final images, and says what is wrong with a way out.
-
-    Parameters
-    ----------
-    show_range : callable
-        Shows the volume over a range, as an undo step.
-    """
+    """Watches TF, light, scale and final images, and says what is wrong with a way out."""
 
     def __init__(self, context: Context, show_range: Callable[[Range], object]) -> None:
         super().__init__(context.window)

@@ -68,7 +68,7 @@ class Sessions(QObject):
             return
         self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
-        self._context.status.tell(f"Saved {path.name}.")
+        self._context.status.say(f"Saved {path.name}.")
 
     def session(self) -> Session | None:
         """Return what is shown; None without a volume."""
@@ -194,13 +194,13 @@ class Sessions(QObject):
             said.append(f"The voxels of {name} differ from those of the saved session.")
         if session.wrong:
             names = ", ".join(f"'{name}'" for name in session.wrong)
-            said.append(f"Its {names} could not be read.")
+            said.append(f"{names} could not be read from the session.")
         back = []
         if self._is_before_kept and self._before_path is not None:
             said.append("The volume's earlier look is kept.")
             back.append(Action("Go back", partial(self.open, self._before_path)))
         if said[1:]:
-            self._context.notices.tell(" ".join(said), *back)
+            self._context.notices.add(" ".join(said), *back)
 
     def _name_window(self, session: str) -> None:
         window = self._context.window
@@ -208,7 +208,7 @@ class Sessions(QObject):
         window.setWindowTitle(f"{session} | {title}" if session else title)
 
     def _ask_for_volume(self, path: Path, volume: Path) -> None:
-        self._context.notices.tell(
+        self._context.notices.add(
             f"{path.name} shows {volume.name}. That file is neither in {volume.parent} "
             "nor in the session's folder.",
             Action("Locate it…", partial(self._locate, path, volume.name)),

@@ -35,13 +35,7 @@ WIDTH = 680
 
 
 class SettingsDialog(QDialog):
-    """Shows the settings in groups; each applies at once.
-
-    Attributes
-    ----------
-    search : QLineEdit
-        Its words leave the rows that have all of them.
-    """
+    """Shows the settings in groups; each applies at once."""
 
     def __init__(self, context: Context, overlays: Overlays) -> None:
         super().__init__(context.window)

@@ -25,17 +25,10 @@ PATIENCE_MS = 1000
 
 
 class SmallPictures(QObject):
-    """Has pictures drawn by the ray caster, and hands over those that were asked for last.
+    """Has pictures of a side drawn by the ray caster, and shows those that were asked for last.
 
-    Parameters
-    ----------
-    name : str
-        Of the channels on which they are asked for.
-    size : int
-        Sides of the pictures, in pixels.
-    show : callable
-        Takes the pictures in the order asked for: first those in the light of the preview, then
-        path-traced ones in path-traced light, where these do not take long.
+    First come those in the light of the preview, in the order asked for, then path-traced ones in
+    path-traced light, where these do not take long.
     """
 
     def __init__(
@@ -64,7 +57,7 @@ class SmallPictures(QObject):
         self._patience.start()
 
     def stop_tracing(self) -> None:
-        """Leave out the path-traced pictures: nobody looks any more."""
+        """Leave out the path-traced pictures: the others are not in sight any more."""
         self._traced = False
         if self._is_tracing:
             self._analyst.cancel()
@@ -77,7 +70,7 @@ class SmallPictures(QObject):
         if channel.is_pending or result.value is None:
             # Others are wanted by now, or the reference may still draw them.
             return
-        # Nobody needs to draw them a second time.
+        # They need not be drawn a second time.
         self._reference.cancel()
         brightness = self._context.brightness.of("exact")
         self._show([to_qimage(np.asarray(image), brightness) for image in result.value])

@@ -24,13 +24,7 @@ PANEL = "Values and edits"
 
 
 class KeyHints(QObject):
-    """Gives the areas of the window their status tips, and follows what is under way.
-
-    Parameters
-    ----------
-    regions : SensitivityState
-        With a region the images have other gestures, and with a band of values the plot.
-    """
+    """Gives the areas of the window their status tips, and follows regions and band of values."""
 
     def __init__(
         self,
@@ -57,7 +51,7 @@ class KeyHints(QObject):
         self._status.set_keys(keys or self._of_images())
 
     def start_volume(self) -> None:
-        """Tell what can be done with images and plot, now that there is something in them."""
+        """Give images and plot their keys, now that there is something in them."""
         self._is_empty = False
         self._follow()
 
@@ -135,7 +129,7 @@ class StatusLine(QStatusBar):
         self.addPermanentWidget(self._view)
         self.setSizeGripEnabled(False)
         self._rest = QTimer(self, singleShot=True, interval=NEWS_MS)
-        self._rest.timeout.connect(lambda: self.tell(""))
+        self._rest.timeout.connect(lambda: self.say(""))
         state.viewChangeFinished.connect(lambda _view: self._show_view())
         state.navigationChanged.connect(self._show_view)
         # It may be about what is undone.
@@ -162,7 +156,7 @@ class StatusLine(QStatusBar):
         """The view's numbers as they are displayed."""
         return self._view.text()
 
-    def tell(self, text: str) -> None:
+    def say(self, text: str) -> None:
         """Show a sentence instead of the one before; with an empty one, the keys again."""
         self._news.set_full_text(text)
         self._left.setCurrentWidget(self._news if text else self._keys)
@@ -207,7 +201,7 @@ class StatusLine(QStatusBar):
 
     def _forget(self) -> None:
         if not self.news.endswith(PENDING):
-            self.tell("")
+            self.say("")
 
     def _show_view(self) -> None:
         view = self._state.view

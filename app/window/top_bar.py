@@ -26,15 +26,7 @@ TOOLS_PLACE = 8, 40
 
 
 class TopBar(QWidget):
-    """Lays out menus and controls in one row, and folds them where there is less room.
-
-    Attributes
-    ----------
-    menus : IconButton
-        Has all menus while they are folded.
-    volume : CaptionButton
-        Names the volume.
-    """
+    """Lays out menus and controls in one row, and folds them where there is less room."""
 
     def __init__(self, ball: LightBall, light: CaptionButton, exactness: ExactnessSlider) -> None:
         super().__init__()
@@ -48,7 +40,9 @@ class TopBar(QWidget):
         self.volume = CaptionButton()
         self.volume.set_title("No volume")
         self.light, self.exactness = light, exactness
-        self.compare = IconButton("compare", "Compare", "C", "Generator and ground truth together")
+        self.compare = IconButton(
+            "compare", "Compare", "C", "Generator and ground truth side by side"
+        )
         self.difference = IconButton(
             "difference", "Difference", "D", "Where the generator's image differs from the truth"
         )

@@ -62,7 +62,7 @@ class UpAxisCard(QFrame):
         title = QLabel("Which way is up?")
         title.setProperty("role", "title")
         tip = "Keep the volume as it is, and do not ask again"
-        self.leave = IconButton("close", "Leave it", tip=tip, colors=theme.ON_IMAGE)
+        self.leave = IconButton("close", "Keep it", tip=tip, colors=theme.ON_IMAGE)
         self.leave.clicked.connect(self._remember)
         head = QHBoxLayout()
         head.addWidget(title)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from PySide6.QtCore import QByteArray, QEvent, QObject, QPoint, QRect, QSize
-from PySide6.QtGui import QCursor, QGuiApplication, QScreen
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSize
+from PySide6.QtGui import QGuiApplication, QScreen
 from PySide6.QtWidgets import QMainWindow
 
 from app.state.preferences import Preferences
@@ -23,9 +21,6 @@ LARGEST, LEAST = QSize(1440, 900), QSize(1000, 640)
 FRAME = 32
 """Height that the system's title bar takes of a free area, about; it is not the window's."""
 
-LEAST_SEEN = 80
-"""Pixels of the window's upper edge that have to be on a screen, so that it can be moved."""
-
 
 def size_on(screen: QScreen) -> QSize:
     """Return the size at which the window opens on a screen."""
@@ -40,26 +35,6 @@ def first_size(free: QSize) -> QSize:
     part = QSize(round(SHARE * free.width()), round(SHARE * free.height()))
     inside = QSize(free.width(), free.height() - FRAME)
     return part.boundedTo(LARGEST).expandedTo(LEAST).boundedTo(inside)
-
-
-def fitting_place(window: QRect, screens: Sequence[QRect], here: QRect) -> QRect:
-    """Return a window's last place if that is on one of the screens, else the middle of here."""
-    top = QRect(window.left(), window.top(), window.width(), 1)
-    for screen in screens:
-        seen = screen.intersected(top)
-        if not seen.isEmpty() and seen.width() >= min(LEAST_SEEN, window.width()):
-            return _within(window, screen)
-    placed = QRect(QPoint(0, 0), window.size().boundedTo(here.size()))
-    placed.moveCenter(here.center())
-    return placed
-
-
-def _within(window: QRect, screen: QRect) -> QRect:
-    """Make a window no larger than its screen, and move it inside if it was cut."""
-    size = window.size().boundedTo(screen.size())
-    left = min(max(window.left(), screen.left()), screen.right() + 1 - size.width())
-    upper = min(max(window.top(), screen.top()), screen.bottom() + 1 - size.height())
-    return QRect(QPoint(left, upper), size)
 
 
 IMAGES: dict[tuple[str, ...], Shown] = {
@@ -127,23 +102,11 @@ class WindowMemory(QObject):
     def _restore(self) -> None:
         values = self._preferences.settings
         if values.window_geometry:
+            # Qt moves a window to a screen that is there.
             self._window.restoreGeometry(QByteArray.fromBase64(values.window_geometry.encode()))
-            self._bring_back()
         share = values.splitters.get("editor", ())
         if len(share) == 1 and 0 < share[0] < PARTS:
             self._splitter.set_share(share[0] / PARTS)
         self._moves.colors_follow = values.colors_follow_modes
         self._state.set_trackball(values.trackball)
         self.restore_panes()
-
-    def _bring_back(self) -> None:
-        """Move the window to a screen that is there, if the one that it was on is gone."""
-        window = self._window
-        if QGuiApplication.platformName() == "offscreen":
-            # There nothing is seen, and the screen is smaller than any.
-            return
-        here = QGuiApplication.screenAt(QCursor.pos()) or QGuiApplication.primaryScreen()
-        screens = [screen.availableGeometry() for screen in QGuiApplication.screens()]
-        place = fitting_place(window.geometry(), screens, here.availableGeometry())
-        if place != window.geometry() and not (window.isMaximized() or window.isFullScreen()):
-            window.setGeometry(place)

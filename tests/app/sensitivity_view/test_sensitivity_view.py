@@ -178,7 +178,7 @@ def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     # A button that is grey says why.
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
-    assert button.toolTip().startswith("Switch Region > Guidance on")
+    assert button.toolTip().startswith("Choose Region > Show sensitivity first")
 
 
 def test_questions_follow_every_input_of_the_image(qtbot, window):

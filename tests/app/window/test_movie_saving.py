@@ -60,7 +60,7 @@ def test_a_turntable_is_a_full_turn_of_the_size_length_and_rate_asked_for(
     for suffix in (".mp4", ".gif"):
         place = tmp_path / f"turn{suffix}"
         asked.clear()
-        window.status.tell("")
+        window.status.say("")
         window.state.set_view(View(10.0, 20.0))
         window.saving.draw(TURN, place)
         assert window.saving.progress is not None
@@ -125,7 +125,7 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     asked: list[str] = []
     for answer, left in (("No", ["turn.mp4"]), ("Yes", [])):
         gate = builders.references[-1].gate = threading.Semaphore(1)
-        window.status.tell("")
+        window.status.say("")
         (tmp_path / answer).mkdir()
         window.saving.draw(TURN, tmp_path / answer / "turn.mp4")
         progress = window.saving.progress

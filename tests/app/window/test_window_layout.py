@@ -116,7 +116,7 @@ def test_everything_has_room_at_any_size_and_nothing_moves(make_window):
         window.crop_card.set_shown(True)
         window.up_axis_card.ask("+z")
         for number in range(2):
-            window.notice.tell(f"/a/folder/engine{number}.nrrd: the file is truncated; copy it.")
+            window.notice.add(f"/a/folder/engine{number}.nrrd: the file is truncated; copy it.")
         assert_whole(window, size)
         # What floats moves nothing.
         assert image.size() == alone

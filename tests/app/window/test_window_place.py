@@ -1,9 +1,7 @@
 import pytest
-from PySide6.QtCore import QRect, QSize
+from PySide6.QtCore import QSize
 
-from app.window.window_memory import first_size, fitting_place
-
-LAPTOP, SECOND = QRect(0, 25, 1366, 743), QRect(1366, 0, 1920, 1080)
+from app.window.window_memory import first_size
 
 
 @pytest.mark.parametrize(
@@ -22,17 +20,3 @@ LAPTOP, SECOND = QRect(0, 25, 1366, 743), QRect(1366, 0, 1920, 1080)
 )
 def test_it_opens_at_four_fifths_of_the_screen_within_limits(free, size):
     assert first_size(QSize(*free)) == QSize(*size)
-
-
-def test_a_place_on_a_screen_stays():
-    place = QRect(1500, 100, 1000, 700)
-    assert fitting_place(place, [LAPTOP, SECOND], LAPTOP) == place
-
-
-def test_a_place_on_a_screen_that_is_gone_is_centred_on_one_that_is_there():
-    place = fitting_place(QRect(1500, 100, 1600, 900), [LAPTOP], LAPTOP)
-    assert place.size() == QSize(1366, 743)
-    assert place.center() == LAPTOP.center()
-    small = fitting_place(QRect(1500, 100, 1000, 640), [LAPTOP], LAPTOP)
-    assert small.size() == QSize(1000, 640) and LAPTOP.contains(small)
-    assert (small.center() - LAPTOP.center()).manhattanLength() <= 1
