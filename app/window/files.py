@@ -181,7 +181,7 @@ class Files(QObject):
         if fitted.scalar_range != loaded.scalar_range:
             lo, hi = values_at(fitted.scalar_range, fitted.scale)
             text = f"Opened {path.name}, fitted to {significant(lo, 5)} to {significant(hi, 5)}."
-        self._status.tell(text)
+        self._status.say(text)
 
     def save_transfer_function(self) -> None:
         """Ask for a file and write the TF to it."""
@@ -195,7 +195,7 @@ class Files(QObject):
             self._fail(str(error))
         else:
             self._preferences.note_recent("transfer_functions", path)
-            self._status.tell(f"Saved {path.name}.")
+            self._status.say(f"Saved {path.name}.")
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:
         """Ask for a file and write a sensitivity to it: a figure, or all numbers."""
@@ -211,7 +211,7 @@ class Files(QObject):
         except RenderError as error:
             self._fail(str(error))
         else:
-            self._status.tell(f"Saved {path.name}.")
+            self._status.say(f"Saved {path.name}.")
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""
@@ -279,7 +279,7 @@ class Files(QObject):
 
     def _offer_cancel(self) -> None:
         cancel = Action("Cancel", self._workspace.opening.cancel)
-        self._notices.tell(f"Reading {self._reading} …", cancel, key=READING)
+        self._notices.add(f"Reading {self._reading} …", cancel, key=READING)
 
     def _follow_volume(self) -> None:
         """Ask which of a file's volumes to show, and say where a model is of another volume."""
@@ -303,7 +303,7 @@ class Files(QObject):
             text += " Open that volume to see the model's images."
         else:
             actions.insert(0, Action(f"Open {volume.name}", partial(self.open_volume, volume)))
-        self._notices.tell(text, *actions, key=VOLUME_OFFER)
+        self._notices.add(text, *actions, key=VOLUME_OFFER)
 
     def _is_open(self, check: ModelCheck) -> bool:
         """Whether a model's volume is the open one."""

@@ -57,10 +57,10 @@ class SceneNotices(QObject):
             self._notices.clear(NARROW)
         else:
             show = Action(f"Show {found.remedy_text}", partial(self._show_range, found.remedy))
-            self._notices.tell(found.sentence, show, key=NARROW)
+            self._notices.add(found.sentence, show, key=NARROW)
 
     def _offer_light(self, seconds: float) -> None:
-        self._notices.tell(
+        self._notices.add(
             f"The image has no light: with light, each image takes {seconds:.1f} s here.",
             Action("Light it", partial(self._workspace.reference.choose, lighting="direct")),
             key=LIGHT,
@@ -76,7 +76,7 @@ class SceneNotices(QObject):
             return
         is_new = self._state.transfer_function == self._state.default_transfer_function
         if is_new and suits_logarithm(opened.volume.distribution):
-            self._notices.tell(
+            self._notices.add(
                 f"{opened.volume.name}: {LOGARITHM_OFFER}.",
                 Action("Logarithmic scale", partial(self._workspace.opening.show_on_scale, "log")),
                 key=OFFER,
@@ -108,7 +108,7 @@ class SceneNotices(QObject):
             "view": Action("Reset view", state.reset_view),
             "crop": Action("Whole volume", lambda: state.crop_input.set(None)),
         }
-        self._notices.tell(found.text, actions[found.cause], key=_emptiness(pane))
+        self._notices.add(found.text, actions[found.cause], key=_emptiness(pane))
 
 
 def _emptiness(pane: EnginePane) -> str:

@@ -40,9 +40,7 @@ class TopBar(QWidget):
         self.volume = CaptionButton()
         self.volume.set_title("No volume")
         self.light, self.exactness = light, exactness
-        self.compare = IconButton(
-            "compare", "Compare", "C", "Generator and ground truth side by side"
-        )
+        self.compare = IconButton("compare", "Compare", "C", "Generator and truth side by side")
         self.difference = IconButton(
             "difference", "Difference", "D", "Where the generator's image differs from the truth"
         )
