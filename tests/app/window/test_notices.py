@@ -33,7 +33,7 @@ def shown_buttons(bar: Notices) -> list[str]:
 
 def test_of_many_notices_the_newest_are_shown(bar):
     for number in range(5):
-        bar.tell(f"notice {number}")
+        bar.add(f"notice {number}")
     assert bar.text.splitlines() == [f"notice {number}" for number in (4, 3, 2, 1, 0)]
 
     def seen() -> list[str]:
@@ -55,47 +55,47 @@ def test_a_screen_reader_says_errors_at_once(bar, monkeypatch):
         "updateAccessibility",
         lambda event: said.append((event.message(), event.politeness().name)),
     )
-    bar.tell("It is found.")
-    bar.tell("It failed.", tone="error")
+    bar.add("It is found.")
+    bar.add("It failed.", tone="error")
     assert said == [("It is found.", "Polite"), ("It failed.", "Assertive")]
     assert [line.property("tone") for line in bar._lines] == ["error", "plain"]
     assert bar._lines[0].accessibleName() == "Error: It failed."
 
 
 def test_a_notice_replaces_the_one_of_its_key(bar):
-    bar.tell("no model", key="model")
-    bar.tell("an error")
-    bar.tell("another model", key="model")
+    bar.add("no model", key="model")
+    bar.add("an error")
+    bar.add("another model", key="model")
     assert bar.text == "another model\nan error"
     bar.clear("model")
     bar.clear("unknown")
     assert bar.text == "an error"
-    bar.tell("no model", key="model")
-    bar.tell("")
+    bar.add("no model", key="model")
+    bar.add("")
     assert bar.text == "no model\nan error"
-    bar.tell("", key="model")
+    bar.add("", key="model")
     assert bar.text == "an error"
 
 
 def test_a_button_acts_once_and_removes_its_notice_first(qtbot, bar):
     seen: list[str] = []
-    bar.tell("below")
-    bar.tell(
+    bar.add("below")
+    bar.add(
         "found",
         Action("Open", lambda: seen.append(bar.text)),
-        Action("Locate…", partial(bar.tell, "located")),
+        Action("Locate…", partial(bar.add, "located")),
     )
     assert shown_buttons(bar) == ["Open", "Locate…"]
     button = next(b for b in bar.findChildren(QPushButton) if b.text() == "Open")
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert seen == ["below"] and bar.text == "below"
     with pytest.raises(ValueError, match="room"):
-        bar.tell("crowded", *[Action("x", list)] * 3)
+        bar.add("crowded", *[Action("x", list)] * 3)
 
 
 def test_escape_dismisses_one_after_another(qtbot, bar):
-    bar.tell("two")
-    bar.tell("one", Action("Act", list))
+    bar.add("two")
+    bar.add("one", Action("Act", list))
     bar.findChildren(QPushButton)[0].setFocus()
     qtbot.keyClick(QApplication.focusWidget(), Qt.Key.Key_Escape)
     assert bar.text == "two"

@@ -21,33 +21,33 @@ def line(qtbot, state):
 
 def test_whole_sentences_are_shown_as_many_as_there_is_room_for(line):
     first, second = "This is short.", "This is so much longer that it does not fit. " * 4
-    line.tell(f"{first} {second}".strip())
+    line.say(f"{first} {second}".strip())
     shown = line._news.text()
     assert shown.startswith(first) and shown.endswith(". …")
-    line.tell(f"{first} {second} {second} {second}".strip())
+    line.say(f"{first} {second} {second} {second}".strip())
     assert line._news.text() == shown
     line.resize(140, 24)
     assert line._news.fontMetrics().horizontalAdvance(line._news.text()) <= line._news.width()
-    line.tell(first)
+    line.say(first)
     line.resize(1200, 24)
     assert line._news.text() == first and line._news.toolTip() == ""
 
 
 def test_a_sentence_goes_after_a_time_unless_it_is_about_what_is_under_way(qtbot, line):
     line._rest.setInterval(20)
-    line.tell("Reading a.nrrd …")
+    line.say("Reading a.nrrd …")
     qtbot.wait(60)
     assert line.news == "Reading a.nrrd …"
-    line.tell("Saved a.png.")
+    line.say("Saved a.png.")
     assert line.news == "Saved a.png."
     qtbot.waitUntil(lambda: line.news == "")
 
 
 def test_news_go_when_what_they_are_about_is_undone(line, state):
-    line.tell("Opened a.json.")
+    line.say("Opened a.json.")
     state.edits.undo()
     assert line.news == ""
-    line.tell("Reading a.nrrd …")
+    line.say("Reading a.nrrd …")
     state.edits.undo()
     assert line.news == "Reading a.nrrd …"
 
