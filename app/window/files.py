@@ -17,7 +17,6 @@ from app.state.opened_volume import OpenedVolume
 from app.state.session import SUFFIX
 from app.state.settings import RecentKind
 from app.state.volume_opening import Wanted
-from app.window.contents_dialog import ContentsDialog
 from app.window.context import Context
 from app.window.file_dialogs import (
     OPEN_FILTER,
@@ -27,9 +26,9 @@ from app.window.file_dialogs import (
     ask_for_place,
     proposed_name,
 )
-from app.window.properties_dialog import PropertiesDialog
 from app.window.raw_dialog import RawDialog
 from app.window.sessions import Sessions
+from app.window.volume_dialogs import ContentsDialog, PropertiesDialog
 from model.errors import RenderError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
 from model.scene.range_choice import RangeChoice

@@ -1,12 +1,12 @@
-"""Notices over the images: errors, offers, and what is to be known."""
+"""What floats over the images and moves nothing: notices, and cards in their places."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import Literal
 
-from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QKeyEvent
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
+from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
@@ -169,3 +169,144 @@ class _Line(QFrame):
         """Whether one of the buttons, or the sentence, takes the keys."""
         focused = QApplication.focusWidget()
         return focused is not None and self.isAncestorOf(focused)
+
+
+TOP, BOTTOM = 40, 44
+"""Distance to the upper edge, below the captions, and to the lower one, above the colour bars."""
+
+SIDE, GAP = 8, 8
+"""Least distance to the other edges, and between two, in pixels."""
+
+_PLACES = {
+    QEvent.Type.Show,
+    QEvent.Type.Hide,
+    QEvent.Type.LayoutRequest,
+    QEvent.Type.ShowToParent,
+    QEvent.Type.HideToParent,
+}
+"""Events after which something has another size, or is there or gone."""
+
+
+class Floating(QObject):
+    """Keeps widgets over an area in their places, each as large as it must be.
+
+    Cards begin in the lower left corner, clear of the image's centre. They are dragged by their
+    title, or wherever else no control is; a double click there puts a card back.
+    """
+
+    def __init__(self, area: QWidget) -> None:
+        super().__init__(area)
+        self._area = area
+        self._columns: dict[str, list[QWidget]] = {"top": [], "bottom": []}
+        self._around: QWidget | None = None
+        self._grip: tuple[QWidget, QPoint] | None = None
+        self._moved: dict[QWidget, QPointF] = {}
+        area.installEventFilter(self)
+
+    def add(self, column: Literal["top", "bottom"], widget: QWidget) -> None:
+        """Have a widget float at the top, or at the bottom, below or next to those there."""
+        hidden = widget.isHidden()
+        widget.setParent(self._area)
+        # A new parent hides what it is given.
+        widget.setVisible(not hidden)
+        widget.installEventFilter(self)
+        self._columns[column].append(widget)
+        self._place()
+
+    def set_corner_of(self, widget: QWidget | None) -> None:
+        """Put what floats at the bottom in the corner of a widget of the area; None: of all."""
+        self._around = widget
+        self._place()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the area's size, the sizes of what floats, and the mouse that drags a card."""
+        if isinstance(event, QMouseEvent) and watched in self._columns["bottom"]:
+            return self._drag(watched, event)
+        resized = event.type() == QEvent.Type.Resize and watched is self._area
+        if resized or event.type() in _PLACES:
+            self._place()
+        return False
+
+    def _place(self) -> None:
+        area = self._area.rect()
+        y = TOP
+        for widget in self._shown("top"):
+            size = self._size_of(widget, area)
+            widget.setGeometry((area.width() - size.width()) // 2, y, size.width(), size.height())
+            y += size.height() + GAP
+        sizes = {widget: self._size_of(widget, area) for widget in self._shown("bottom")}
+        for widget in [widget for widget in sizes if widget in self._moved]:
+            size, share = sizes.pop(widget), self._moved[widget]
+            free = _room(area, size)
+            left, top = round(share.x() * free.x()), round(share.y() * free.y())
+            widget.setGeometry(left, top, size.width(), size.height())
+        in_row = sum(size.width() + GAP for size in sizes.values()) - GAP
+        rows = [sizes] if in_row <= area.width() - 2 * SIDE else [{w: s} for w, s in sizes.items()]
+        y = area.height() - BOTTOM
+        for row in rows:
+            y = self._place_row(row, y) - GAP
+
+    def _place_row(self, row: dict[QWidget, QSize], bottom: int) -> int:
+        """Place widgets next to each other, and return their upper edge."""
+        width = sum(size.width() + GAP for size in row.values()) - GAP
+        corner = self._ground().left() + SIDE
+        left = max(min(corner, self._area.width() - SIDE - width), 0)
+        top = bottom
+        for widget, size in row.items():
+            # On a low screen it may lie over the captions, but not beyond the area.
+            upper = max(bottom - size.height(), 0)
+            # Where the lowest would reach the image's centre, it lies over the colour bars.
+            if self._is_lowest(bottom) and upper <= self._ground().center().y():
+                upper = max(self._area.height() - SIDE - size.height(), 0)
+            widget.setGeometry(left, upper, size.width(), size.height())
+            left += size.width() + GAP
+            top = min(top, upper)
+        return top
+
+    def _shown(self, column: str) -> list[QWidget]:
+        widgets = [widget for widget in self._columns[column] if not widget.isHidden()]
+        for widget in widgets:
+            widget.raise_()
+        return widgets
+
+    def _size_of(self, widget: QWidget, area: QRect) -> QSize:
+        width = min(widget.sizeHint().width(), area.width() - 2 * SIDE)
+        high = widget.heightForWidth(width) if widget.hasHeightForWidth() else -1
+        return QSize(width, high if high >= 0 else widget.sizeHint().height())
+
+    def _ground(self) -> QRect:
+        """Where cards have their corner."""
+        around = self._around
+        if around is None or around.isHidden():
+            return self._area.rect()
+        return QRect(around.mapTo(self._area, around.rect().topLeft()), around.size())
+
+    def _is_lowest(self, bottom: int) -> bool:
+        return bottom == self._area.height() - BOTTOM
+
+    def _drag(self, card: QWidget, event: QMouseEvent) -> bool:
+        """Take, move or let go a card; controls on it have their clicks before."""
+        kind, at = event.type(), event.globalPosition().toPoint()
+        is_left = event.button() == Qt.MouseButton.LeftButton
+        if kind == QEvent.Type.MouseButtonPress and is_left:
+            self._grip = card, at - card.pos()
+        elif kind == QEvent.Type.MouseButtonDblClick and is_left:
+            self._moved.pop(card, None)
+            self._place()
+        elif kind == QEvent.Type.MouseMove and self._grip is not None and self._grip[0] is card:
+            free, place = _room(self._area.rect(), card.size()), at - self._grip[1]
+            # A share of the room, so that it follows the window's size.
+            self._moved[card] = QPointF(
+                min(max(place.x() / max(free.x(), 1), 0.0), 1.0),
+                min(max(place.y() / max(free.y(), 1), 0.0), 1.0),
+            )
+            self._place()
+        elif kind == QEvent.Type.MouseButtonRelease:
+            self._grip = None
+        # What happens on a card is not the image's.
+        return True
+
+
+def _room(area: QRect, size: QSize) -> QPoint:
+    """Largest place of a widget's upper left corner in an area."""
+    return QPoint(max(area.width() - size.width(), 0), max(area.height() - size.height(), 0))

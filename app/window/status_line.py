@@ -15,12 +15,7 @@ from app.controls import ElidedLabel, announce
 from app.short_numbers import MINUS, without_zero
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
-from app.window.gesture_table import status_keys
-
-FILES = "Files"
-IMAGES, DRAWING, REGIONS, MAP = "Images", "Drawing a region", "Regions", "Map of TFs (B)"
-PLOT, VALUE = "Transfer function", "Value under the mouse"
-PANEL = "Values and edits"
+from app.window.help_pages import status_keys
 
 
 class KeyHints(QObject):
@@ -40,8 +35,8 @@ class KeyHints(QObject):
         self._images, self._plot = images, plot
         self._is_empty = True
         for each in maps:
-            each.setStatusTip(status_keys(MAP))
-        panel.setStatusTip(status_keys(PANEL))
+            each.setStatusTip(status_keys("Map of TFs (B)"))
+        panel.setStatusTip(status_keys("Values and edits"))
         regions.changed.connect(lambda _what: self._follow())
         self._follow()
         self.show("")
@@ -57,21 +52,18 @@ class KeyHints(QObject):
 
     def _of_images(self) -> str:
         if self._is_empty:
-            return status_keys(FILES)
+            return status_keys("Files")
         if self._regions.tool is not None:
-            return status_keys(DRAWING)
-        return status_keys(IMAGES if self._regions.active is None else REGIONS)
+            return status_keys("Drawing a region")
+        return status_keys("Images" if self._regions.active is None else "Regions")
 
     def _follow(self) -> None:
         """Give images and plot the keys of what is under way."""
-        shown, band = self._status.keys, self._regions.band
-        plot = status_keys(PLOT if band is None else VALUE)
-        if self._is_empty:
-            plot = ""
-        for widget, keys in (
-            *((image, self._of_images()) for image in self._images),
-            (self._plot, plot),
-        ):
+        shown = self._status.keys
+        plot = "Transfer function" if self._regions.band is None else "Value under the mouse"
+        tips = dict.fromkeys(self._images, self._of_images())
+        tips[self._plot] = "" if self._is_empty else status_keys(plot)
+        for widget, keys in tips.items():
             if shown and shown == widget.statusTip():
                 # The mouse is there, and does not come anew.
                 self._status.set_keys(keys)

@@ -30,9 +30,8 @@ from app.window.crop_card import CropCard
 from app.window.empty_card import EmptyCard
 from app.window.figure_saving import FigureSaving
 from app.window.files import Files
-from app.window.floating import Floating
 from app.window.image_error import ImageError
-from app.window.notices import Notices
+from app.window.notices import Floating, Notices
 from app.window.overlays import Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.presets import Presets

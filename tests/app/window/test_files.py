@@ -16,7 +16,7 @@ from window_fakes import PATIENCE_S
 
 from app.window import files
 from app.window.main_window import MainWindow
-from app.window.properties_dialog import PropertiesDialog
+from app.window.volume_dialogs import PropertiesDialog
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.volume import Volume

@@ -5,7 +5,7 @@ from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.window.floating import BOTTOM, SIDE, TOP, Floating
+from app.window.notices import BOTTOM, SIDE, TOP, Floating
 
 
 class Card(QWidget):

@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.theme import apply_theme
-from app.window.gesture_table import status_keys
+from app.window.help_pages import status_keys
 from app.window.main_window import MainWindow
 from app.window.settings_dialog import apply_single_keys
 from model.scene.region import Outline

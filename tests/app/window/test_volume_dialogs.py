@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from window_fakes import make_volume
 
-from app.window.contents_dialog import ContentsDialog
+from app.window.volume_dialogs import ContentsDialog
 from model.errors import VolumeError
 from model.scene.file_facts import Content, FileFacts
 from model.scene.volume import Volume
