@@ -221,13 +221,13 @@ class FigureDialog(QDialog):
 
     def _connect(self) -> None:
         self.which_box.currentIndexChanged.connect(self._set_present)
-        self.movie_box.toggled.connect(self._follow)
         self.size_box.activated.connect(self._take_preset)
-        self.width_box.valueChanged.connect(partial(self._take_side, self.width_box))
-        self.height_box.valueChanged.connect(partial(self._take_side, self.height_box))
-        for box in (self.keep, self.legend_box, self.scale_box):
-            box.toggled.connect(self._follow)
-        self.background_box.currentIndexChanged.connect(self._follow)
+        for side in (self.width_box, self.height_box):
+            side.valueChanged.connect(partial(self._take_side, side))
+        switches = (self.movie_box, self.keep, self.legend_box, self.scale_box)
+        changes = [switch.toggled for switch in switches]
+        for changed in (*changes, self.background_box.currentIndexChanged):
+            changed.connect(self._follow)
 
     def _copy(self) -> None:
         self.copies = True

@@ -204,11 +204,7 @@ def paint_legend(
     left = rect.right() - margin - widest - 2 * gap - strip
     bar = QRectF(left, rect.bottom() - margin - text / 2 - length, strip, length)
     profile = QRectF(left - 0.9 * gap - curve, bar.top(), curve, length)
-    painter.save()
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    # A rendering may use any composition; the legend is always painted over it.
-    painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceOver)
-    pens = Pens(painter, max(text / 12, 1.0), font, is_bright(background))
+    pens = _pens(painter, text, background)
     _paint_colors(painter, bar, profile, tf, pens)
     for place, label in marks:
         y = bar.bottom() - place * length

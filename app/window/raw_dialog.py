@@ -218,13 +218,14 @@ class RawDialog(QDialog):
         column.addWidget(self._buttons)
 
     def _connect(self) -> None:
-        for box in self.dimension_boxes:
-            box.valueChanged.connect(lambda _value: self._check())
-        self.offset_box.valueChanged.connect(lambda _value: self._check())
-        for spacing_box in self.spacing_boxes:
-            spacing_box.valueChanged.connect(lambda _value: self._check())
-        for choice in (self.type_box, self.order_box):
-            choice.activated.connect(lambda _row: self._check())
+        for changed in (
+            *(box.valueChanged for box in self.dimension_boxes),
+            *(box.valueChanged for box in self.spacing_boxes),
+            self.offset_box.valueChanged,
+            self.type_box.activated,
+            self.order_box.activated,
+        ):
+            changed.connect(lambda _value: self._check())
 
     def _show_layout(self, layout: RawLayout) -> None:
         """Show a layout in the fields, other than its spacing."""
