@@ -46,7 +46,6 @@ _SHAPES = {
     "eye": '<path d="M1.8 9S4.5 4.5 9 4.5 16.2 9 16.2 9 13.5 13.5 9 13.5 1.8 9 1.8 9z"/>'
     '<circle cx="9" cy="9" r="2.2"/>',
     "home": '<path d="M2.8 9L9 3.3 15.2 9M4.6 7.6v7h3.2v-4h2.4v4h3.2v-7"/>',
-    "swap": '<path d="M3 6.5h11l-2.5-2.5M15 11.5H4l2.5 2.5"/>',
 }
 """Drawings by name, on a square of 18 by 18."""
 

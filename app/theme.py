@@ -40,17 +40,6 @@ class Colors:
     attention: str
     error: str
 
-    @property
-    def grounds(self) -> dict[str, str]:
-        """What text stands on, by role."""
-        return {name: getattr(self, name) for name in ("window", "panel", "field", "plot")}
-
-    @property
-    def inks(self) -> dict[str, str]:
-        """What text is written in, by role; disabled text carries no meaning."""
-        names = ("text", "dim", "change", "visible", "attention", "error")
-        return {name: getattr(self, name) for name in names}
-
 
 DARK = Colors(
     window="#17181a",
@@ -218,13 +207,7 @@ QPushButton:checked, QToolButton:checked {{
 }}
 QPushButton:focus {{ border-color: {c.change}; }}
 QPushButton:disabled {{ color: {c.disabled}; background: {c.panel}; }}
-QToolButton[role="title"] {{
-    font-weight: 600; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
-}}
-QToolButton[role="title"]:hover {{ background: {c.field}; border-color: {c.line}; }}
-QToolButton[role="title"]::menu-indicator, QToolButton[role="flat"]::menu-indicator {{
-    image: none;
-}}
+QToolButton[role="flat"]::menu-indicator {{ image: none; }}
 QToolButton[role="flat"] {{
     background: transparent; border: 1px solid transparent; border-radius: 4px; padding: 2px 4px;
 }}
@@ -239,12 +222,6 @@ QCheckBox::indicator {{
 }}
 QCheckBox::indicator:checked {{ background: {c.change}; border-color: {c.change}; }}
 QCheckBox::indicator:disabled {{ border-color: {c.disabled}; }}
-QRadioButton::indicator {{
-    width: 11px; height: 11px; border-radius: 6px; border: 1px solid {c.dim};
-    background: {c.field};
-}}
-QRadioButton::indicator:checked {{ background: {c.change}; border-color: {c.change}; }}
-QRadioButton:focus {{ color: {c.change}; }}
 """
 
 
