@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QRect, QSize, Qt
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent
+from PySide6.QtCore import QSize, QSizeF, Qt
+from PySide6.QtGui import QImage, QPixmap, QResizeEvent
 from PySide6.QtWidgets import (
     QDialog,
     QDialogButtonBox,
     QFormLayout,
+    QGridLayout,
     QHBoxLayout,
     QLabel,
     QSizePolicy,
@@ -29,70 +30,55 @@ from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout, guess_lay
 from model.volume_files.raw_preview import file_size, fit_sentence, preview
 
 SIZE = 220
-"""Least width of the picture, in pixels."""
-
-CAPTION_HEIGHT = 22
+"""Least side of a picture, in pixels: three fit side by side on a laptop's screen."""
 
 
-class SlicePreview(QWidget):
-    """Shows a slice as large as possible in its true proportions, above a caption."""
+class SlicePreview(QLabel):
+    """Shows a slice as large as possible in its true proportions.
 
-    def __init__(self, caption: str) -> None:
-        super().__init__()
-        self._caption = caption
-        self._image: QImage | None = None
-        self._proportions = (1.0, 1.0)
+    Attributes
+    ----------
+    image : QImage or None
+        One pixel a value; None if there is none.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(alignment=Qt.AlignmentFlag.AlignCenter)
+        self.image: QImage | None = None
+        self._proportions = QSizeF(1.0, 1.0)
+        self.setMinimumSize(SIZE, SIZE)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-
-    @property
-    def image(self) -> QImage | None:
-        """Displayed slice, one pixel a value; None if there is none."""
-        return self._image
+        self.setStyleSheet(f"background: {theme.CANVAS}; border-radius: 6px")
 
     def show_slice(self, levels: NDArray[np.uint8], width: float, height: float) -> None:
         """Show a slice of uint8 (H, W) with its width and height in any unit."""
         rows, columns = levels.shape
-        stored = np.ascontiguousarray(levels)
+        stored, gray = np.ascontiguousarray(levels), QImage.Format.Format_Grayscale8
         # The copy makes the image own its pixels.
-        self._image = QImage(
-            stored.data, columns, rows, columns, QImage.Format.Format_Grayscale8
-        ).copy()
-        self._proportions = (width, height)
-        self.update()
+        self.image = QImage(stored.data, columns, rows, columns, gray).copy()
+        self._proportions = QSizeF(width, height)
+        self._draw()
 
-    def clear(self) -> None:
-        """Show nothing but the caption."""
-        self._image = None
-        self.update()
+    def show_nothing(self) -> None:
+        """Show no slice."""
+        self.image = None
+        self.clear()
 
-    def sizeHint(self) -> QSize:
-        """Return the size at which three fit side by side on a laptop's screen."""
-        return QSize(SIZE, SIZE + CAPTION_HEIGHT)
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Draw the slice as large as possible."""
+        super().resizeEvent(event)
+        self._draw()
 
-    def minimumSizeHint(self) -> QSize:
-        """Return the same."""
-        return self.sizeHint()
-
-    def paintEvent(self, _event: QPaintEvent) -> None:
-        """Paint the slice and the caption."""
-        painter = QPainter(self)
-        frame = self.rect().adjusted(0, 0, 0, -CAPTION_HEIGHT)
-        painter.setRenderHints(
-            QPainter.RenderHint.SmoothPixmapTransform | QPainter.RenderHint.Antialiasing
-        )
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(QColor(theme.CANVAS))
-        painter.drawRoundedRect(frame, 6, 6)
-        if self._image is not None:
-            width, height = self._proportions
-            scale = min(frame.width() / width, frame.height() / height)
-            place = QRect(0, 0, max(round(width * scale), 1), max(round(height * scale), 1))
-            place.moveCenter(frame.center())
-            painter.drawImage(place, self._image)
-        painter.setPen(QColor(theme.DIM_TEXT))
-        caption = QRect(0, frame.height(), self.width(), CAPTION_HEIGHT)
-        painter.drawText(caption, Qt.AlignmentFlag.AlignCenter, self._caption)
-        painter.end()
+    def _draw(self) -> None:
+        if self.image is not None:
+            keep = Qt.AspectRatioMode.KeepAspectRatio
+            size = self._proportions.scaled(QSizeF(self.size()), keep).toSize()
+            shown = self.image.scaled(
+                size.expandedTo(QSize(1, 1)),
+                Qt.AspectRatioMode.IgnoreAspectRatio,
+                Qt.TransformationMode.SmoothTransformation,
+            )
+            self.setPixmap(QPixmap.fromImage(shown))
 
 
 MOST_VOXELS = 100_000
@@ -126,7 +112,7 @@ class RawDialog(QDialog):
         self.type_box, self.order_box = list_box(), list_box()
         self.spacing_boxes = [NumberBox() for _ in range(3)]
         self.offset_box = WholeNumberBox()
-        self.slices = [SlicePreview(f"Middle slice across {axis}") for axis in "xyz"]
+        self.slices = [SlicePreview() for _ in "xyz"]
         self._fit = QLabel()
         self._buttons = QDialogButtonBox()
         self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
@@ -195,10 +181,14 @@ class RawDialog(QDialog):
         size = QLabel(f"{self._path.name}, {readable_size(self._present)}")
         size.setTextFormat(Qt.TextFormat.PlainText)
         size.setProperty("role", "title")
-        slices = QHBoxLayout()
-        slices.setSpacing(12)
-        for widget in self.slices:
-            slices.addWidget(widget)
+        slices = QGridLayout()
+        slices.setSpacing(8)
+        slices.setRowStretch(0, 1)
+        for place, (axis, widget) in enumerate(zip("xyz", self.slices, strict=True)):
+            caption = QLabel(f"Middle slice across {axis}")
+            caption.setProperty("role", "dim")
+            slices.addWidget(widget, 0, place)
+            slices.addWidget(caption, 1, place, Qt.AlignmentFlag.AlignHCenter)
         self._fit.setWordWrap(True)
         self._fit.setTextFormat(Qt.TextFormat.PlainText)
         # Room for two lines, so that nothing moves while numbers are entered.
@@ -256,7 +246,7 @@ class RawDialog(QDialog):
 
     def _show_problem(self, problem: str) -> None:
         for widget in self.slices:
-            widget.clear()
+            widget.show_nothing()
         self._fit.setText(problem)
         self._fit.setStyleSheet(f"color: {theme.ERROR}")
         self.open_button.setEnabled(False)
