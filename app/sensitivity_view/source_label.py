@@ -60,7 +60,7 @@ class SourceLabel(QLabel):
     def _source_text(self) -> str:
         asker = self._asker
         exact, parts = asker.exact_source, []
-        name = gloss(exact.capitalize())
+        name = gloss("Exact" if exact == "exact" else "Surrogate")
         if exact in asker.regions:
             parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {name}")
         if "learned" in asker.regions:

@@ -24,13 +24,13 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from model.scene.file_facts import ChoiceKind, Content
 from model.errors import VolumeError
+from model.scene.file_facts import ChoiceKind, Content
 from model.scene.volume import Volume
-from model.volume_files.frame import typed_spacing
 from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import Choice
 from model.volume_files.description import describe
+from model.volume_files.frame import typed_spacing
 
 TITLES: dict[ChoiceKind, str] = {
     "series": "Series",
