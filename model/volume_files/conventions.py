@@ -145,19 +145,23 @@ def decoded(
     missing: NDArray[np.bool_] | None = None
     found = values
     if packing:
-        import xarray
-
-        names = [f"axis{k}" for k in range(values.ndim)]
-        stored = xarray.Dataset({"values": (names, values, packing)})
-        found = xarray.decode_cf(stored, decode_times=False)["values"].values
-        if packing.keys() & {"_FillValue", "missing_value"}:
-            missing = np.isnan(found)
-            found[missing] = 0
-        if not packing.keys() & {"scale_factor", "add_offset"}:
-            is_unsigned = packing.get("_Unsigned") == "true"
-            found = found.astype(f"u{dtype.itemsize}" if is_unsigned else dtype, copy=False)
-        elif dtype.itemsize <= 2:
-            found = found.astype(np.float32, copy=False)
+        is_scaled = bool(packing.keys() & {"scale_factor", "add_offset"})
+        has_fills = bool(packing.keys() & {"_FillValue", "missing_value"})
+        if is_scaled:
+            kind = (
+                np.dtype(np.float32) if dtype.itemsize <= 2 else _unpacked(values[0], packing).dtype
+            )
+            found = np.empty(values.shape, kind)
+        else:
+            found = values.view(f"u{dtype.itemsize}" if "_Unsigned" in packing else dtype)
+        missing = np.zeros(values.shape, bool) if has_fills else None
+        # Plane by plane, as the numbers in between take more memory than the volume.
+        for k, plane in enumerate(values):
+            numbers = _unpacked(plane, packing)
+            if missing is not None:
+                missing[k] = np.isnan(numbers)
+                numbers[missing[k]] = 0
+            found[k] = numbers
     outside = _outside(found, dtype, attributes, packing)
     if outside is None or not outside.any():
         return found, missing, ()
@@ -165,6 +169,16 @@ def decoded(
         note = "The file's valid range holds none of its values; it is left aside."
         return found, missing, (note,)
     return found, outside if missing is None else outside | missing, ()
+
+
+def _unpacked(values: NDArray[Any], packing: dict[str, Any]) -> NDArray[Any]:
+    """Return what values mean by their packing, with NaN for what is missing."""
+    import xarray
+
+    names = [f"axis{k}" for k in range(values.ndim)]
+    stored = xarray.Dataset({"values": (names, values, packing)})
+    found: NDArray[Any] = xarray.decode_cf(stored, decode_times=False)["values"].values
+    return found
 
 
 def _outside(

@@ -108,61 +108,22 @@ def sheared_back(
     values, missing voxels, and how many voxels before the first slice the grid begins along x and
     y.
     """
+    from scipy.ndimage import affine_transform
+
     nz, ny, nx = values.shape
     more = [math.ceil(abs(step) * (nz - 1) - 1e-6) for step in shear]
     start = [count if step < 0 else 0 for count, step in zip(more, shear, strict=True)]
     shape = nz, ny + more[1], nx + more[0]
     moved, absent = np.zeros(shape, values.dtype), np.ones(shape, bool)
-    for z in range(nz):
-        x, y = start[0] + z * shear[0], start[1] + z * shear[1]
-        plane, nothing = values[z], None if missing is None else missing[z]
-        _place(moved[z], absent[z], plane, nothing, x, y)
+    for z, plane in enumerate(values):
+        places = [-round(start[k] + z * shear[k], 6) for k in (1, 0)]
+        known = np.ones(plane.shape) if missing is None else (~missing[z]).astype(float)
+        pixels, there = (
+            affine_transform(each, (1.0, 1.0), places, shape[1:], order=1)
+            for each in (plane.astype(np.float64), known)
+        )
+        # Where a voxel has all the neighbors that it lies between.
+        absent[z] = there < 1 - 1e-6
+        pixels = np.rint(pixels) if values.dtype.kind in "iu" else pixels
+        moved[z] = np.where(absent[z], 0, pixels).astype(values.dtype)
     return moved, absent, (start[0], start[1])
-
-
-def _place(
-    target: NDArray[np.generic],
-    absent: NDArray[np.bool_],
-    plane: NDArray[np.generic],
-    nothing: NDArray[np.bool_] | None,
-    x: float,
-    y: float,
-) -> None:
-    """Put a slice into a larger one at a place between its voxels."""
-    known = np.ones(plane.shape, bool) if nothing is None else ~nothing
-    pixels = plane.astype(np.float64)
-    for axis, place in ((1, x), (0, y)):
-        whole, rest = divmod(round(place, 6), 1)
-        pixels, known = _shifted(pixels, known, axis, int(whole), rest, target.shape[axis])
-    if target.dtype.kind in "iu":
-        pixels = np.rint(pixels)
-    target[...] = np.where(known, pixels, 0).astype(target.dtype)
-    absent[...] = ~known
-
-
-def _shifted(
-    pixels: NDArray[np.float64],
-    known: NDArray[np.bool_],
-    axis: int,
-    whole: int,
-    rest: float,
-    length: int,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Shift along an axis by `whole` voxels and a `rest` from 0 to 1, in `length` voxels."""
-    shape = list(pixels.shape)
-    shape[axis] = length + 1
-    count = pixels.shape[axis]
-    wide, there = np.zeros(shape), np.zeros(shape, bool)
-    place = [slice(None), slice(None)]
-    # One voxel of room before, for the neighbor of the first.
-    room = shape[axis] - (whole + 1)
-    kept = [slice(None), slice(None)]
-    kept[axis] = slice(0, min(count, room))
-    place[axis] = slice(whole + 1, whole + 1 + min(count, room))
-    wide[tuple(place)], there[tuple(place)] = pixels[tuple(kept)], known[tuple(kept)]
-    upper, lower = [slice(None), slice(None)], [slice(None), slice(None)]
-    upper[axis], lower[axis] = slice(1, None), slice(0, -1)
-    if rest == 0:
-        return wide[tuple(upper)], there[tuple(upper)]
-    mixed = (1 - rest) * wide[tuple(upper)] + rest * wide[tuple(lower)]
-    return mixed, there[tuple(upper)] & there[tuple(lower)]
