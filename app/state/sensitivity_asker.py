@@ -70,8 +70,8 @@ class SensitivityAsker(QObject):
 
     Attributes
     ----------
-    is_starting : bool
-        Whether a volume's first pictures are still to be drawn: all is asked after them.
+    is_starting : callable
+        Says whether a volume's first pictures are still to be drawn: all is asked after them.
     window : tuple of float
         The scalar values of interest.
     exact_source : Source
@@ -105,7 +105,7 @@ class SensitivityAsker(QObject):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(parent)
-        self.is_starting = False
+        self.is_starting: Callable[[], bool] = lambda: False
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
@@ -349,7 +349,7 @@ class SensitivityAsker(QObject):
     def _ask(self, *questions: Question, seconds: float | None = None) -> None:
         """Ask some questions, or call off what is not to be asked any more."""
         live = seconds is not None
-        if self.is_starting or (self.state.live and not live):
+        if self.is_starting() or (self.state.live and not live):
             return
         orders = {question: self.order(question, live) for question in questions}
         kinds = [self._kind("exact", each) for each in questions if "exact" in orders[each]]

@@ -96,6 +96,7 @@ class Workspace(QObject):
         self._scheduler = ImageScheduler(state, generator, reference, self)
         both: dict[EngineName, EngineClient] = {"exact": analyst, "learned": generator}
         self.sensitivity = SensitivityAsker(state, sensitivity, both, self)
+        self.sensitivity.is_starting = lambda: not self.reference.has_drawn
         self.latent = LatentPictures(state, latent, both, brightness, builders.latent_space, self)
         self.reference = ReferenceWork(
             state, reference, analyst, builders, self._scheduler, preferences, self
@@ -334,7 +335,6 @@ class Workspace(QObject):
         if self._opened is not None:
             lighting = self.reference.settings.lighting
             source: Source = "exact" if lighting in EXACT_LIGHTINGS else "surrogate"
-            self.sensitivity.is_starting = not self.reference.has_drawn
             self.sensitivity.start_volume(self._opened.window, source)
             self.sensitivity.ask()
             self.latent.restart()
