@@ -35,19 +35,8 @@ SENSITIVITIES = 20
 def study_models(name: str, job: TrainingJob, images: int, count: int) -> list[Path]:
     """Render missing samples, train and measure missing models, write table and figures.
 
-    Parameters
-    ----------
-    name : str
-        Name of the study.
-    job : TrainingJob
-        Settings common to all variants; its folder is the study's.
-    images, count : int
-        Numbers of training samples and of hold-out samples.
-
-    Returns
-    -------
-    list of Path
-        The files that were written.
+    The job has the settings of all variants, and the study's folder; `images` is the number of
+    training samples, `count` that of hold-out samples. The files written are returned.
     """
     require("evaluate")
     study = STUDIES[name]

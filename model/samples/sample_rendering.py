@@ -6,8 +6,9 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -72,14 +73,9 @@ def render_store(
     with ProcessPoolExecutor(
         workers, context, initializer=_start_worker, initargs=(store.path, volume)
     ) as pool:
-        running: set[Future[int]] = set()
         try:
-            for task in tasks:
-                running.add(pool.submit(_render_block, *task))
-                if len(running) >= 2 * workers:
-                    running = _drain(running, on_progress)
-            while running:
-                running = _drain(running, on_progress)
+            for done in as_completed([pool.submit(_render_block, *task) for task in tasks]):
+                on_progress(done.result())
         except BrokenProcessPool as error:
             raise RenderError(
                 "A rendering process ended unexpectedly (out of memory?); "
@@ -91,37 +87,29 @@ def render_store(
             raise
 
 
-def _drain(running: set[Future[int]], on_progress: Callable[[int], None]) -> set[Future[int]]:
-    done, rest = wait(running, return_when=FIRST_COMPLETED)
-    for future in done:
-        on_progress(future.result())
-    return rest
-
-
-class _Worker:
-    """State that a rendering process keeps between blocks."""
-
-    path: Path
-    volume: Volume
-    store: SampleStore | None = None
-    renderer: Renderer
+_given: tuple[Path, Volume]
+"""The store's folder and the volume of a rendering process."""
 
 
 def _start_worker(path: Path, volume: Volume) -> None:
+    global _given
     # Each process renders its own blocks; Mesa's threads would compete with them.
     os.environ.setdefault("LP_NUM_THREADS", "1")
     # The parent process handles Ctrl-C and stops the pool.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _Worker.path, _Worker.volume = path, volume
+    _given = path, volume
+
+
+@cache
+def _opened() -> tuple[SampleStore, Renderer]:
+    # Not at the start of the process, so that errors reach the parent process.
+    path, volume = _given
+    store = SampleStore(path)
+    return store, make_renderer(volume, store.scene)
 
 
 def _render_block(split: Split, block: range) -> int:
-    store = _Worker.store
-    if store is None:
-        # Not at the start of the process, so that errors reach the parent process.
-        store = SampleStore(_Worker.path)
-        _Worker.renderer = make_renderer(_Worker.volume, store.scene)
-        _Worker.store = store
-    batch = render_samples(_Worker.renderer, store.scene, store.seed, split, block)
+    store, renderer = _opened()
+    batch = render_samples(renderer, store.scene, store.seed, split, block)
     store.write_block(split, block, batch)
     return len(batch)
