@@ -26,8 +26,15 @@ from app.controls import list_box
 from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
 from model.volume_files.checks import readable_size
-from model.volume_files.raw import SCALAR_TYPES, ByteOrder, RawLayout, guess_layout
-from model.volume_files.raw_preview import file_size, fit_sentence, preview
+from model.volume_files.raw import (
+    SCALAR_TYPES,
+    ByteOrder,
+    RawLayout,
+    file_size,
+    fit_sentence,
+    guess_layout,
+    preview,
+)
 
 SIZE = 220
 """Least side of a picture, in pixels: three fit side by side on a laptop's screen."""

@@ -27,8 +27,7 @@ from volume_writers import (
 from model.errors import VolumeError
 from model.volume_files import RawLayout, describe, read_volume
 from model.volume_files.progress import ReadingCancelledError, watched
-from model.volume_files.raw import guess_layout
-from model.volume_files.raw_preview import fit_sentence, preview
+from model.volume_files.raw import fit_sentence, guess_layout, preview
 
 ROOT = Path(__file__).parents[3]
 SHIPPED = {
