@@ -111,6 +111,9 @@ class ReferenceChoices:
 PANE_REST_MS = 150
 """Pause after the last change of a pane's size before an image is drawn for it."""
 
+FIRST_REST_MS = 1000
+"""Time that a volume's first picture, in a quicker light, stays before path-traced ones follow."""
+
 LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
 
@@ -200,6 +203,9 @@ class ReferenceWork(QObject):
         reference.stateChanged.connect(self._note_failure)
         self._kernel_wait = KernelWait(reference)
         self._vtk_problem = ""
+        self._is_first = False
+        self._first_rest = QTimer(self, singleShot=True, interval=FIRST_REST_MS)
+        self._first_rest.timeout.connect(self._end_first)
         self._asked_lighting: LightingChoice | None = None
         self._proposed_lighting: LightingChoice = "auto"
 
@@ -263,6 +269,8 @@ class ReferenceWork(QObject):
         relit = choices.lighting != self.choices.lighting
         traded = choices.stop != self.choices.stop
         self.choices = choices
+        if relit and self._volume is not None:
+            self._is_first = False
         if keep:
             if relit and self._volume is not None:
                 self._preferences.note_volume(self._volume.fingerprint, lighting=choices.lighting)
@@ -292,6 +300,8 @@ class ReferenceWork(QObject):
         if is_new:
             self._slow_lights = SlowLights()
             self._vtk_problem = ""
+            self._is_first = self._reference not in self._scheduler.hidden
+            self._first_rest.stop()
             sample = sample_of(volume)
             self.light.start(volume.fingerprint, None if sample is None else sample.light)
             self._take_light(before)
@@ -330,6 +340,7 @@ class ReferenceWork(QObject):
     def stop(self) -> None:
         """Follow the pane no more, and prepare nothing."""
         self._pane_rest.stop()
+        self._first_rest.stop()
         self._kernel_wait.end()
         self.preparation.stop()
 
@@ -409,9 +420,11 @@ class ReferenceWork(QObject):
         if wanted.renderer == "vtk" and by_vtk == lighting:
             return wanted
         others: tuple[Lighting, ...] = (by_vtk,)
-        if lighting == "path" and self._vtk_problem:
+        if lighting == "path" and (self._vtk_problem or self._is_first):
             others = "soft", by_vtk
-        for other in (lighting, *others):
+        # The first path-traced picture takes seconds.
+        late = lighting == "path" and self._is_first
+        for other in (*others, lighting) if late else (lighting, *others):
             settings = replace(wanted, lighting=other, passes=other != lighting)
             if self._are_prepared(settings, images_only=True):
                 return settings
@@ -466,10 +479,20 @@ class ReferenceWork(QObject):
     def _take_first(self, _result: Result | None = None) -> None:
         """Begin what the first picture is not to wait for."""
         self.preparation.begin()
+        if self._is_first and self.settings != self.wanted and not self._first_rest.isActive():
+            self._first_rest.start()
         if not self.has_drawn:
             self.has_drawn = True
             if self._analyst_waits and self._are_prepared(self.settings):
                 self._start_analyst()
+
+    def _end_first(self) -> None:
+        """Have path-traced pictures follow the first one, once nothing moves."""
+        if self._state.live:
+            self._first_rest.start()
+        else:
+            self._is_first = False
+            self.follow(self._scene)
 
 
 def _remembered(preferences: Preferences) -> ReferenceChoices:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
+from ramp import make_volume
 
 from app.engines.requests import VisibilityRequest
 from app.state import generator_work
@@ -97,3 +98,23 @@ def test_live_questions_follow_live_images_and_leave_time_for_them(
     window.state.finish_view()
     settle(qtbot, window)
     assert live() <= before + 2
+
+
+def test_a_volume_that_was_seen_in_path_traced_light_opens_in_a_quicker_one(
+    qtbot, make_window, builders
+):
+    builders.volumes["other"] = make_volume("other", 300.0)
+    window = make_window(model=None)
+    reference = window.workspace.reference
+    reference._first_rest.setInterval(1)
+    # Who looks at it has it at once.
+    reference.choose(lighting="path")
+    assert reference.settings.lighting == "path"
+    lights = []
+    for name in ("other", "ramp"):
+        begun = len(builders.settings)
+        window.workspace.opening.open(Path(name))
+        qtbot.waitUntil(lambda name=name: window.workspace.opened.volume.name == name)
+        settle(qtbot, window)
+        lights.append([settings.lighting for settings in builders.settings[begun:]])
+    assert lights == [["soft"], ["soft", "path"]]
