@@ -15,7 +15,7 @@ from app.cli.captions import range_text, tf_text, view_text
 from app.cli.options import option
 from model.errors import LatentError, RenderError, reason
 from model.files import writing
-from model.latent.codes import Codes, PictureOf
+from model.latent.codes import Codes
 from model.latent.latent_map import LatentMap
 from model.latent.latent_space import LatentSpace
 from model.networks.card import load_card
@@ -26,22 +26,10 @@ from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.source import VolumeSource, volume_of
 
-PICTURES: dict[PictureOf, str] = {
-    "code": "drawn from the latent codes",
-    "tf": "drawn under the decoded TFs",
-}
-"""Subjects of pictures, for captions."""
-
 Images = NDArray[np.float32]
 
-
-@dataclass(frozen=True)
-class _Engine:
-    """What draws pictures of codes: images (n, S, S, 4) of codes (n, d) or of their TFs."""
-
-    draw: Callable[[Codes], Images]
-    close: Callable[[], None]
-    of: PictureOf
+Draw = Callable[[Codes], Images]
+"""From codes (n, d) to images (n, S, S, 4), of the codes or of their TFs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,22 +97,22 @@ class Latent:
         colors = first_transfer_function(volume)
         if self.tf is not None:
             colors = load_fitted(self.tf, volume.scalar_range, volume.scale)
-        engine = _engine(self, volume, space, SceneInputs.of(self.view, colors))
+        draw, close = _drawing(self, volume, space, SceneInputs.of(self.view, colors))
         try:
             found = _Found({})
             if self.grid is not None:
-                found = _grid(map_, self.grid, engine)
+                found = _grid(map_, self.grid, draw)
             if self.at is not None:
-                place = _at(space, map_, self.at, engine)
+                place = _at(space, map_, self.at, draw)
                 found = replace(place, arrays={**found.arrays, **place.arrays}, grid=found.grid)
             elif self.near is not None:
                 tf = load_fitted(self.near, volume.scalar_range, volume.scale)
-                found = _near(space, map_, tf.opacity, engine)
+                found = _near(space, map_, tf.opacity, draw)
         finally:
-            engine.close()
+            close()
         make_room_for(self.out)
         if self.out.suffix.lower() == ".png":
-            _draw_figure(self, volume, map_, found, colors, engine.of)
+            _draw_figure(self, volume, map_, found, colors)
         else:
             _write(self.out, map_, found, colors)
         samples = map_.samples
@@ -172,16 +160,16 @@ def _final(space: LatentSpace, map_: LatentMap) -> LatentMap:
     return map_.moved(places)
 
 
-def _engine(asked: Latent, volume: Volume, space: LatentSpace, inputs: SceneInputs) -> _Engine:
-    """Return what draws pictures of the view and the colours of the inputs."""
+def _drawing(
+    asked: Latent, volume: Volume, space: LatentSpace, inputs: SceneInputs
+) -> tuple[Draw, Callable[[], None]]:
+    """Return what draws pictures of the view and the colours of the inputs, and what ends it."""
     if asked.model is not None:
         from model.generator.generator import Generator
         from model.latent.code_pictures import draw_codes
 
         generator = Generator.load(asked.model)
-        return _Engine(
-            lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None, "code"
-        )
+        return lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None
     from model.rendering.raycast.renderer import RaycastRenderer
 
     renderer = RaycastRenderer(volume)
@@ -190,10 +178,10 @@ def _engine(asked: Latent, volume: Volume, space: LatentSpace, inputs: SceneInpu
         tfs = space.tfs_of(codes)
         return np.stack([renderer.render(replace(inputs, opacity_tf=tf), asked.size) for tf in tfs])
 
-    return _Engine(draw, renderer.close, "tf")
+    return draw, renderer.close
 
 
-def _grid(map_: LatentMap, brush: tuple[float, float, float, float], engine: _Engine) -> _Found:
+def _grid(map_: LatentMap, brush: tuple[float, float, float, float], draw: Draw) -> _Found:
     from app.figures.pages import mosaic
 
     cells = map_.cells(brush)
@@ -202,25 +190,25 @@ def _grid(map_: LatentMap, brush: tuple[float, float, float, float], engine: _En
         raise LatentError(
             "There is no sample in this rectangle; the map lies within -1 to 1 along both axes."
         )
-    drawn = engine.draw(cells.codes[filled])
+    drawn = draw(cells.codes[filled])
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
     images[filled] = drawn
     arrays: dict[str, NDArray[Any]] = {"cells": cells.codes, "count": cells.count, "images": images}
     return _Found(arrays, mosaic(images[..., :3]))
 
 
-def _at(space: LatentSpace, map_: LatentMap, place: tuple[float, float], engine: _Engine) -> _Found:
+def _at(space: LatentSpace, map_: LatentMap, place: tuple[float, float], draw: Draw) -> _Found:
     blend = map_.at(place)
     if not blend.samples:
         print("No sample lies in the disc around this place; the nearest one is taken.")
-    return _one(space, blend.code, np.array(place), engine, map_.radius)
+    return _one(space, blend.code, np.array(place), draw, map_.radius)
 
 
-def _near(space: LatentSpace, map_: LatentMap, tf: OpacityTF, engine: _Engine) -> _Found:
+def _near(space: LatentSpace, map_: LatentMap, tf: OpacityTF, draw: Draw) -> _Found:
     code = space.code_of(tf)
     place = map_.place(code)
     print(f"The TF lies near {place[0]:.3f},{place[1]:.3f} on the map.")
-    found = _one(space, code, np.array(place), engine)
+    found = _one(space, code, np.array(place), draw)
     return replace(found, arrays={**found.arrays, "neighbours": map_.nearest(code, 8)})
 
 
@@ -228,25 +216,20 @@ def _one(
     space: LatentSpace,
     code: NDArray[np.float32],
     place: NDArray[np.floating],
-    engine: _Engine,
+    draw: Draw,
     radius: float = 0.0,
 ) -> _Found:
     from model.scene.tf_fitting import fitted_curve
 
     tf = space.tf_of(code)
-    image = engine.draw(code[None])[0]
+    image = draw(code[None])[0]
     arrays = {"code": code, "place": place, "tf": tf.sample(), "image": image}
     x, y = (float(number) for number in place)
     return _Found(arrays, None, image[..., :3], (x, y, radius), fitted_curve(tf))
 
 
 def _draw_figure(
-    asked: Latent,
-    volume: Volume,
-    map_: LatentMap,
-    found: _Found,
-    colors: TransferFunction,
-    of: PictureOf,
+    asked: Latent, volume: Volume, map_: LatentMap, found: _Found, colors: TransferFunction
 ) -> None:
     from app.figures.latent_figure import LatentFigure, save_latent_figure
     from app.figures.tf_plot import TFPlot
@@ -272,12 +255,12 @@ def _draw_figure(
             found.picture,
             found.place,
             tf,
-            _explanation(asked, volume, of),
+            _explanation(asked, volume),
         ),
     )
 
 
-def _explanation(asked: Latent, volume: Volume, of: PictureOf) -> str:
+def _explanation(asked: Latent, volume: Volume) -> str:
     """Say what the parts of the figure are."""
     facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
     if asked.grid is not None:
@@ -287,9 +270,11 @@ def _explanation(asked: Latent, volume: Volume, of: PictureOf) -> str:
     elif asked.near is not None:
         facts.append("blue cross: the approximate place of the TF")
     if asked.grid is not None or asked.at is not None or asked.near is not None:
-        lighting = "none" if asked.model is None else load_card(asked.model).scene.lighting
+        subject, lighting = "under the decoded TFs", "none"
+        if asked.model is not None:
+            subject, lighting = "from the latent codes", load_card(asked.model).scene.lighting
         facts.append(
-            f"pictures {PICTURES[of]}, colours of the {tf_text(asked.tf)}, lighting {lighting}"
+            f"pictures drawn {subject}, colours of the {tf_text(asked.tf)}, lighting {lighting}"
         )
     units = f" {volume.units}" if volume.units else ""
     facts.append(f"TFs over {range_text(volume.scalar_range, volume.scale)}{units}")

@@ -52,7 +52,8 @@ class TrainingPlan:
 
     def check_recipe(self, found: dict[str, Any]) -> None:
         """Raise :class:`model.errors.TrainingError` if the run in the folder has another recipe."""
-        changed = _differences(_plain(self.recipe()), found)
+        # As read back from JSON, with lists instead of tuples.
+        changed = _differences(json.loads(json.dumps(self.recipe())), found)
         if changed:
             raise TrainingError(
                 f"{self.folder}: the run to resume has {', '.join(changed)}; "
@@ -102,12 +103,6 @@ def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -
         elif other != value:
             changed.append(f"{path}{name} {other}, not {value}")
     return changed
-
-
-def _plain(recipe: dict[str, Any]) -> dict[str, Any]:
-    """Return a recipe as read back from JSON, with lists instead of tuples."""
-    plain: dict[str, Any] = json.loads(json.dumps(recipe))
-    return plain
 
 
 BUILT_FOR = ("proportions", "view_range", "lighting")
