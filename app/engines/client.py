@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
 from itertools import count
@@ -168,8 +168,6 @@ class EngineClient(QObject):
 
     stateChanged = Signal(object)
     engineReady = Signal(object)
-    requested = Signal(object)
-    """Emitted with each request that is accepted, on any channel, before the engine has it."""
     settled = Signal()
     """Emitted when the newest final image, or an error or a note instead, is available."""
 
@@ -236,7 +234,6 @@ class EngineClient(QObject):
         """Submit a channel's request to the engine; ignored when paused or without an engine."""
         if self._worker is None or not self._takes_requests:
             return
-        self.requested.emit(request)
         if request.channel == IMAGES:
             self._wanted = request.sequence
         self._channels[request.channel].accept(request)
@@ -372,6 +369,15 @@ class EngineClient(QObject):
             self._retired.remove(worker)
             worker.join()
             worker.deleteLater()
+
+
+@dataclass(frozen=True)
+class Clients:
+    """Clients of a window's engines; the analyst is the ray caster that answers questions."""
+
+    generator: EngineClient
+    reference: EngineClient
+    analyst: EngineClient
 
 
 def _is_question(request: Request) -> bool:

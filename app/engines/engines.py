@@ -115,10 +115,14 @@ class Builders:
 
     read_volume: Callable[..., Volume]
     reference: Callable[[Volume, ReferenceSettings], Engine]
-    generator: Callable[[Path, str], Engine]
+    generator: Callable[..., Engine]
     analyst: Callable[[Volume, ReferenceSettings], Engine]
     latent_space: Callable[[Range, Range, ValueScale, Path | None], LatentSpace]
     kernels: Callable[[Volume, ReferenceSettings], tuple[KernelGroup, ...]] = lambda *_: ()
+
+    def on(self, device: str) -> Builders:
+        """Return the same with generators on a device: "auto", "cpu" or "cuda"."""
+        return replace(self, generator=partial(self.generator, device=device))
 
 
 class GeneratorEngine(Engine):

@@ -22,7 +22,8 @@ from app.engines.exactness import STOPS, Stop
 from app.engines.pace import SCALES
 from app.image_view.fidelity_line import FidelityLine
 from app.state.image_errors import LEAST_SAID, error_text, pace_text, rate_text
-from app.state.reference_work import ReferenceChoices, ReferenceWork
+from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceWork
 from app.wheel_guard import WheelGuard
 
 WIDTH, POPOVER_WIDTH = 76, 400

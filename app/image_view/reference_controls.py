@@ -23,7 +23,8 @@ from app.controls import add_action, text_button
 from app.engines.engines import ReferenceSettings
 from app.image_view.light_ball import LightBall
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
-from app.state.reference_work import ReferenceChoices, ReferenceWork
+from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
 from app.wheel_guard import WheelGuard
 from model.rendering.brightness import LIT_BRIGHTNESS

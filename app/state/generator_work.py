@@ -33,7 +33,7 @@ NO_MODEL = "No model of this volume yet."
 
 LOADING = "Loading the model …"
 
-PATH_WHO = "1 sample, denoised by a network"
+PATH_WHO = "1 sample, denoised"
 
 PATH_WORTH = (
     "This volume's model was trained in another light. This image has one path-traced sample per "
@@ -68,13 +68,11 @@ class GeneratorWork(QObject):
         self,
         client: EngineClient,
         builders: Builders,
-        device: str,
         parent: QObject,
     ) -> None:
         super().__init__(parent)
         self._client = client
         self._builders = builders
-        self._device = device
         self.folder: Path | None = None
         self.scene: Scene | None = None
         self.draws_codes = False
@@ -140,7 +138,7 @@ class GeneratorWork(QObject):
             if self._path_scene is not None:
                 build = partial(self._builders.reference, *self._path_scene)
             else:
-                build = partial(self._builders.generator, self.folder, self._device)
+                build = partial(self._builders.generator, self.folder)
             self._client.start(build, LOADING)
 
     def follow_light(

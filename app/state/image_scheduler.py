@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 
-from app.engines.client import EngineClient
+from app.engines.client import Clients, EngineClient
 from app.engines.exactness import STOPS, USUAL
 from app.engines.messages import Result
 from app.engines.requests import ImageRequest, Quality
@@ -17,12 +17,16 @@ from model.scene.value_scale import ValueScale
 NO_MODEL_SIZE = 512
 """Size of the reference image until its pane's is known, in pixels."""
 
+HOLD_MS = 600
+"""Longest time that the analyst waits for the reference's image at rest."""
+
 
 class ImageScheduler(QObject):
     """Asks both engines for images at every change of the viewer's state.
 
     While something moves, each of them is asked for one image at a time; once that is there, the
-    next is of the newest state. At rest each is asked once, and its images become better.
+    next is of the newest state. At rest each is asked once, and its images become better. The
+    analyst's answers, which need the same processors, wait for the first sharp one.
 
     Attributes
     ----------
@@ -31,36 +35,36 @@ class ImageScheduler(QObject):
     is_fixed : bool
         Whether their number is the user's choice, however long they take.
     stop : Exactness
-        What images may take while something moves, and owe at rest.
+        Limits of time and error.
     generator_follows : bool
         Whether the generator draws what the reference does with one sample of each pixel: that of
         path-traced light. While something moves it draws alone, where it is in sight: the
         reference would draw the same twice.
     hidden : frozenset of EngineClient
-        Clients whose images nobody sees: they are asked for none.
+        Clients whose images are out of sight: they are asked for none.
     scale : {"linear", "log"}
         Scale of the volume that the reference draws. Nothing is asked for under a TF of another
         one, which is there for a moment until the volume follows it.
     """
 
-    def __init__(
-        self,
-        state: ViewerState,
-        generator: EngineClient,
-        reference: EngineClient,
-        parent: QObject,
-    ) -> None:
+    def __init__(self, state: ViewerState, clients: Clients, parent: QObject) -> None:
         super().__init__(parent)
-        self._state, self._generator, self._reference = state, generator, reference
+        self._state, self._analyst = state, clients.analyst
+        self._generator, self._reference = clients.generator, clients.reference
         self.raster, self.is_fixed = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE), False
         self.stop = STOPS[USUAL]
         self.generator_follows = False
         self.hidden: frozenset[EngineClient] = frozenset()
         self.scale: ValueScale = "linear"
+        self._patience = QTimer(self, singleShot=True, interval=HOLD_MS)
+        self._patience.timeout.connect(self._let_go)
         state.inputsChanged.connect(self._ask_moving)
         state.inputsChangeFinished.connect(self.send)
-        generator.images.answered.connect(self._ask_next)
-        reference.images.answered.connect(self._ask_next)
+        for client in (self._generator, self._reference):
+            # Before the answer is shown: the engine draws the next image meanwhile.
+            client.images.pendingChanged.connect(self._ask_next)
+        self._reference.images.answered.connect(self._let_go_if_sharp)
+        self._reference.settled.connect(self._let_go)
 
     def send(self) -> None:
         """Ask for images of the present state at rest, where they are not on their way."""
@@ -74,20 +78,29 @@ class ImageScheduler(QObject):
         """
         self._ask(self._reference, live=True)
 
+    def end(self) -> None:
+        """Hold nothing back any more."""
+        self._let_go()
+
     def _ask_moving(self) -> None:
         # A change outside a drag is immediately followed by its request at rest.
         if not self._state.live:
             return
+        self._let_go()
         self._ask(self._generator, live=True)
         if self.generator_follows and self._generator not in self.hidden:
             self._reference.images.cancel()
         else:
             self._ask(self._reference, live=True)
 
-    def _ask_next(self, result: Result) -> None:
+    def _ask_next(self, is_pending: bool) -> None:
+        channels = self._generator.images, self._reference.images
+        moving = [each for each in channels if each.newest and each.newest.quality.live]
+        if is_pending or all(channel.is_pending for channel in moving):
+            return
         if self._state.live:
             self._ask_moving()
-        elif result.request.quality.live:
+        else:
             # What has been traded was shown, or it came late.
             self.send()
 
@@ -104,4 +117,16 @@ class ImageScheduler(QObject):
         quality = Quality(self.raster.shorter, live=live, raster=self.raster)
         request = ImageRequest(self._state.inputs, quality, stop, self.is_fixed)
         if request != newest:
+            if client is self._reference and client.is_ready and not live:
+                self._analyst.hold(True)
+                self._patience.start()
             channel.ask(request)
+
+    def _let_go_if_sharp(self, result: Result) -> None:
+        image = result.image
+        if image is not None and image.width >= self.raster.width:
+            self._let_go()
+
+    def _let_go(self) -> None:
+        self._patience.stop()
+        self._analyst.hold(False)

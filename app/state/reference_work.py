@@ -1,112 +1,31 @@
-"""The reference image's renderer: what it is asked to be, and the engines that follow."""
+"""The reference image's renderer: the engines that draw it and answer questions about it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, Literal
+from time import monotonic
+from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from app.engines.client import EngineClient, EngineState
-from app.engines.engines import Builders, Drawing, ReferenceSettings
-from app.engines.exactness import STOPS, USUAL, Stop
+from app.engines.client import Clients, EngineState
+from app.engines.engines import Builders, ReferenceSettings
+from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
-from app.state.kernel_wait import KernelWait
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
-from app.state.slow_lights import SlowLights
+from app.state.reference_choices import ReferenceChoices, SlowLights
 from app.state.trade_work import TradeWork
 from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import LightKeeper
 from app.state.volume_memory import LightingChoice
 from model.rendering.raster import Raster
-from model.scene.light import LightDirection, LightRange
 from model.scene.region import SQUARE, Reach
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 from model.volume_files.shipped import sample_of
-
-SizeChoice = Literal["pane", "generator"] | int
-"""As many pixels as the pane has, as the generator's image has, or a square of a size."""
-
-EVERYWHERE = LightRange(90.0, 90.0)
-"""Range of a light that no model has to follow."""
-
-USUAL_DISTANCE = 0.5
-"""Sample distance in voxels, where neither the user nor a model has another."""
-
-
-@dataclass(frozen=True)
-class ReferenceChoices:
-    """Choices of the reference image that are kept between runs, the lighting for each volume.
-
-    Attributes
-    ----------
-    lighting : {"auto", "none", "direct", "soft", "path"}
-    drawing : {"auto", "vtk", "raycast"}
-    stop : {"fast", "balanced", "exact"}
-        Of the slider from fast to exact. Samples lie as far apart as in the model's training
-        images, or :data:`USUAL_DISTANCE`, where that has no other distance.
-    size : {"pane", "generator"} or int
-    denoises : bool
-        Whether path-traced pictures are denoised.
-    """
-
-    lighting: LightingChoice = "auto"
-    drawing: Drawing = "auto"
-    stop: Stop = USUAL
-    size: SizeChoice = "pane"
-    denoises: bool = True
-
-    def settings(
-        self, scene: Scene | None, slow_lights: frozenset[Lighting] = frozenset()
-    ) -> ReferenceSettings:
-        """Return the settings of the renderer.
-
-        Parameters
-        ----------
-        scene : Scene or None
-            Scene of the model that is shown with it, if there is one.
-        slow_lights : frozenset of str
-            Kinds of light in which an image turned out to take too long here.
-        """
-        lighting = self._lighting(scene, slow_lights)
-        light = None
-        if lighting != "none":
-            follows = scene is not None and scene.lighting == lighting
-            light = scene.light if scene is not None and follows else LightDirection()
-        usual = USUAL_DISTANCE if scene is None else scene.sample_distance
-        return ReferenceSettings(
-            lighting,
-            light,
-            STOPS[self.stop].distance_in(lighting) or usual,
-            self.drawing,
-            self.denoises or lighting != "path",
-        )
-
-    def light_range(self, scene: Scene | None, settings: ReferenceSettings) -> LightRange | None:
-        """Return the range in which the user may move the light; None without or for a fixed one.
-
-        A model that was trained under the same light decides.
-        """
-        if settings.lighting == "none":
-            return None
-        if scene is not None and scene.lighting == settings.lighting:
-            return scene.light_range
-        return EVERYWHERE
-
-    def _lighting(self, scene: Scene | None, slow_lights: frozenset[Lighting]) -> Lighting:
-        if self.lighting != "auto":
-            return self.lighting
-        if scene is not None:
-            return scene.lighting
-        # VTK has no soft light.
-        if self.drawing != "vtk" and "soft" not in slow_lights:
-            return "soft"
-        return "none" if "direct" in slow_lights else "direct"
-
 
 PANE_REST_MS = 150
 """Pause after the last change of a pane's size before an image is drawn for it."""
@@ -121,23 +40,20 @@ PREPARING = "Preparing the volume …"
 WAITING = "Sensitivities and the map follow once they are prepared for this computer."
 """Said while kernels of the analyst are compiled."""
 
+KERNEL_S, TICK_MS = 15, 1000
+"""Time that the first kernels take on two processors of a usual computer, and between two reports
+of it."""
+
 
 class ReferenceWork(QObject):
     """Draws the reference as it was chosen, and as the open model demands.
 
     The analyst is started with it: a ray caster of the same volume and light.
 
-    Parameters
-    ----------
-    preferences : Preferences
-        Choices are kept there.
-
     Attributes
     ----------
-    settings : ReferenceSettings
-        What the reference is drawn with now.
-    wanted : ReferenceSettings
-        What it is drawn with once all kernels are compiled.
+    settings, wanted : ReferenceSettings
+        What the reference is drawn with now, and once all kernels are compiled.
     fits_view : bool
         Whether the home view is still fitted to the pane while it is looked from.
     light : LightKeeper
@@ -168,8 +84,7 @@ class ReferenceWork(QObject):
     def __init__(
         self,
         state: ViewerState,
-        reference: EngineClient,
-        analyst: EngineClient,
+        clients: Clients,
         builders: Builders,
         scheduler: ImageScheduler,
         preferences: Preferences,
@@ -177,13 +92,13 @@ class ReferenceWork(QObject):
     ) -> None:
         super().__init__(parent)
         self._state = state
-        self._reference, self._analyst = reference, analyst
-        self._builders = builders
-        self._scheduler = scheduler
-        self._preferences = preferences
+        self._reference, self._analyst = clients.reference, clients.analyst
+        self._builders, self._scheduler, self._preferences = builders, scheduler, preferences
         self._volume: Volume | None = None
         self._scene: Scene | None = None
-        self.choices = _remembered(preferences)
+        kept = preferences.settings
+        size = "pane" if kept.reference_size is None else kept.reference_size
+        self.choices = ReferenceChoices("auto", kept.drawing, kept.stop, size, kept.denoises)
         self.settings = self.wanted = ReferenceSettings()
         self.has_drawn = self._analyst_waits = False
         self._slow_lights = SlowLights()
@@ -191,18 +106,19 @@ class ReferenceWork(QObject):
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
         self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
         self._pane_rest.timeout.connect(self._take_pane_size)
-        reference.images.answered.connect(self._judge_light)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
-        self.trade = TradeWork(state, reference, self)
+        self.trade = TradeWork(state, clients.reference, self)
         self.light = LightKeeper(state, preferences, self)
         self.preparation = Preparation(self)
         self.preparation.prepared.connect(self._take_prepared)
-        reference.images.answered.connect(self._take_first)
-        reference.settled.connect(self._take_first)
-        reference.stateChanged.connect(self._note_failure)
-        self._kernel_wait = KernelWait(reference)
-        self._vtk_problem = ""
+        clients.reference.images.answered.connect(self._take_image)
+        clients.reference.settled.connect(self._take_first)
+        clients.reference.stateChanged.connect(self._note_failure)
+        # Why VTK does not draw before the ray caster's first kernel is compiled, and since when.
+        self._vtk_problem, self._compiled_since = "", 0.0
+        self._kernel_tick = QTimer(self, interval=TICK_MS)
+        self._kernel_tick.timeout.connect(self._say_kernel_time)
         self._is_first = False
         self._first_rest = QTimer(self, singleShot=True, interval=FIRST_REST_MS)
         self._first_rest.timeout.connect(self._end_first)
@@ -231,19 +147,14 @@ class ReferenceWork(QObject):
         return settings.smooth_distance if by_raycast else settings.sample_distance
 
     def whole_raster(self) -> Raster:
-        """Return the pixels of an image where nothing stands against it."""
+        """Return the pixels of an image at rest."""
         return self._scheduler.raster
 
     def choose(self, keep: bool = True, **changes: Any) -> None:
         """Change some of the :class:`ReferenceChoices`, by name.
 
-        A lighting is of the open volume; without one, of the next. One that is kept is undone
-        among the edits.
-
-        Parameters
-        ----------
-        keep : bool
-            Whether they are kept for the next run.
+        A lighting is of the open volume; without one, of the next. Those that are to be kept are
+        kept for the next run; such a lighting is undone among the edits.
         """
         if self._volume is None:
             self._asked_lighting = changes.get("lighting", self._asked_lighting)
@@ -288,13 +199,7 @@ class ReferenceWork(QObject):
             self._scheduler.show_trade()
 
     def start(self, volume: Volume, scene: Scene | None) -> None:
-        """Draw another volume.
-
-        Parameters
-        ----------
-        scene : Scene or None
-            Scene of the model that is shown with it, if there is one.
-        """
+        """Draw another volume, with the scene of the model that is shown with it, if any."""
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:
@@ -323,7 +228,12 @@ class ReferenceWork(QObject):
         if self.settings != before and self._volume is not None:
             # Of the same volume: its last image stays until the first new one.
             self._start_reference("")
-            by_same = replace(self.settings, renderer=before.renderer, passes=before.passes)
+            by_same = replace(
+                self.settings,
+                renderer=before.renderer,
+                passes=before.passes,
+                is_truth=before.is_truth,
+            )
             if by_same != before:
                 self._start_analyst()
             self._scheduler.send()
@@ -341,7 +251,7 @@ class ReferenceWork(QObject):
         """Follow the pane no more, and prepare nothing."""
         self._pane_rest.stop()
         self._first_rest.stop()
-        self._kernel_wait.end()
+        self._kernel_tick.stop()
         self.preparation.stop()
 
     def _take_light(self, before: Volume | None) -> None:
@@ -404,14 +314,15 @@ class ReferenceWork(QObject):
     def _fit_home(self) -> None:
         self._state.set_reach(self.reach, follow=self.fits_view)
 
-    def _judge_light(self, result: Result) -> None:
-        """Show a faster light in place of one that nobody has chosen and that takes too long."""
+    def _take_image(self, result: Result) -> None:
+        """Show a faster light in place of one that was not chosen and that takes too long."""
         lighting = self.settings.lighting
         seconds = self._slow_lights.judge(lighting, result, self._scheduler.raster)
         if seconds and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":
                 self.lightWentOut.emit(seconds)
+        self._take_first()
 
     def _nearest(self, wanted: ReferenceSettings) -> ReferenceSettings:
         """Return the settings nearest to those wanted that can draw without compiling first."""
@@ -457,9 +368,12 @@ class ReferenceWork(QObject):
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
         if self._vtk_problem and self._is_vtk_for_now:
-            self._kernel_wait.begin(self._vtk_problem)
+            if not self._kernel_tick.isActive():
+                self._compiled_since = monotonic()
+                self._kernel_tick.start()
+            self._say_kernel_time()
             return
-        self._kernel_wait.end()
+        self._kernel_tick.stop()
         build = partial(self._builders.reference, self._volume, self.settings)
         self.has_drawn = self._reference in self._scheduler.hidden
         self._reference.start(build, busy_text)
@@ -476,7 +390,15 @@ class ReferenceWork(QObject):
             self._analyst.start(build, PREPARING)
         self.analystReplaced.emit()
 
-    def _take_first(self, _result: Result | None = None) -> None:
+    def _say_kernel_time(self) -> None:
+        """Say why nothing draws yet, and how long it has taken so far."""
+        self._reference.wait(
+            f"{self._vtk_problem.rstrip('.')}. The ray caster draws the first image. Its code is "
+            f"being compiled, once per computer: {monotonic() - self._compiled_since:.0f} of about "
+            f"{KERNEL_S} s …"
+        )
+
+    def _take_first(self) -> None:
         """Begin what the first picture is not to wait for."""
         self.preparation.begin()
         if self._is_first and self.settings != self.wanted and not self._first_rest.isActive():
@@ -493,15 +415,3 @@ class ReferenceWork(QObject):
         else:
             self._is_first = False
             self.follow(self._scene)
-
-
-def _remembered(preferences: Preferences) -> ReferenceChoices:
-    values = preferences.settings
-    size = "pane" if values.reference_size is None else values.reference_size
-    return ReferenceChoices(
-        "auto",
-        values.drawing,
-        values.stop,
-        size,
-        values.denoises,
-    )

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import EngineClient, EngineName
+from app.engines.client import Clients, EngineClient, EngineName
 from app.engines.engines import Builders
 from app.engines.exactness import STOPS
 from app.state.brightness import Brightness
@@ -17,7 +18,8 @@ from app.state.latent_state import LatentState
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.state.reference_work import ReferenceChoices, ReferenceWork
+from app.state.reference_choices import ReferenceChoices
+from app.state.reference_work import ReferenceWork
 from app.state.sensitivity_answers import Source
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
@@ -38,20 +40,19 @@ SCALE_EDITS: dict[ValueScale, str] = {"linear": "linear scale", "log": "logarith
 """Names of the edits in the menu."""
 
 
-class Workspace(QObject):
-    """Opens volumes and models, and keeps the engines of both images up to date.
+@dataclass(frozen=True)
+class Viewing:
+    """What a window shows and remembers."""
 
-    Parameters
-    ----------
-    analyst : EngineClient
-        Client of the ray caster that answers questions.
-    builders : Builders
-        Functions that read volumes and build engines.
-    preferences : Preferences
-        What is remembered of volumes, models and choices.
-    device : str
-        Of generators: "auto", "cpu" or "cuda".
-    """
+    state: ViewerState
+    sensitivity: SensitivityState
+    latent: LatentState
+    brightness: Brightness
+    preferences: Preferences
+
+
+class Workspace(QObject):
+    """Opens volumes and models, and keeps the engines of both images up to date."""
 
     volumeOpened = Signal(object)
     """Emitted when the engines draw a volume that was read, before its TF is set."""
@@ -73,35 +74,27 @@ class Workspace(QObject):
     """Emitted when both images are final or replaced by a message."""
 
     def __init__(
-        self,
-        state: ViewerState,
-        sensitivity: SensitivityState,
-        latent: LatentState,
-        generator: EngineClient,
-        reference: EngineClient,
-        analyst: EngineClient,
-        brightness: Brightness,
-        builders: Builders,
-        preferences: Preferences,
-        device: str,
-        parent: QObject,
+        self, viewing: Viewing, clients: Clients, builders: Builders, parent: QObject
     ) -> None:
         super().__init__(parent)
-        self._state = state
-        self._clients = generator, reference
-        self._generator, self._analyst = generator, analyst
-        self._preferences = preferences
+        state, preferences, brightness = viewing.state, viewing.preferences, viewing.brightness
+        self._state, self._preferences = state, preferences
+        self._clients = clients
+        self._images = clients.generator, clients.reference
         self.library = Library(preferences)
-        self.model = GeneratorWork(generator, builders, device, self)
-        self._scheduler = ImageScheduler(state, generator, reference, self)
-        both: dict[EngineName, EngineClient] = {"exact": analyst, "learned": generator}
-        self.sensitivity = SensitivityAsker(state, sensitivity, both, self)
+        self.model = GeneratorWork(clients.generator, builders, self)
+        self._scheduler = ImageScheduler(state, clients, self)
+        both: dict[EngineName, EngineClient] = {
+            "exact": clients.analyst,
+            "learned": clients.generator,
+        }
+        self.sensitivity = SensitivityAsker(state, viewing.sensitivity, both, self)
         self.sensitivity.is_starting = lambda: not self.reference.has_drawn
-        self.latent = LatentPictures(state, latent, both, brightness, builders.latent_space, self)
-        self.reference = ReferenceWork(
-            state, reference, analyst, builders, self._scheduler, preferences, self
+        self.latent = LatentPictures(
+            state, viewing.latent, both, brightness, builders.latent_space, self
         )
-        self._keeper = VolumeKeeper(state, sensitivity, preferences, self)
+        self.reference = ReferenceWork(state, clients, builders, self._scheduler, preferences, self)
+        self._keeper = VolumeKeeper(state, viewing.sensitivity, preferences, self)
         self.opening = VolumeOpening(
             builders.read_volume, self, self.model, self.library, preferences, self
         )
@@ -120,11 +113,11 @@ class Workspace(QObject):
         work.analystReplaced.connect(self._restart_questions)
         self.model.ready.connect(self._generator_ready)
         self.model.failed.connect(self._follow_scene)
-        for client in self._clients:
+        for client in self._images:
             client.images.answered.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
         # A model that is loaded takes the processor from the first picture.
-        reference = self._clients[1]
+        reference = self._clients.reference
         reference.images.answered.connect(lambda _result: self.model.begin())
         reference.settled.connect(self.model.begin)
 
@@ -145,7 +138,7 @@ class Workspace(QObject):
     @property
     def is_settled(self) -> bool:
         """True if both images are final or replaced by a message."""
-        drawn = all(c in self._scheduler.hidden or c.is_settled for c in self._clients)
+        drawn = all(c in self._scheduler.hidden or c.is_settled for c in self._images)
         return drawn and not (self.opening.is_busy or self.reference.is_preparing)
 
     def open_model(self, folder: Path | None) -> None:
@@ -178,7 +171,7 @@ class Workspace(QObject):
 
     def show_images(self, generator: bool, reference: bool) -> None:
         """Say which images are in sight; others are not drawn."""
-        seen = zip(self._clients, (generator, reference), strict=True)
+        seen = zip(self._images, (generator, reference), strict=True)
         hidden = frozenset(client for client, shown in seen if not shown)
         missed = self._scheduler.hidden - hidden
         self._scheduler.hidden = hidden
@@ -187,16 +180,17 @@ class Workspace(QObject):
 
     def stop(self) -> None:
         """Ask all threads to end; returns at once."""
+        self._scheduler.end()
         self.reference.stop()
         self.sensitivity.stop()
         self.latent.stop()
-        for client in (*self._clients, self._analyst):
+        for client in (*self._images, self._clients.analyst):
             client.stop()
         self.opening.abandon()
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        for part in (*self._clients, self._analyst, self.latent, self.opening):
+        for part in (*self._images, self._clients.analyst, self.latent, self.opening):
             part.join()
 
     def show(self, opened: OpenedVolume) -> None:
@@ -257,8 +251,8 @@ class Workspace(QObject):
     def refuse(self, text: str) -> None:
         """Say why a volume cannot be shown; the open one stays."""
         if self._opened is None:
-            self._clients[1].fail(text)
-            self._generator.pause(NO_VOLUME)
+            self._clients.reference.fail(text)
+            self._clients.generator.pause(NO_VOLUME)
         else:
             self.news.emit("")
             self.problem.emit(text)
@@ -271,7 +265,7 @@ class Workspace(QObject):
     def say_progress(self, text: str) -> None:
         """Say what is being read: in the status line, and where there is no image yet."""
         if self._opened is None:
-            self._clients[1].wait(text)
+            self._clients.reference.wait(text)
         self.news.emit(text)
 
     def _generator_ready(self) -> None:
@@ -291,7 +285,7 @@ class Workspace(QObject):
 
     @property
     def _is_untouched(self) -> bool:
-        """Whether the volume's range and scale are none that anybody chose."""
+        """Whether the volume's range and scale are not chosen."""
         chosen = self.opening.wanted.scalar_range, self.opening.wanted.scale
         is_default = self._state.transfer_function == self._state.default_transfer_function
         return not self._is_restored and chosen == (None, None) and is_default
@@ -314,7 +308,7 @@ class Workspace(QObject):
             None if scene is None else self.model.folder, learned_size, self.model.draws_codes
         )
         self._update_hint()
-        # Last, so that whoever listens finds all of them changed.
+        # Last, so that listeners find all of them changed.
         self.modelChanged.emit()
 
     def _relight(self) -> None:
@@ -345,9 +339,9 @@ class Workspace(QObject):
 
     def _reference_comes_first(self) -> bool:
         """Whether the reference is about to show a picture, which a model would hold up."""
-        if self._clients[1] in self._scheduler.hidden:
+        if self._clients.reference in self._scheduler.hidden:
             return False
-        is_drawn = self._opened is not None and not self._clients[1].is_settled
+        is_drawn = self._opened is not None and not self._clients.reference.is_settled
         return self.opening.is_reading or is_drawn
 
     def _report_settled(self) -> None:

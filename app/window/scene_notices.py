@@ -12,7 +12,7 @@ from app.controls import Action
 from app.engines.messages import Result
 from app.image_view.engine_pane import EnginePane
 from app.state.opened_volume import OpenedVolume
-from app.state.reference_work import ReferenceChoices
+from app.state.reference_choices import ReferenceChoices
 from app.window.context import Context
 from model.scene.narrow_part import NarrowPart, narrow_part
 from model.scene.transfer_function import Range, TransferFunction

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
 
 from app.controls import order_focus
-from app.engines.client import EngineClient
+from app.engines.client import Clients, EngineClient
 from app.engines.engines import Builders
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
@@ -21,7 +21,7 @@ from app.state.latent_state import LatentState
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
-from app.state.workspace import Workspace
+from app.state.workspace import Viewing, Workspace
 from app.tf_editor.dock_splitter import DockSplitter
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.plot_memory import PlotMemory
@@ -52,27 +52,22 @@ class WindowParts(QMainWindow):
         self.state = ViewerState(self)
         self.sensitivity_state = SensitivityState(self)
         self.latent_state = LatentState(self)
-        generator, reference, analyst = (
-            EngineClient(name, self) for name in ("generator", "reference", "analyst")
-        )
+        names = "generator", "reference", "analyst"
+        generator, reference, analyst = (EngineClient(name, self) for name in names)
         self.brightness = Brightness(self.preferences, self, self.state)
         self.generator = EnginePane("Generator", generator, self.brightness, "learned")
         self.reference = EnginePane("Ground truth", reference, self.brightness, "exact")
         self.editor = TransferFunctionEditor(self.state)
         self.notice, self.status = Notices(), StatusLine(self.state)
-        self.workspace = Workspace(
+        viewing = Viewing(
             self.state,
             self.sensitivity_state,
             self.latent_state,
-            generator,
-            reference,
-            analyst,
             self.brightness,
-            builders,
             self.preferences,
-            device,
-            self,
         )
+        clients = Clients(generator, reference, analyst)
+        self.workspace = Workspace(viewing, clients, builders.on(device), self)
         self.context = Context(
             self,
             self.preferences,

@@ -113,8 +113,8 @@ class UnreliableBuilders(FakeBuilders):
     def analyst(self, volume: Any, settings: Any) -> Any:
         return self._engine(None)
 
-    def generator(self, folder: Path, settings: Any) -> Any:
-        engine = super().generator(folder, settings)
+    def generator(self, folder: Path, device: str) -> Any:
+        engine = super().generator(folder, device)
         self.generators.clear()
         return self._engine(engine.scene)
 

@@ -9,7 +9,7 @@ from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from app.engines.exactness import USUAL
-from app.state.reference_work import ReferenceChoices
+from app.state.reference_choices import ReferenceChoices
 from app.window.main_window import MainWindow
 from model.scene.scene import Lighting
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
+from pytestqt.qtbot import QtBot
 
-from app.engines.client import Channel
+from app.engines.client import Channel, Clients
 from app.engines.exactness import STOPS
 from app.engines.messages import Result
 from app.engines.requests import IMAGES, Image, ImageRequest
@@ -25,11 +28,13 @@ class Client(QObject):
     """Keeps what it is asked for, and answers when the test says so."""
 
     is_ready = True
+    settled = Signal()
 
     def __init__(self) -> None:
         super().__init__()
         self.asked: list[ImageRequest] = []
         self.abandoned: list[str] = []
+        self.is_held = False
         self.images = Channel(self, IMAGES, self)  # type: ignore[arg-type]
 
     def open(self, channel: Channel) -> None:
@@ -42,9 +47,13 @@ class Client(QObject):
     def abandon(self, channel: str) -> None:
         self.abandoned.append(channel)
 
-    def answer(self, is_last: bool = True) -> None:
+    def hold(self, is_held: bool) -> None:
+        self.is_held = is_held
+
+    def answer(self, is_last: bool = True, width: int = 10) -> None:
         """Answer the newest request."""
-        self.images.deliver(Result(self.asked[-1], Image(NOTHING, 0.1, is_last=is_last)))
+        rgba = np.zeros((4, width, 4), np.float32)
+        self.images.deliver(Result(self.asked[-1], Image(rgba, 0.1, is_last=is_last)))
 
 
 @pytest.fixture
@@ -58,10 +67,19 @@ def reference() -> Client:
 
 
 @pytest.fixture
-def scheduler(state: ViewerState, generator: Client, reference: Client) -> ImageScheduler:
-    scheduler = ImageScheduler(state, generator, reference, state)  # type: ignore[arg-type]
+def analyst() -> Client:
+    return Client()
+
+
+@pytest.fixture
+def scheduler(
+    state: ViewerState, generator: Client, reference: Client, analyst: Client
+) -> Iterator[ImageScheduler]:
+    clients: Any = Clients(generator, reference, analyst)  # type: ignore[arg-type]
+    scheduler = ImageScheduler(state, clients, state)
     scheduler.raster = PANE
-    return scheduler
+    yield scheduler
+    scheduler.end()
 
 
 def turn(state: ViewerState, azimuth: float) -> None:
@@ -109,6 +127,41 @@ def test_while_something_moves_one_image_is_on_its_way_and_the_next_is_of_the_ne
     count = len(reference.asked)
     reference.images.deliver(Result(reference.asked[-2], Image(NOTHING, 0.1)))
     assert len(reference.asked) == count
+
+
+def test_the_next_image_is_asked_for_before_the_last_is_shown(
+    state: ViewerState, scheduler: ImageScheduler, reference: Client
+) -> None:
+    asked: list[int] = []
+    reference.images.answered.connect(lambda _result: asked.append(len(reference.asked)))
+    turn(state, 10.0)
+    turn(state, 20.0)
+    reference.answer()
+    assert asked == [2] and reference.asked[-1].inputs == state.inputs
+
+
+def test_answers_wait_for_the_first_sharp_image_and_no_longer(
+    qtbot: QtBot,
+    state: ViewerState,
+    scheduler: ImageScheduler,
+    reference: Client,
+    analyst: Client,
+) -> None:
+    scheduler.send()
+    assert analyst.is_held
+    reference.answer(is_last=False)
+    assert analyst.is_held
+    reference.answer(is_last=False, width=PANE.width)
+    assert not analyst.is_held
+    state.set_view(View(azimuth=50.0))
+    assert analyst.is_held
+    # What moves is asked about; so is what takes long.
+    turn(state, 60.0)
+    assert not analyst.is_held
+    scheduler._patience.setInterval(1)
+    state.finish_view()
+    assert analyst.is_held
+    qtbot.waitUntil(lambda: not analyst.is_held)
 
 
 def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(

@@ -58,7 +58,7 @@ def kernels(_volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, 
 def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
     monkeypatch.setattr(reference_work, "Preparation", HeldPreparation)
     window = opened(qtbot, builders)
-    work, analyst = window.workspace.reference, window.workspace._analyst
+    work, analyst = window.workspace.reference, window.context.analyst
     preparation = work.preparation
     assert isinstance(preparation, HeldPreparation)
     window.workspace.open_model(None)

@@ -16,7 +16,7 @@ from ramp import make_tf, make_volume
 from window_fakes import FakeEngine
 
 from app.engines.requests import UNWATCHED, ImageRequest, Watch
-from app.state import slow_lights
+from app.state import reference_choices
 from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
@@ -61,14 +61,14 @@ def draw_slowly(
 def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders, monkeypatch):
     monkeypatch.setattr(FakeEngine, "image", draw_slowly)
     # Of the pixels of a first image, however large the pane.
-    monkeypatch.setattr(slow_lights, "SLOW_LIGHT_S", 0.01)
-    monkeypatch.setattr(slow_lights, "SLOW_SOFT_S", -1.0)
+    monkeypatch.setattr(reference_choices, "SLOW_LIGHT_S", 0.01)
+    monkeypatch.setattr(reference_choices, "SLOW_SOFT_S", -1.0)
     window = make_window(model=None)
     builders.volumes["other"] = make_volume()
     notice, work = window.notice, window.workspace.reference
     window.workspace.opening.open(Path("other"))
     qtbot.waitUntil(lambda: window.workspace.is_settled and window.workspace.opened is not None)
-    qtbot.waitUntil(lambda: window.workspace._analyst.is_ready)
+    qtbot.waitUntil(lambda: window.context.analyst.is_ready)
     window.state.set_view(View(azimuth=50.0))
     qtbot.waitUntil(lambda: "has no light" in notice.text)
     assert work.settings.lighting == "none"

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from PIL import Image
 from ramp import make_tf, make_volume
+from window_fakes import PATIENCE_S
 
 from app.engines.engines import REAL_BUILDERS
 from app.image_view.picture import BLACK
 from app.state import reference_work
-from app.state.slow_lights import SlowLights
+from app.state.reference_choices import SlowLights
 from app.window.figure import FigureChoice
 from app.window.main_window import MainWindow
 from model.errors import CannotDrawError
@@ -36,9 +37,10 @@ class SoftIsSlow(SlowLights):
 def real_reference(builders, monkeypatch):
     """Have the reference drawn in truth, with a graphics card, where soft light is too slow."""
     # Compiled before a window waits for it.
-    renderer = RaycastRenderer(make_volume(), "direct")
-    renderer.render(SceneInputs.of(View(), make_tf()), 8)
-    renderer.close()
+    for lighting in ("none", "direct", "soft"):
+        renderer = RaycastRenderer(make_volume(), lighting)
+        renderer.render(SceneInputs.of(View(), make_tf()), 8)
+        renderer.close()
     monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
     monkeypatch.setattr(builders, "reference", REAL_BUILDERS.reference)
     monkeypatch.setattr(reference_work, "SlowLights", SoftIsSlow)
@@ -102,5 +104,25 @@ def test_without_a_graphics_card_vtk_draws_where_it_is_chosen(
     ):
         choose(**changes)
         is_automatic = changes.get("drawing", "auto") == "auto"
-        qtbot.waitUntil(lambda: client.is_ready and client.is_settled)
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
         assert (client.description, bool(client.remark)) == (name, is_automatic)
+
+
+def test_the_ground_truth_next_to_a_generator_is_vtks_without_a_graphics_card(
+    qtbot, make_window, real_reference, monkeypatch
+):
+    monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
+    window = make_window(lighting="direct")
+    client = window.reference.client
+    shown: list[str] = []
+    window.reference.resultShown.connect(lambda result: shown.append(result.image.by))
+    for lighting, name in (("direct", "VTK"), ("none", "VTK"), ("soft", "ray caster")):
+        window.workspace.reference.choose(lighting=lighting)
+        window.state.set_view(View(azimuth=40.0 + len(shown)))
+        qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+        assert shown[-1].startswith(name) and window.reference.status.startswith(name)
+    # Alone, where nothing is compared with it, the ray caster's faster image stays.
+    window.workspace.open_model(None)
+    window.workspace.reference.choose(lighting="direct")
+    qtbot.waitUntil(lambda: client.is_ready and client.is_settled, timeout=1000 * PATIENCE_S)
+    assert shown[-1] == "ray caster" and "llvmpipe" in client.remark

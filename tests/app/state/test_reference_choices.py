@@ -8,8 +8,7 @@ from ramp import make_tf
 
 from app.engines.messages import Result
 from app.engines.requests import Image, ImageRequest, Quality
-from app.state.reference_work import ReferenceChoices
-from app.state.slow_lights import SlowLights
+from app.state.reference_choices import ReferenceChoices, SlowLights
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
