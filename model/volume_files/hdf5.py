@@ -133,7 +133,9 @@ def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
         if scale is None:
             continue
         names[k] = str(scale.name).rpartition("/")[2] or names[k]
-        if scale.shape == (count,) and scale.dtype.kind in "iuf" and 1 < count < LONGEST_AXIS:
+        is_own = not (scale.is_virtual or scale.external)
+        is_usable = scale.shape == (count,) and scale.dtype.kind in "iuf"
+        if is_own and is_usable and 1 < count < LONGEST_AXIS:
             coordinates[names[k]] = scale[:], {**_plain(scale.attrs)}
     facts: dict[str, Any] = {}
     for size, unit in (("element_size_um", "um"), ("spacing", ""), ("voxel_size", "")):

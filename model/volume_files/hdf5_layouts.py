@@ -45,22 +45,36 @@ def check_kind(path: Path, file: h5py.File) -> None:
     is_adaptive = {"refine level", "node type"} <= keys or "Chombo_global" in keys
     if is_adaptive or "Grid00000001" in keys:
         raise unsupported(path, "an adaptive grid, of blocks of different resolution,", paraview)
-    kind = attribute_text(file["VTKHDF"].attrs, "Type") if "VTKHDF" in keys else "ImageData"
+    group = _own(file, "VTKHDF")
+    kind = "ImageData" if group is None else attribute_text(group.attrs, "Type")
     if kind != "ImageData":
         what = _VTK_KINDS.get(kind, f"VTK's {kind[:40]}")
         raise unsupported(path, f"{what} in VTKHDF", paraview)
 
 
+def _own(file: h5py.File, name: str) -> Any:
+    """Return a group of the file; None if it is missing or a link, perhaps to another file."""
+    import h5py
+
+    place: Any = file
+    for part in name.split("/"):
+        is_group = isinstance(place, h5py.Group)
+        if not is_group or not isinstance(place.get(part, getlink=True), h5py.HardLink):
+            return None
+        place = place[part]
+    return place
+
+
 def arrays_by_program(path: Path, file: h5py.File, items: Items) -> list[StoredArray]:
     """Return the arrays of a file as the program that wrote it means them; none if not known."""
-    if "DataSetInfo/Image" in file and "DataSet" in file:
-        return _imaris(file)
+    if (image := _own(file, "DataSetInfo/Image")) is not None:
+        return _imaris(file, image, items)
     if any(re.fullmatch(r"t\d{5,}/s\d{2,}/\d+/cells", name) for name in items):
         return _big_data_viewer(path, items)
     if "ITKImage" in file:
-        return _itk(file)
-    if "VTKHDF" in file:
-        return _vtk(file, items)
+        return _itk(items)
+    if (group := _own(file, "VTKHDF")) is not None:
+        return _vtk(group, items)
     if "openPMD" in file.attrs:
         return _open_pmd(path, items)
     if any("axistags" in item.attrs for item in items.values()):
@@ -97,48 +111,32 @@ def _parts(
     return StoredArray(name, shape, dtype, read, ("t", "c", "z", "y", "x"), **facts)
 
 
-def _imaris(file: h5py.File) -> list[StoredArray]:
-    image = file["DataSetInfo/Image"].attrs
-    ends = [
-        tuple(_text_number(image, f"Ext{end}{axis}") for axis in "012") for end in ("Min", "Max")
-    ]
-    found = []
-    for level, group in file["DataSet"].items():
-        parts = {
-            (_last_number(time), _last_number(channel)): data["Data"]
-            for time, channels in group.items()
-            for channel, data in channels.items()
-            if "Data" in data
-        }
-        first = next(iter(group.values()))
-        attributes = next(iter(first.values())).attrs
-        shape = next(iter(parts.values())).shape
-        given = [_text_number(attributes, f"ImageSize{axis}") for axis in "XYZ"]
+def _imaris(file: h5py.File, image: Any, items: Items) -> list[StoredArray]:
+    levels: dict[str, dict[tuple[int, int], Any]] = defaultdict(dict)
+    for name, item in items.items():
+        place = r"DataSet/(ResolutionLevel \d+)/TimePoint (\d+)/Channel (\d+)/Data"
+        if found := re.fullmatch(place, name):
+            levels[found[1]][int(found[2]), int(found[3])] = item
+    lows, highs = (
+        [_text_number(image.attrs, f"Ext{end}{axis}") for axis in "012"] for end in ("Min", "Max")
+    )
+    unit = unit_name(attribute_text(image.attrs, "Unit") or "um")
+    arrays = []
+    for level, parts in levels.items():
+        first = next(iter(parts.values()))
+        given = [_text_number(first.parent.attrs, f"ImageSize{axis}") for axis in "XYZ"]
         # Blocks are padded beyond the image.
-        sizes = [int(min(n or m, m)) for n, m in zip(given, shape[::-1], strict=True)]
+        sizes = [int(min(n or m, m)) for n, m in zip(given, first.shape[::-1], strict=True)]
         spacing = [
             None if low is None or high is None else (high - low) / n
-            for low, high, n in zip(*ends, sizes, strict=True)
+            for low, high, n in zip(lows, highs, sizes, strict=True)
         ]
-        origin = [(low or 0.0) + (s or 0.0) / 2 for low, s in zip(ends[0], spacing, strict=True)]
-        channels = [
-            attribute_text(file[f"DataSetInfo/Channel {k}"].attrs, "Name")
-            if f"DataSetInfo/Channel {k}" in file
-            else ""
-            for k in sorted({key[1] for key in parts})
-        ]
-        found.append(
-            _parts(
-                parts,
-                level,
-                tuple(sizes[::-1]),
-                spacing=tuple(spacing),
-                origin=tuple(origin),
-                unit=unit_name(attribute_text(image, "Unit") or "um"),
-                channels=tuple(channels),
-            )
-        )
-    return found
+        origin = [(low or 0.0) + (s or 0.0) / 2 for low, s in zip(lows, spacing, strict=True)]
+        about = [_own(file, f"DataSetInfo/Channel {k}") for k in sorted({key[1] for key in parts})]
+        channels = ["" if group is None else attribute_text(group.attrs, "Name") for group in about]
+        facts = {"spacing": tuple(spacing), "origin": tuple(origin), "channels": tuple(channels)}
+        arrays.append(_parts(parts, level, tuple(sizes[::-1]), unit=unit, **facts))
+    return arrays
 
 
 def _text_number(attributes: Any, name: str) -> float | None:
@@ -147,10 +145,6 @@ def _text_number(attributes: Any, name: str) -> float | None:
         return float(attribute_text(attributes, name))
     except ValueError:
         return None
-
-
-def _last_number(name: str) -> int:
-    return int(name.rpartition(" ")[2])
 
 
 def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
@@ -183,7 +177,8 @@ def _unsigned(array: StoredArray) -> StoredArray:
 
 def _setup_sizes(path: Path) -> dict[int, tuple[list[float], str]]:
     """Return voxel sizes and their unit by number of the view, where the file's .xml is there."""
-    if not path.is_file() or path.stat().st_size > LONGEST_XML:
+    is_own = path.resolve().parent == path.parent.resolve()
+    if not is_own or not path.is_file() or path.stat().st_size > LONGEST_XML:
         return {}
     text = path.read_text("utf-8", "replace")
     found = {}
@@ -212,17 +207,21 @@ def _ilastik(name: str, item: Any) -> StoredArray:
     return _stored(name, item, axes, spacing=(x, y, z) if x or y or z else None)
 
 
-def _itk(file: h5py.File) -> list[StoredArray]:
+def _itk(items: Items) -> list[StoredArray]:
     found = []
-    for name, group in file["ITKImage"].items():
-        if not {"VoxelData", "Spacing", "Origin", "Directions"} <= {*group}:
+    for name, item in items.items():
+        group, _, last = name.rpartition("/")
+        if last != "VoxelData":
             continue
-        spacing, origin = (np.asarray(group[key], float).tolist() for key in ("Spacing", "Origin"))
-        directions = np.asarray(group["Directions"], float)
+        names = ("Spacing", "Origin", "Directions")
+        said = [items.get(f"{group}/{each}") for each in names]
         facts: dict[str, Any] = {}
-        if len(spacing) == 3 and directions.shape == (3, 3):
-            facts = {"spacing": tuple(spacing), "origin": tuple(origin), "directions": directions}
-        found.append(_stored(f"ITKImage/{name}", group["VoxelData"], **facts))
+        if all(each is not None for each in said):
+            spacing, origin, directions = (np.asarray(each, float) for each in said)
+            if spacing.shape == origin.shape == (3,) and directions.shape == (3, 3):
+                place = {"spacing": tuple(spacing.tolist()), "origin": tuple(origin.tolist())}
+                facts = {**place, "directions": directions}
+        found.append(_stored(group, item, **facts))
     return found
 
 
@@ -260,8 +259,8 @@ def _open_pmd(path: Path, items: Items) -> list[StoredArray]:
     return found
 
 
-def _vtk(file: h5py.File, items: Items) -> list[StoredArray]:
-    said = file["VTKHDF"].attrs
+def _vtk(group: Any, items: Items) -> list[StoredArray]:
+    said = group.attrs
     spacing, origin, extent, direction = (
         attribute_numbers(said, name) for name in ("Spacing", "Origin", "WholeExtent", "Direction")
     )

@@ -250,6 +250,18 @@ def test_hdf5_of_programs(tmp_path, name):
     check(read_volume(path), array, said, **facts)
 
 
+@pytest.mark.parametrize("name", ["VTKHDF", "DataSetInfo", "ITKImage"])
+def test_no_layout_is_taken_from_another_file(tmp_path, name):
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        for write in (imaris, vtkhdf("PointData")):
+            write(file)
+        file["ITKImage/0/VoxelData"] = CODED
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["values"], file[name] = CODED, h5py.ExternalLink("secret.h5", name)
+    volume = read_volume(tmp_path / "a.h5", choice=Choice(array="values"))
+    check(volume, CODED, "no voxel spacing", contents=())
+
+
 def test_hdf5_by_itk_is_where_itk_has_it(tmp_path):
     image = sitk.GetImageFromArray(CODED)
     image.SetSpacing((0.5, 0.5, 2))
