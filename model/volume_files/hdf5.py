@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import attribute_numbers, attribute_text
 from model.volume_files.foreign import foreign_advice
 from model.volume_files.grid import Grid
-from model.volume_files.hdf5_layouts import arrays_by_program, check_kind
+from model.volume_files.hdf5_layouts import arrays_by_program, check_kind, values_of
 
 if TYPE_CHECKING:
     import h5py
@@ -22,12 +23,6 @@ if TYPE_CHECKING:
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".mat", ".nc", ".nc4", ".cdf")
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_PLACES = (0, 512, 1024, 2048)
-GREATEST_RATIO = 1100
-"""Largest ratio of values to their bytes in the file: that of deflate, with some room."""
-
-MOST_UNWRITTEN = 1 << 28
-"""Bytes of values that are believed to be fill values, however few chunks are written."""
-
 MOST_ARRAYS, LONGEST_AXIS = 5000, 1 << 20
 
 
@@ -100,26 +95,9 @@ def _arrays(path: Path, file: h5py.File, is_netcdf: bool) -> list[StoredArray]:
             f"{' and more' if len(left_out) > 6 else ''}; save the numbers as one array in "
             "one file."
         )
-    for name, item in found.items():
-        if item.ndim >= 3:
-            _check_bytes(path, name, item)
     if arrays := arrays_by_program(path, file, found):
         return arrays
     return [_array(name, item, is_netcdf) for name, item in found.items()]
-
-
-def _check_bytes(path: Path, name: str, item: h5py.Dataset) -> None:
-    """Check that what is written of an array can hold its values; chunks may be missing."""
-    stored, need = item.id.get_storage_size(), item.size * item.dtype.itemsize
-    room = stored
-    if item.chunks:
-        # Those that were never written have the fill value.
-        room = max(stored * GREATEST_RATIO, MOST_UNWRITTEN if stored else 0)
-        written = item.id.get_num_chunks() * int(np.prod(item.chunks)) * item.dtype.itemsize
-        if not item.compression and not item.shuffle and stored < min(written, need):
-            room = stored
-    if room < need:
-        raise damaged(path, f"its array '{name}' has {stored} bytes, which cannot hold its values")
 
 
 def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
@@ -148,7 +126,7 @@ def _array(name: str, item: h5py.Dataset, is_netcdf: bool) -> StoredArray:
         name,
         tuple(int(n) for n in item.shape),
         item.dtype,
-        item.__getitem__,
+        partial(values_of, item),
         tuple(names),
         _plain(item.attrs),
         coordinates,

@@ -7,10 +7,12 @@ knows as volumes; none if another program wrote the file.
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -19,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.volume_files.arrays import StoredArray
-from model.volume_files.checks import unsupported
+from model.volume_files.checks import damaged, unsupported
 from model.volume_files.conventions import attribute_number, attribute_numbers, attribute_text
 from model.volume_files.frame import unit_name
 
@@ -36,6 +38,34 @@ _VTK_KINDS = {
     "PolyData": "a surface",
 }
 LONGEST_XML = 1 << 22
+GREATEST_RATIO = 1100
+"""Largest ratio of values to their bytes in the file: that of deflate, with some room."""
+
+MOST_UNWRITTEN = 1 << 28
+"""Bytes of values that are believed to be fill values, however few chunks are written."""
+
+
+def values_of(item: Any, index: Any) -> NDArray[Any]:
+    """Read a part of an array whose bytes can hold its values; chunks may never have been written.
+
+    Raises
+    ------
+    VolumeError
+        When they cannot.
+    """
+    stored, need = item.id.get_storage_size(), item.size * item.dtype.itemsize
+    room = stored * (GREATEST_RATIO if item.chunks else 1)
+    if item.chunks or not stored:
+        # What was never written has the fill value.
+        room = max(room, MOST_UNWRITTEN)
+    if item.chunks and not (item.compression or item.shuffle):
+        written = item.id.get_num_chunks() * math.prod(item.chunks) * item.dtype.itemsize
+        room = stored if stored < min(written, need) else room
+    if room < need:
+        how = f"its array '{item.name}' has {stored} bytes, which cannot hold its values"
+        raise damaged(Path(item.file.filename), how)
+    values: NDArray[Any] = item[index]
+    return values
 
 
 def check_kind(path: Path, file: h5py.File) -> None:
@@ -86,7 +116,7 @@ def arrays_by_program(path: Path, file: h5py.File, items: Items) -> list[StoredA
 
 def _stored(name: str, item: Any, axes: tuple[str, ...] = (), **facts: Any) -> StoredArray:
     shape = tuple(int(n) for n in item.shape)
-    return StoredArray(name, shape, item.dtype, item.__getitem__, axes, **facts)
+    return StoredArray(name, shape, item.dtype, partial(values_of, item), axes, **facts)
 
 
 def _parts(
@@ -99,7 +129,7 @@ def _parts(
 
     def read(index: Any) -> NDArray[Any]:
         time, channel = (each if isinstance(each, int) else 0 for each in index[:2])
-        values: NDArray[Any] = parts[times[time], channels[channel]][inner]
+        values = values_of(parts[times[time], channels[channel]], inner)
         for axis in (1, 0):
             if not isinstance(index[axis], int):
                 values = values[None]

@@ -250,6 +250,14 @@ def test_hdf5_of_programs(tmp_path, name):
     check(read_volume(path), array, said, **facts)
 
 
+def test_an_array_that_was_never_written_does_not_spoil_the_others(tmp_path):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["values"] = CODED
+        file.create_dataset("later", (NZ, NY, NX), "f4")
+    check(read_volume(tmp_path / "a.h5", choice=Choice(array="values")), CODED)
+    refused(tmp_path / "a.h5", "every voxel has the value 0", choice=Choice(array="later"))
+
+
 @pytest.mark.parametrize("name", ["VTKHDF", "DataSetInfo", "ITKImage"])
 def test_no_layout_is_taken_from_another_file(tmp_path, name):
     with h5py.File(tmp_path / "secret.h5", "w") as file:
