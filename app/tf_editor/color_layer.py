@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QObject, QPoint
+from PySide6.QtCore import QObject, QPoint, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QColorDialog
 
@@ -33,9 +33,6 @@ class ColorLayer(QObject):
         area.strip.addItem(self._strip, ignoreBounds=True)
         self.stops: list[DragHandle] = []
         """Handles of the stops, in order."""
-        self._state.tf_input.changed.connect(self._state.calm.soon(self.refresh))
-        self._selection.changed.connect(self.refresh)
-        area.axisChanged.connect(self.refresh)
 
     def refresh(self) -> None:
         """Redraw the state's colour TF."""
@@ -87,7 +84,7 @@ class ColorLayer(QObject):
         dialog.rejected.connect(self._state.tf_input.cancel)
         # The stop belongs to the present volume's TF.
         self._state.volumeStarting.connect(dialog.reject)
-        dialog.finished.connect(dialog.deleteLater)
+        dialog.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         dialog.open()
         return dialog
 

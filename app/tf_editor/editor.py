@@ -49,9 +49,6 @@ class TransferFunctionEditor(QFrame):
         self.setProperty("role", "panel")
         self._state = state
         self.selection = Selection(self)
-        # Connected first, so that no other slot finds a selected handle that no longer exists.
-        state.tf_input.changed.connect(self.selection.fit)
-        state.tf_input.changed.connect(self._follow_tf)
         self.area = PlotArea(self)
         self.moves = HandleMoves(state, self.selection)
         self.opacity = OpacityLayer(self.area, self.moves)
@@ -67,7 +64,7 @@ class TransferFunctionEditor(QFrame):
         self._range: Range | None = None
         """Scalar range of the last finished edit."""
         self._lay_out()
-        state.tf_input.changeFinished.connect(self._follow_range)
+        self._connect()
         self.area.widget.scene().sigMouseClicked.connect(self._click)
         QShortcut(QKeySequence("F2"), self, self.card.edit)
         self.setEnabled(False)
@@ -114,6 +111,49 @@ class TransferFunctionEditor(QFrame):
         if self._state.scale == scale:
             # No TF follows: this one, of an undone edit, was there before.
             self._follow_tf(self._state.transfer_function)
+
+    def _connect(self) -> None:
+        self._state.tf_input.changed.connect(self._take_tf)
+        self._state.tf_input.changeFinished.connect(self._finish_tf)
+        self.selection.changed.connect(self._show_selection)
+        self.area.axisChanged.connect(self._show_axis)
+        self.area.heightChanged.connect(self._fit_height)
+        self.area.flagsMoved.connect(self.card.place)
+        self.area.recolored.connect(self._recolor)
+
+    def _take_tf(self, tf: TransferFunction) -> None:
+        # First, so that nothing finds a selected handle that no longer exists.
+        self.selection.fit(tf)
+        self._follow_tf(tf)
+        self._state.calm.ask(self._draw, self._draw)
+
+    def _finish_tf(self, tf: TransferFunction) -> None:
+        self._follow_range(tf)
+        # Not while something moves: the plot has the numbers then.
+        self.card.refresh()
+        self.menu.show_colors()
+
+    def _draw(self) -> None:
+        for layer in (self.opacity, self.color, self.range):
+            layer.refresh()
+
+    def _show_selection(self) -> None:
+        for part in (self.opacity, self.color, self.card):
+            part.refresh()
+
+    def _show_axis(self) -> None:
+        self._draw()
+        self.card.place()
+        self.menu.show_scales()
+
+    def _fit_height(self) -> None:
+        self.range.fit_height()
+        self.card.place()
+
+    def _recolor(self) -> None:
+        self.opacity.recolor()
+        self.range.recolor()
+        self.card.refresh()
 
     def _follow_tf(self, tf: TransferFunction) -> None:
         """Show the range of a new volume's TF, and say what is added, modes or points."""

@@ -58,7 +58,7 @@ class ModeCard(QFrame):
     def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:
         super().__init__(area.widget.viewport())
         self._area, self._moves = area, moves
-        self._state, self._selection = state, selection = moves.state, moves.selection
+        self._state, self._selection = moves.state, moves.selection
         self._is_short = False
         self.heading = ""
         """What is selected, in words."""
@@ -85,12 +85,6 @@ class ModeCard(QFrame):
         self.height_box.valueChanged.connect(self._height_typed)
         self.color_button.clicked.connect(color.choose_selected)
         self.remove_button.clicked.connect(moves.remove)
-        # Not while something moves: the plot has the numbers then.
-        state.tf_input.changeFinished.connect(self.refresh)
-        selection.changed.connect(self.refresh)
-        for changed in (area.axisChanged, area.heightChanged, area.flagsMoved):
-            changed.connect(self.place)
-        area.recolored.connect(self.refresh)
         self.refresh()
 
     @property

@@ -46,11 +46,7 @@ class OpacityLayer(QObject):
         """Handles of the modes or points, in order."""
         self.flanks = tuple(self._add_flank() for _ in range(2))
         """Left and right handle of the selected mode's width."""
-        self._state.tf_input.changed.connect(self._state.calm.soon(self.refresh))
-        self._selection.changed.connect(self.refresh)
-        area.axisChanged.connect(self.refresh)
-        area.recolored.connect(self._recolor)
-        self._recolor()
+        self.recolor()
 
     def refresh(self) -> None:
         """Redraw the state's TF."""
@@ -101,7 +97,8 @@ class OpacityLayer(QObject):
             handle.setVisible(inside and 0.0 <= place <= 1.0)
             handle.set_look(QColor(theme.CURVE), True, ringed=self._selection.flank == number)
 
-    def _recolor(self) -> None:
+    def recolor(self) -> None:
+        """Take the colours of the theme in use."""
         self._curve.setPen(pg.mkPen(theme.CURVE, width=1.6))
         dashed = pg.mkPen(theme.DIM_TEXT, width=1.2, style=Qt.PenStyle.DashLine)
         self._selected_curve.setPen(dashed)

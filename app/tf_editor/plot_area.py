@@ -361,7 +361,7 @@ class PlotArea(QObject):
         menu = QMenu(self.widget)
         for text, call, enabled in entries:
             add_action(menu, text, call).setEnabled(enabled)
-        menu.aboutToHide.connect(menu.deleteLater)
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(point)
 
 

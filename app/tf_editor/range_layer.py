@@ -97,11 +97,7 @@ class RangeLayer(QObject):
         self._begun = state.transfer_function
         self.lines = (self._add_line(0), self._add_line(1))
         self._shades = [(_add_shade(area.opacity), _add_shade(area.strip)) for _ in range(2)]
-        area.heightChanged.connect(self._size_lines)
-        area.recolored.connect(self._recolor)
-        area.axisChanged.connect(self.refresh)
-        state.tf_input.changed.connect(state.calm.soon(self.refresh))
-        self._recolor()
+        self.recolor()
         self.refresh()
 
     def refresh(self) -> None:
@@ -157,7 +153,8 @@ class RangeLayer(QObject):
         self._area.opacity.addItem(line, ignoreBounds=True)
         return line
 
-    def _size_lines(self) -> None:
+    def fit_height(self) -> None:
+        """Be as high as the plot."""
         low, high = self._area.opacity.viewRange()[1]
         height = self._area.opacity.height() * high / (high - low)
         for line in self.lines:
@@ -166,7 +163,8 @@ class RangeLayer(QObject):
             box = above.rect()
             above.setRect(box.left(), 0.0, box.width(), high)
 
-    def _recolor(self) -> None:
+    def recolor(self) -> None:
+        """Take the colours of the theme in use."""
         color = QColor(theme.PANEL)
         color.setAlpha(190)
         for shade in (each for pair in self._shades for each in pair):

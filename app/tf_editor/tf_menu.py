@@ -142,15 +142,15 @@ class TransferFunctionMenu(QObject):
         self.popup = RangePopup(state, layer, parent)
         self._fill()
         self.menu.aboutToShow.connect(self._refresh)
-        state.tf_input.changeFinished.connect(lambda _tf: self._show_colors())
         self.set_narrow(False)
 
     def set_narrow(self, is_narrow: bool) -> None:
         """Make the colours' button narrower, or as wide as usual."""
         self.colors_button.setIconSize(QSize(40 if is_narrow else 64, 10))
-        self._show_colors()
+        self.show_colors()
 
-    def _show_colors(self) -> None:
+    def show_colors(self) -> None:
+        """Show the present colours on their button."""
         size, color = self.colors_button.iconSize(), self._state.transfer_function.color
         shown = np.linspace(*color.scalar_range, size.width())
         self.colors_button.setIcon(_swatch(color(shown), size))
@@ -217,9 +217,8 @@ class TransferFunctionMenu(QObject):
             "More room for opacities below 0.1",
             lambda on: self._area.set_scale(OpacityScale(on)),
         )
-        self._area.axisChanged.connect(self._show_scales)
 
-    def _show_scales(self) -> None:
+    def show_scales(self) -> None:
         """Check the scales that the plot has, which may be another volume's by now."""
         shown = (
             (self._scale, self._area.axis.labels == "log"),
@@ -232,7 +231,7 @@ class TransferFunctionMenu(QObject):
 
     def _refresh(self) -> None:
         # What was wanted may have been refused.
-        self._show_scales()
+        self.show_scales()
         opacity = self._state.transfer_function.opacity
         self._as_curve.setEnabled(not opacity.points)
         self._as_modes.setEnabled(bool(opacity.points))
