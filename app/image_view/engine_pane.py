@@ -16,7 +16,7 @@ from app.engines.client import EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
-from app.image_view.picture import BLACK, Background, compose
+from app.image_view.picture import BLACK, Background
 from app.short_numbers import short
 from app.state.at_work import PATIENCE_MS
 from app.state.brightness import Brightness
@@ -297,7 +297,5 @@ class EnginePane(QWidget):
 
     def _picture(self, rgba: NDArray[np.float32]) -> QImage:
         """The image as it is shown: opaque on black, else transparent where nothing is."""
-        brightness = self.brightness.of(self.engine)
-        if self.canvas.background == BLACK:
-            return to_qimage(rgba, brightness)
-        return compose(rgba, None, brightness)
+        is_clear = self.canvas.background != BLACK
+        return to_qimage(rgba, self.brightness.of(self.engine), clear=is_clear)

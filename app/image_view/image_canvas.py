@@ -39,22 +39,28 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
     painter.fillRect(line, QColor(theme.ON_IMAGE.change))
 
 
-def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0) -> QImage:
-    """Convert premultiplied colours (H, W, 4), or opaque ones (H, W, 3), to an image on black.
+def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0, *, clear: bool = False) -> QImage:
+    """Convert premultiplied colours (H, W, 4), or opaque ones (H, W, 3), to an image.
 
-    Values outside [0, 1] are clipped, and what is no number becomes 0. The brightness is that of
-    :func:`model.rendering.brightness.brighten`.
+    It is on black, or clear where nothing is. Values outside [0, 1] are clipped, and what is no
+    number becomes 0. The brightness is that of :func:`model.rendering.brightness.brighten`.
     """
     levels = np.ascontiguousarray(rgba, np.float32)
     if levels.shape[2] == 3:
         levels = np.pad(levels, ((0, 0), (0, 0), (0, 1)))
-    if brightness != 1:
+    if clear or brightness != 1:
         levels = np.fmin(np.fmax(levels, np.float32(0)), np.float32(1))
         brighten(levels[..., :3], brightness)
+    formats = QImage.Format
+    # Of the second of these formats, Qt enlarges images fastest.
+    given, shown = formats.Format_RGBX32FPx4, formats.Format_RGB32
+    if clear:
+        # Light may be brighter than its opacity allows; more opacity keeps the colour.
+        np.maximum(levels[..., 3], levels[..., :3].max(axis=2), out=levels[..., 3])
+        given = formats.Format_RGBA32FPx4_Premultiplied
+        shown = formats.Format_ARGB32_Premultiplied
     height, width = levels.shape[:2]
-    floats = QImage(levels.data, width, height, QImage.Format.Format_RGBX32FPx4)
-    # Of this format, Qt enlarges images fastest.
-    return floats.convertToFormat(QImage.Format.Format_RGB32)
+    return QImage(levels.data, width, height, given).convertToFormat(shown)
 
 
 class ImageCanvas(KeyedWidget):

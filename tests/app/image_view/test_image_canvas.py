@@ -41,3 +41,10 @@ def test_the_image_is_shown_centred_with_its_own_shape(canvas: ImageCanvas) -> N
 def test_values_outside_the_range_are_clipped(value: float, level: int) -> None:
     rgba = np.full((1, 1, 4), value, dtype=np.float32)
     assert to_qimage(rgba).pixelColor(0, 0).red() == level
+
+
+def test_a_clear_image_shows_what_is_behind_it() -> None:
+    rgba = np.float32([[[0.5, 0.25, 0.0, 0.5], [0, 0, 0, 0], [0.4, 0.2, 0.1, 1.0]]])
+    image = to_qimage(rgba, clear=True)
+    found = [image.pixelColor(x, 0).getRgb() for x in range(3)]
+    assert found == [(255, 128, 0, 128), (0, 0, 0, 0), (102, 51, 26, 255)]

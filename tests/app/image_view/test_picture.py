@@ -68,8 +68,7 @@ def test_bad_values_do_no_harm_and_light_above_its_opacity_stays() -> None:
     rgba[0, 1] = (3.0, -1.0, np.inf, 1.0)
     rgba[0, 2] = (0.5, 0.25, 0.0, 0.25)
     black = to_qimage(rgba)
-    for background in ((0, 0, 0), None):
-        image = compose(rgba, background)
+    for image in (compose(rgba, (0, 0, 0)), compose(rgba, None), to_qimage(rgba, clear=True)):
         on_black = QImage(4, 1, QImage.Format.Format_RGB32)
         on_black.fill(QColor("black"))
         painter = QPainter(on_black)
