@@ -11,7 +11,6 @@ from PySide6.QtGui import QAction, QActionGroup
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
-    QMenu,
     QSlider,
     QToolButton,
     QWidget,
@@ -124,64 +123,38 @@ class ReferenceControls(QObject):
     ) -> None:
         super().__init__(parent)
         self._work = work
-        self._brightness = brightness
-        self._actions: dict[str, dict[Any, QAction]] = {}
-        self._switches: list[tuple[str, QAction]] = []
         self.ball = LightBall(state)
         self.light = CaptionButton()
-        self._fill_light(self.light.add_menu())
+        menu = self.light.add_menu()
+        group = QActionGroup(menu)
+        self._lights: dict[str, QAction] = {}
+        for choice, text in LIGHTINGS.items():
+            action = add_action(menu, text, partial(work.choose, lighting=choice))
+            action.setCheckable(True)
+            group.addAction(action)
+            self._lights[choice] = action
+        menu.addSeparator()
+        self._denoises = menu.addAction("Denoise path-traced light")
+        self._denoises.setCheckable(True)
+        self._denoises.setToolTip(
+            "Removes noise from images of few samples. Without it, light is soft while something "
+            "moves."
+        )
+        self._denoises.setEnabled(denoising.installed())
+        self._denoises.triggered.connect(lambda checked: work.choose(denoises=checked))
+        menu.addSeparator()
+        slider = QWidgetAction(menu)
+        slider.setDefaultWidget(BrightnessSlider(brightness))
+        menu.addAction(slider)
         work.choicesChanged.connect(self._show_choices)
         work.settingsChanged.connect(self._show_settings)
         work.lightRangeChanged.connect(self._offer_ball)
         self._show_choices(work.choices)
         self._show_settings(work.settings)
 
-    def _fill_light(self, menu: QMenu) -> None:
-        """Add the kinds of light, and the brightness."""
-        self._add_choices(menu, "lighting", LIGHTINGS)
-        menu.addSeparator()
-        self._add_switch(
-            menu,
-            "denoises",
-            "Denoise path-traced light",
-            "Removes noise from images of few samples. Without it, light is soft while something "
-            "moves.",
-        ).setEnabled(denoising.installed())
-        menu.addSeparator()
-        action = QWidgetAction(menu)
-        action.setDefaultWidget(BrightnessSlider(self._brightness))
-        menu.addAction(action)
-
-    def _add_choices(self, menu: QMenu, name: str, texts: dict[Any, str]) -> None:
-        group = QActionGroup(menu)
-        actions = self._actions[name] = {}
-        for choice, text in texts.items():
-            action = add_action(menu, text, partial(self._choose, name, choice))
-            action.setCheckable(True)
-            action.setChecked(choice == getattr(self._work.choices, name))
-            group.addAction(action)
-            actions[choice] = action
-
-    def _add_switch(self, menu: QMenu, name: str, text: str, tip: str) -> QAction:
-        action = menu.addAction(text)
-        action.setCheckable(True)
-        action.setChecked(getattr(self._work.choices, name))
-        action.setToolTip(tip)
-        # A partial would be called without the state: PySide cannot count its arguments.
-        action.triggered.connect(lambda checked: self._choose(name, checked))
-        self._switches.append((name, action))
-        return action
-
-    def _choose(self, name: str, choice: Any) -> None:
-        self._work.choose(**{name: choice})
-
     def _show_choices(self, choices: ReferenceChoices) -> None:
-        for name, actions in self._actions.items():
-            choice = getattr(choices, name)
-            if choice in actions:
-                actions[choice].setChecked(True)
-        for name, switch in self._switches:
-            switch.setChecked(getattr(choices, name))
+        self._lights[choices.lighting].setChecked(True)
+        self._denoises.setChecked(choices.denoises)
         self._show_settings(self._work.settings)
 
     def _show_settings(self, settings: ReferenceSettings) -> None:
