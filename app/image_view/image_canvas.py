@@ -42,21 +42,22 @@ def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:
 def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0, *, clear: bool = False) -> QImage:
     """Convert premultiplied colours (H, W, 4), or opaque ones (H, W, 3), to an image.
 
-    It is on black, or clear where nothing is. Values outside [0, 1] are clipped, and what is no
-    number becomes 0. The brightness is that of :func:`model.rendering.brightness.brighten`.
+    It is on black, or clear where nothing is. Values outside [0, 1] are clipped, and pixels with
+    what is no number are dark. See :func:`model.rendering.brightness.brighten`.
     """
     levels = np.ascontiguousarray(rgba, np.float32)
     if levels.shape[2] == 3:
         levels = np.pad(levels, ((0, 0), (0, 0), (0, 1)))
     if clear or brightness != 1:
-        levels = np.fmin(np.fmax(levels, np.float32(0)), np.float32(1))
+        levels = np.clip(levels, 0, 1)
         brighten(levels[..., :3], brightness)
     formats = QImage.Format
     # Of the second of these formats, Qt enlarges images fastest.
     given, shown = formats.Format_RGBX32FPx4, formats.Format_RGB32
     if clear:
         # Light may be brighter than its opacity allows; more opacity keeps the colour.
-        np.maximum(levels[..., 3], levels[..., :3].max(axis=2), out=levels[..., 3])
+        for channel in range(3):
+            np.maximum(levels[..., 3], levels[..., channel], out=levels[..., 3])
         given = formats.Format_RGBA32FPx4_Premultiplied
         shown = formats.Format_ARGB32_Premultiplied
     height, width = levels.shape[:2]

@@ -33,8 +33,11 @@ def brighten(colors: NDArray[np.float32], brightness: float) -> None:
     """
     if brightness == 1:
         return
-    largest = np.maximum(np.maximum(colors[..., 0], colors[..., 1]), colors[..., 2])
+    red, green, blue = (colors[..., channel] for channel in range(3))
+    largest = np.maximum(np.maximum(red, green), blue)
     largest *= np.float32(brightness - 1)
     largest += 1
     np.divide(np.float32(brightness), largest, out=largest)
-    colors *= largest[..., None]
+    # Each by itself: a row of three numbers is too short for NumPy's loops.
+    for channel in (red, green, blue):
+        channel *= largest
