@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
 from model.errors import require
-from model.scene.color_space import rgb_to_lab
+from model.scene.color_maps import rgb_to_lab
 
 EMD_BINS = (8, 12, 12)
 """Bins of the colour histogram along L, a and b."""

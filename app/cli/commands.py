@@ -27,7 +27,7 @@ from model.generator.catalog import volume_for
 from model.networks.names import DeviceChoice
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
-from model.scene.range_choice import RangeChoice
+from model.scene.ranges import RangeChoice
 from model.scene.scene import Lighting, RendererName
 from model.scene.view import View
 from model.volume_files.shipped import SCAN

@@ -25,17 +25,16 @@ from model.rendering.brightness import usual_brightness
 from model.rendering.movie_file import write_movie
 from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT, Scale
-from model.scene.axes import DEFAULT_UP
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
 from model.scene.narrow_part import narrow_part
-from model.scene.range_fitting import fit_to_range, fit_to_volume
+from model.scene.orientation import turntable
+from model.scene.ranges import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF, Range, TransferFunction
-from model.scene.turntable import turntable
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
-from model.scene.view import View
+from model.scene.view import DEFAULT_UP, View
 from model.scene.volume import Volume
 from model.volume_files.first_tf import first_transfer_function
 from model.volume_files.source import volume_of

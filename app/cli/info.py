@@ -10,7 +10,7 @@ from app.cli import options, values
 from app.cli.captions import range_text
 from app.cli.options import option
 from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
-from model.scene.robust_range import robust_range
+from model.scene.ranges import robust_range
 from model.scene.scene import RENDERER_NAMES
 from model.scene.value_scale import LOGARITHM_OFFER, SCALE_NAMES, suits_logarithm, values_at
 from model.volume_files.description import as_data, describe

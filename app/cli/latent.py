@@ -219,7 +219,7 @@ def _one(
     draw: Draw,
     radius: float = 0.0,
 ) -> _Found:
-    from model.scene.tf_fitting import fitted_curve
+    from model.scene.tf_editing import fitted_curve
 
     tf = space.tf_of(code)
     image = draw(code[None])[0]

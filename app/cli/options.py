@@ -14,11 +14,11 @@ import typer
 from app.cli import values
 from app.cli.outputs import check_output_folder
 from model.networks.card import read_header
-from model.scene.axes import axis_direction
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
-from model.scene.range_choice import RangeChoice
+from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
+from model.scene.view import axis_direction
 
 REQUIRED = MISSING
 """Default of an option that must be given."""

@@ -24,9 +24,8 @@ from PySide6.QtWidgets import QWidget
 from app import theme
 from app.image_view.view_steps import DEGREES_PER_PIXEL, turn
 from app.state.viewer_state import ViewerState
-from model.scene.axes import AXES, axis_direction
 from model.scene.orientation import STANDARD_VIEWS, faces
-from model.scene.view import View
+from model.scene.view import AXES, View, axis_direction
 
 SIZE = 64
 PLACE = 6

@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from app.state.view_navigation import ViewNavigation
-from model.scene.axes import DEFAULT_UP
 from model.scene.orientation import angles_in, view_in
-from model.scene.view import View
+from model.scene.view import DEFAULT_UP, View
 
 DEGREES_PER_PIXEL = 0.4
 ZOOM_PER_NOTCH = 0.92

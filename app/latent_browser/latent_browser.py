@@ -19,7 +19,7 @@ from app.state.latent_state import LatentChoices, Place
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from model.latent.latent_map import CELLS, Brush
-from model.scene.tf_fitting import fitted_curve
+from model.scene.tf_editing import fitted_curve
 from model.scene.transfer_function import OpacityTF
 
 OPENING = "Opening the map …"

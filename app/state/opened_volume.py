@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.robust_range import robust_range
+from model.scene.ranges import robust_range
 from model.scene.scene import default_scalar_window
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QObject, Signal
 
-from model.scene.axes import DEFAULT_UP, axis_direction, axis_labelled
 from model.scene.orientation import (
     FARTHEST_HOME,
     WHOLE,
@@ -21,7 +20,7 @@ from model.scene.orientation import (
 )
 from model.scene.projection import NEAREST_DEPTH, Projection, holding
 from model.scene.region import SQUARE, Reach
-from model.scene.view import View
+from model.scene.view import DEFAULT_UP, View, axis_direction, axis_labelled
 from model.scene.volume import Triple
 
 HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)

@@ -16,7 +16,7 @@ from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.range_fitting import fit_to_range
+from model.scene.ranges import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
 

@@ -20,9 +20,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.volume_memory import VolumeMemory
 from model.errors import TfscopeError, VolumeError
-from model.scene.range_choice import RangeChoice
-from model.scene.range_fitting import fit_to_volume
-from model.scene.robust_range import robust_range
+from model.scene.ranges import RangeChoice, fit_to_volume, robust_range
 from model.scene.scene import Scene
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale

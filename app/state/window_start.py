@@ -9,7 +9,7 @@ from app.engines.engines import Drawing
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
-from model.scene.range_choice import RangeChoice
+from model.scene.ranges import RangeChoice
 from model.scene.scene import Lighting
 from model.scene.value_scale import ValueScale
 from model.scene.view import View

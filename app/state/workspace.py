@@ -26,7 +26,7 @@ from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.volume_keepers import VolumeKeeper
 from app.state.volume_opening import VolumeOpening
-from model.scene.range_fitting import fit_to_range, fit_to_volume
+from model.scene.ranges import fit_to_range, fit_to_volume
 from model.scene.scene import EXACT_LIGHTINGS, Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, share_without_logarithm

@@ -12,7 +12,7 @@ from app.controls import picture_icon
 from app.menu_tips import show_tips
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
-from model.scene.range_fitting import fit_to_range
+from model.scene.ranges import fit_to_range
 from model.scene.tf_presets import Preset, looks_like_hu, presets
 
 PICTURE = 96

@@ -43,7 +43,7 @@ from model.rendering.movie_file import SUFFIXES, write_movie
 from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.scene.inputs import SceneInputs
-from model.scene.turntable import turntable
+from model.scene.orientation import turntable
 
 KEY = "figures"
 """Of notices about figures."""

@@ -31,7 +31,7 @@ from app.window.sessions import Sessions
 from app.window.volume_dialogs import ContentsDialog, PropertiesDialog
 from model.errors import RenderError, TransferFunctionError, VolumeError
 from model.networks.card import MODEL_FILE
-from model.scene.range_choice import RangeChoice
+from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, values_at
 from model.sensitivity.result import NUMBER_SUFFIXES, SensitivityResult, save_numbers

@@ -23,8 +23,8 @@ from app.window.overlays import BACKGROUNDS, Overlay
 from app.window.pane_layout import PaneLayout, Shown
 from app.window.settings_dialog import SettingsDialog, apply_single_keys
 from app.window.window_parts import WindowParts
-from model.scene.axes import AXES
 from model.scene.orientation import STANDARD_VIEWS
+from model.scene.view import AXES
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of
 
 PICTURE = 64

@@ -15,7 +15,7 @@ from app.tf_editor.preset_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
 from model.errors import TransferFunctionError
-from model.scene.range_fitting import fit_to_range
+from model.scene.ranges import fit_to_range
 from model.scene.tf_presets import Preset
 
 KEY = "presets"

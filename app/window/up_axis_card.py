@@ -15,8 +15,8 @@ from app.controls import picture_icon, picture_tip
 from app.icons import IconButton
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
-from model.scene.axes import AXES, DEFAULT_UP
 from model.scene.orientation import home_view
+from model.scene.view import AXES, DEFAULT_UP
 from model.volume_files.shipped import shipped_volumes
 
 ICON, PICTURE = 56, 200

@@ -22,7 +22,7 @@ from model.networks.encoding import decode_unit
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import draw_sample, sample_kind
-from model.scene.random_tfs import SHARES
+from model.scene.random_inputs import SHARES
 from model.scene.scene import EXACT_LIGHTINGS
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement

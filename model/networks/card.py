@@ -171,7 +171,7 @@ KIND_NAMES = {
     "nearly empty": "nearly empty",
     "empty": "empty",
 }
-"""Names of the kinds of opacity TFs (:data:`model.scene.random_tfs.OpacityKind`) for display."""
+"""Names of the kinds of opacity TFs (:data:`model.scene.random_inputs.OpacityKind`) for display."""
 
 
 def errors_by_kind(metrics: dict[str, Any]) -> dict[str, float]:

@@ -13,7 +13,7 @@ volumes under direct and soft light, 95 % of the pixels are below .45 to .70 of 
 
 
 def usual_brightness(lighting: Lighting) -> float:
-    """Return the brightness that images are shown with while nobody chooses one."""
+    """Return the brightness that images are shown with unless another one is chosen."""
     return 1.0 if lighting == "none" else LIT_BRIGHTNESS
 
 

@@ -27,10 +27,6 @@ class FallbackRenderer:
 
     Parameters
     ----------
-    volume, lighting, light, sample_distance
-        See :func:`model.rendering.renderer.open_renderer`.
-    spares_processor : bool
-        Whether the ray caster draws where VTK would draw by the processor.
     ray_caster : Renderer, optional
         That one; by default it is opened when it is needed.
 

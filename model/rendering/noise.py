@@ -28,15 +28,6 @@ def noise_of(scalars: NDArray[Any]) -> float:
     It is read off fourth differences, in which smooth structures cancel. The lower quartile of
     their size ignores surfaces, in each range of values apart: air, which fills most scans, may
     have less noise than material. The noisiest material counts.
-
-    Parameters
-    ----------
-    scalars : ndarray, shape (nz, ny, nx)
-
-    Returns
-    -------
-    float
-        0 where materials are homogeneous, or no axis has five voxels.
     """
     random = np.random.default_rng(0)
     values, sizes = [], []

@@ -10,15 +10,7 @@ NEARLY_OPAQUE = 1 - 1 / 510
 
 
 def per_sample(opacity: NDArray[np.floating], sample_distance: float) -> NDArray[np.float64]:
-    """Opacity of one sample: 1 - (1 - a)^s.
-
-    Parameters
-    ----------
-    opacity : ndarray, any shape
-        Opacity a per voxel length, in [0, 1].
-    sample_distance : float
-        Sample distance s, in voxels.
-    """
+    """Opacity of one sample: 1 - (1 - a)^s."""
     # Logarithms keep full precision for small opacities, and are exact at 0 and at 1.
     with np.errstate(divide="ignore"):
         return -np.expm1(sample_distance * np.log1p(-opacity.astype(np.float64)))

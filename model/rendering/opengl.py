@@ -26,13 +26,7 @@ _NAME = re.compile(r"^\s*(?:OpenGL renderer string|Renderer):[ \t]*(\S.*?)\s*$",
 
 
 def offscreen_window() -> vtkRenderWindow:
-    """Open an off-screen window by the first method that works on this machine.
-
-    Raises
-    ------
-    CannotDrawError
-        When OpenGL is not available.
-    """
+    """Open an off-screen window by the first method that works on this machine."""
     for name in ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow", "vtkRenderWindow"):
         kind = getattr(vtkRenderingOpenGL2, name, vtkRenderWindow)
         window = kind()

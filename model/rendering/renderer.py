@@ -58,8 +58,6 @@ def open_renderer(
     Parameters
     ----------
     name : {"vtk", "raycast"}
-    volume, lighting, light, sample_distance
-        See :class:`model.scene.scene.Scene`.
     threads : int, optional
         Number of the ray caster's CPU threads, one per processor by default;
         ignored by VTK.

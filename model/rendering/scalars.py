@@ -44,23 +44,7 @@ KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 def renderable_scalars(
     volume: Volume, native: tuple[type[np.generic], ...]
 ) -> tuple[NDArray[Any], Range]:
-    """Return scalars for a renderer, and their range.
-
-    Parameters
-    ----------
-    native : tuple of scalar types
-        Types that the renderer supports directly.
-
-    Returns
-    -------
-    scalars : ndarray, shape (nz, ny, nx)
-        Those of :func:`shown_voxels`, without a copy where that is possible, if their type is
-        native and the scalar range is well conditioned; otherwise a float32 copy with that range
-        mapped to [0, 1], so that a small range far from zero keeps its precision. Either may lie
-        beyond the range, floats by up to :data:`BEYOND`.
-    scalar_range : tuple of float
-        The volume's scalar range in the units of these scalars.
-    """
+    """Return scalars for a renderer, and their range."""
     values = shown_voxels(volume)
     if keeps_type(volume, native):
         voxels = values if values.dtype.kind != "f" else _clamped_far_out(volume, values)

@@ -71,7 +71,7 @@ class Scale:
     def of(cls, volume: Volume, shown: NDArray[np.float64] = WHOLE) -> Scale:
         """Return the scale of a volume of which these points, shape (n, 3), are shown.
 
-        Without a unit, cubes of length 1 are taken for voxels that nobody has measured.
+        Without a unit, cubes of length 1 are taken for voxels of unknown size.
         """
         unit = volume.file.spacing_unit
         if not unit and set(volume.spacing) == {1.0}:

@@ -15,13 +15,7 @@ _SAID = re.compile(r"\(0x[0-9a-f]+\): *(.*?)\s*$", re.DOTALL)
 
 @contextmanager
 def drawing_errors() -> Iterator[list[str]]:
-    """Collect what VTK reports as errors in this thread; it goes on without an exception.
-
-    Yields
-    ------
-    list of str
-        Filled as errors are reported, each one line long.
-    """
+    """Collect what VTK reports as errors in this thread; it goes on without an exception."""
     found: list[str] = []
     thread = threading.get_ident()
 

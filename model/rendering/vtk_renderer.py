@@ -71,28 +71,7 @@ TABLE_ENTRIES = 1024
 
 
 class VtkRenderer:
-    """Renders one volume under one lighting.
-
-    Parameters
-    ----------
-    volume : Volume
-        TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
-        beyond it looks as its ends do.
-    lighting : {"none", "direct", "soft", "path"}
-        Emission-absorption only, or with gradient shading; "soft" and "path" are refused.
-    light : LightDirection, optional
-        Default direction of the distant light relative to the view, for inputs
-        without a light; ignored when unlit.
-    sample_distance : float
-        Default distance between samples along a ray, in voxels.
-
-    Raises
-    ------
-    CannotDrawError
-        Under soft or path-traced light, or when OpenGL is not available; by :meth:`render`, when
-        VTK reports that it could not draw, such as a texture too large for the driver, or a shader
-        that does not compile.
-    """
+    """Renders one volume under one lighting."""
 
     def __init__(
         self,
@@ -160,21 +139,7 @@ class VtkRenderer:
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
-        """Render one image.
-
-        Parameters
-        ----------
-        size : int or Raster
-            Width and height in pixels, or the pixels of a wider image or of a part.
-        sample_distance : float, optional
-            In voxels; the renderer's own by default.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns, 4)
-            RGBA in [0, 1] in steps of 1/255; colour premultiplied by opacity on black; row 0 at
-            the top.
-        """
+        """Render one image."""
         scalar_range = self._volume.scalar_range
         distance = sample_distance or self.sample_distance
         opacity = per_sample(inputs.opacity_tf.sample(scalar_range), distance)
@@ -388,12 +353,6 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
 
     See :func:`model.rendering.raycast.shading.reflect`: VTK itself leaves black what has no
     gradient, and takes noise for surfaces.
-
-    Parameters
-    ----------
-    noise : float
-        Difference of two voxels, as a part of the texture's range, at which the direction of the
-        gradient counts for a half.
     """
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     before = "finalColor.xyz = in_ambient[lightingComponent] * ambient +"

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.inputs import SceneInputs, draw_inputs
-from model.scene.random_inputs import draw_view
-from model.scene.random_tfs import OpacityKind, draw_kind, draw_opacity_tf
+from model.scene.random_inputs import OpacityKind, draw_kind, draw_opacity_tf, draw_view
 from model.scene.scene import Scene
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES

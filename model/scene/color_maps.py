@@ -1,4 +1,4 @@
-"""Perceptually uniform colour maps as colour TFs, from the library `cmap`."""
+"""Colour maps as colour TFs, from the library `cmap`, and CIELAB colours for the networks."""
 
 from __future__ import annotations
 
@@ -33,13 +33,7 @@ def map_colors(name: str, count: int) -> NDArray[np.float64]:
 
 
 def color_tf_of_map(name: str, scalar_range: Range) -> ColorTF:
-    """Return a colour TF of nine stops, evenly over a range.
-
-    Parameters
-    ----------
-    name : str
-        A key of :data:`COLOR_MAPS`.
-    """
+    """Return a colour TF of nine stops, evenly over a range."""
     lo, hi = scalar_range
     values = [lo, *np.linspace(lo, hi, MAP_STOPS)[1:-1].tolist(), hi]
     colors = map_colors(name, MAP_STOPS).tolist()
@@ -57,3 +51,20 @@ def reversed_colors(color: ColorTF) -> ColorTF:
         for value, *rgb in reversed(color.stops)
     )
     return ColorTF(color.scalar_range, stops)  # type: ignore[arg-type]
+
+
+LAB_LOW = np.array([0.0, -86.185, -107.863])
+LAB_HIGH = np.array([100.0, 98.254, 94.482])
+"""Extent of the RGB cube in CIELAB (L, a, b)."""
+
+
+def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Convert sRGB (..., 3) to CIELAB, each channel scaled so that the RGB cube fills [-1, 1].
+
+    Values outside [0, 1] are clipped first: CIELAB is undefined there.
+    """
+    # Imported here: it takes most of a second, and few commands need it.
+    from skimage.color import rgb2lab
+
+    lab = rgb2lab(np.clip(rgb, 0.0, 1.0))
+    return (2 * (lab - LAB_LOW) / (LAB_HIGH - LAB_LOW) - 1).astype(np.float32)

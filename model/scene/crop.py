@@ -83,8 +83,6 @@ class CropBox:
             0 for the lower plane, 1 for the upper one.
         place : float
             As a fraction of the volume's extent.
-        least : float
-            Length that the side keeps.
         """
         low, high = self.low[axis], self.high[axis]
         if side == 0:

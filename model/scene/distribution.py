@@ -29,15 +29,7 @@ Range = tuple[float, float]
 
 
 class Distribution:
-    """How voxels are distributed over scalar values; all of it is computed when first asked for.
-
-    Parameters
-    ----------
-    voxels : ndarray, shape (nz, ny, nx)
-        Finite real numbers.
-    missing : ndarray of bool, shape (nz, ny, nx), optional
-        Voxels that do not count; not all of them.
-    """
+    """How voxels are distributed over scalar values; all of it is computed when first asked for."""
 
     def __init__(
         self, voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None = None
@@ -88,7 +80,7 @@ class Distribution:
 
         It is more than 1 where 8-bit data were stretched to 16 bits, say; 1 where it is so
         large that the voxels have few values, such as a mask of 0 and 255. None for others
-        than whole numbers, and for some too large to be told apart from them.
+        than whole numbers, and for some too large to be distinguished from them.
         """
         lo, hi = self.range
         if not self.is_whole or max(abs(lo), abs(hi)) >= _EXACT:

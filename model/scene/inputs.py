@@ -15,15 +15,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.axes import upright_frame
-from model.scene.color_space import rgb_to_lab
+from model.scene.color_maps import rgb_to_lab
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection, LightRange
-from model.scene.random_inputs import draw_light, draw_view
-from model.scene.random_tfs import draw_color_tf, draw_opacity_tf
+from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
-from model.scene.view import VIEW_PARAMETERS, View
+from model.scene.view import VIEW_PARAMETERS, View, upright_frame
 
 Arrays = dict[str, NDArray[Any]]
 """Stored inputs of N images by name, each of shape (N, ...)."""
@@ -257,13 +255,7 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
 
 
 def outside_range(inputs: SceneInputs, scene: Scene) -> str:
-    """Describe the inputs outside a generator's training range in one line; empty if none.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene that the generator was trained on.
-    """
+    """Describe the inputs outside a generator's training range in one line; empty if none."""
     parts: Iterable[str] = (
         text for f in INPUT_FIELDS for text in f.outside(getattr(inputs, f.name), scene)
     )

@@ -1,4 +1,4 @@
-"""Values for voxels of which nothing is known, so that interpolation beside them is right.
+"""Values for voxels of which nothing is known, so that interpolation next to them is right.
 
 Renderers leave out every sample whose nearest voxel is missing. What lies nearer to a measured
 one is interpolated, and its gradient taken, with voxels up to two farther away: these get the

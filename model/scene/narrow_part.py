@@ -15,7 +15,7 @@ from model.scene.value_scale import ValueScale
 from model.scene.value_text import range_text
 
 LEAST_RISE = 0.05
-"""Height of a part worth a word, as a fraction of the largest opacity."""
+"""Least height of a part that is mentioned, as a fraction of the largest opacity."""
 
 LEAST_SHADE = 0.1
 """The same of a colour, of its full brightness."""
@@ -82,8 +82,6 @@ def narrow_part(opacity: OpacityTF, color: ColorTF | None = None) -> NarrowPart 
 
     Parameters
     ----------
-    opacity : OpacityTF
-        With its modes and points as they were made.
     color : ColorTF, optional
         Its narrow parts count where something is seen of them.
     """
@@ -177,7 +175,7 @@ def _narrow_top(
 def _foot(
     values: NDArray[np.float64], heights: NDArray[np.float64], start: int, step: int, end: float
 ) -> tuple[float, float]:
-    """Place and height of the lowest point beside a top, up to a value or to where it rises."""
+    """Place and height of the lowest point next to a top, up to a value or to where it rises."""
     index, lowest = start, (values[start], heights[start])
     while 0 <= index + step < len(values) and heights[index + step] <= lowest[1]:
         ahead = index + step

@@ -15,11 +15,77 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import ViewError
-from model.scene.axes import AXES, DEFAULT_UP, axis_direction, upright_frame
 from model.scene.crop import CropBox
-from model.scene.home_angles import home_angles
+from model.scene.projection import Projection, holding
 from model.scene.region import SQUARE, Reach
-from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View
+from model.scene.view import (
+    AXES,
+    DEFAULT_UP,
+    FAR_DISTANCE_RADII,
+    VIEW_ANGLE,
+    View,
+    axis_direction,
+    upright_frame,
+)
+from model.scene.volume import Triple
+
+FACING = (0.0, 30.0, -30.0)
+"""Azimuths of a volume whose file says where its front is, the usual one first."""
+
+AROUND = (30.0, -30.0, 60.0, 0.0, -60.0)
+"""Azimuths of other volumes, the usual one first."""
+
+ELEVATIONS = (15.0, 35.0)
+"""The usual elevation, and that of slabs that lie."""
+
+SLAB = 0.65
+"""Height of a slab that lies, at most, as a part of its mean width."""
+
+WORTH = 1.3
+"""Factor by which an unusual view must show more."""
+
+NEARLY = 0.9
+"""Part of the most that a more usual one of them may show in its place."""
+
+OUTLINE = 32
+"""Tangents around an outline whose area is measured."""
+
+
+def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple[float, float]:
+    """Azimuth and elevation of the usual view, or of a neighbour that shows much more.
+
+    A slab that lies is seen from further above.
+
+    What is compared is the area within the outline of what is shown, without perspective.
+
+    Parameters
+    ----------
+    offsets : ndarray of float64, shape (n, 3)
+        Around what is shown, in lengths along x, y and z.
+    up, front : str
+        See :func:`upright_frame`; an empty front for one that is not known.
+    """
+    turned = offsets @ upright_frame(up, front).T
+    azimuths = FACING if front else AROUND
+    across, depth, height = np.ptp(turned, axis=0)
+    elevations = ELEVATIONS[1:] if height <= SLAB * (across + depth) / 2 else ELEVATIONS
+    candidates = [(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
+    areas = [_outlined_area(turned @ View(*angles).basis()[:2].T) for angles in candidates]
+    most = max(areas)
+    if most <= WORTH * areas[0]:
+        return candidates[0]
+    return next(c for c, area in zip(candidates, areas, strict=True) if area >= NEARLY * most)
+
+
+def _outlined_area(places: NDArray[np.float64]) -> float:
+    """Area of the polygon whose sides touch places (n, 2) in evenly spaced directions."""
+    step = 2 * math.pi / OUTLINE
+    directions = step * np.arange(OUTLINE)
+    heights = (places @ np.stack([np.cos(directions), np.sin(directions)])).max(axis=0)
+    around = np.roll(heights, 1) + np.roll(heights, -1)
+    sides = (around - 2 * math.cos(step) * heights) / math.sin(step)
+    return float(heights @ sides) / 2
+
 
 STANDARD_VIEWS = {
     "Front": (0.0, 0.0),
@@ -32,7 +98,7 @@ STANDARD_VIEWS = {
 """Azimuth and elevation of each view; left and right are the viewer's."""
 
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
-"""Limits of the home view's distance beside a generator: what those are trained for."""
+"""Limits of the home view's distance for a generator: those that it is trained for."""
 
 NEAREST, FARTHEST = 0.05, 1.5
 """Limits of the home view's distance elsewhere."""
@@ -88,8 +154,6 @@ def view_in(
     ----------
     up, front : str
         See :func:`upright_frame`.
-    azimuth, elevation, roll, distance, pan_x, pan_y : float
-        As a :class:`View`'s.
     """
     view = View(azimuth, elevation, roll, distance, pan_x, pan_y)
     return view.in_frame(upright_frame(up, front).T)
@@ -112,12 +176,8 @@ def fit_distance(
 
     Parameters
     ----------
-    proportions : tuple of float
-        A volume's `proportions`.
     view : View or ndarray of float64, shape (3, 3)
         Only its axes matter: rows right, up and back.
-    margin : float
-        Part of half the image's side that is left free.
     points : ndarray of float64, shape (n, 3)
         The places, as fractions of the volume's lengths along x, y and z; by default, its
         corners. The view is aimed at the volume's centre.
@@ -154,16 +214,12 @@ def home_view(
 
     Parameters
     ----------
-    proportions : tuple of float
-        The volume's.
     up, front : str
         See :func:`upright_frame`.
     points : ndarray of float64, shape (n, 3)
         Around what is shown; by default, all of the volume.
-    reach : tuple of float
-        The image's, see :func:`fit_distance`.
     angles : tuple of float or None
-        Azimuth and elevation; None for :func:`~model.scene.home_angles.home_angles`.
+        Azimuth and elevation; None for :func:`~model.scene.orientation.home_angles`.
     """
     angles = angles or home_angles(_in_radii(points, proportions), up, front)
     view = view_in(up, *angles, front=front)
@@ -186,8 +242,6 @@ def centred(
     ----------
     view : View
         Its direction, and how far away it is at most.
-    proportions, points, reach
-        See :func:`home_view`.
     """
     distance = _nearest(view, proportions, points, reach, view.distance)
     low, high = _ends(view, proportions, points, distance)
@@ -205,7 +259,7 @@ def _nearest(
     """Smallest distance at which places take no more of the image than in the home view."""
     room = 2 * np.array(reach) * (1.0 - MARGIN, FILLED)
     back = view.basis()[2] @ _in_radii(points, proportions).T
-    # Nearer, some of them were beside or behind the camera.
+    # Nearer, some of them were level with or behind the camera.
     near = min(max(NEAREST, (float(back.max()) + CLOSEST) / FAR_DISTANCE_RADII), farthest)
     distance = farthest
     for _ in range(HALVINGS):
@@ -254,3 +308,36 @@ def standard_view(name: str, distance: float, up: str, *, front: str = "") -> Vi
 
 def _nearest_axis(direction: NDArray[np.float64]) -> str:
     return max(AXES, key=lambda axis: float(axis_direction(axis) @ direction))
+
+
+MIDDLE = (0.5, 0.5, 0.5)
+
+
+def turntable(
+    view: View, count: int, up: str, proportions: Triple, pivot: Triple = MIDDLE
+) -> list[View]:
+    """Return the views of one turn, in which what is shown seems to turn to the right.
+
+    The last one is a step before the first, so that the movie can be repeated without a stop.
+
+    Parameters
+    ----------
+    pivot : tuple of float
+        Point that keeps its place in the image, in fractions of the volume's lengths.
+    """
+    azimuth, elevation, roll = angles_in(up, view)
+    point = np.array(pivot)
+    place = Projection(view, proportions).places(point[None])[0]
+    views = [view]
+    for number in range(1, count):
+        turned = view_in(
+            up,
+            (azimuth - 360 * number / count) % 360,
+            elevation,
+            roll,
+            view.distance,
+            view.pan_x,
+            view.pan_y,
+        )
+        views.append(holding(point, place, turned, proportions))
+    return views

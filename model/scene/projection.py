@@ -113,8 +113,6 @@ def holding(
         Fractions of the volume's extent along x, y and z.
     place : ndarray of float64, shape (2,)
         To the right and up from the image's middle, in halves of its shorter side.
-    proportions : tuple of float
-        The volume's.
 
     Returns
     -------

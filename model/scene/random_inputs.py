@@ -1,16 +1,213 @@
-"""Random views, drawn as in the paper (section 4.3.1), and light directions.
+"""Random views, lights and TFs: the paper's (section 4.3.1), and TFs that people draw.
 
-Every draw takes an explicit :class:`numpy.random.Generator` and is a function
-of its arguments only.
+Every draw takes an explicit :class:`numpy.random.Generator` and is a function of its
+arguments only. The family "paper" has mixtures of Gaussian modes alone; the family "drawn"
+has also ramps, plateaus, steps, bands, free curves, and TFs that show little or
+nothing.
 """
 
 from __future__ import annotations
 
+import colorsys
+from collections.abc import Callable
+from typing import Literal
+
 import numpy as np
 
-from model.scene.axes import upright_frame
 from model.scene.light import LightDirection, LightRange
-from model.scene.view import View, ViewRange
+from model.scene.scene import Scene
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View, ViewRange, upright_frame
+
+OpacityKind = Literal[
+    "modes", "ramp", "plateau", "step", "band", "curve", "constant", "nearly empty", "empty"
+]
+"""Shape of an opacity TF."""
+
+SHARES: dict[OpacityKind, float] = {
+    "modes": 0.4,
+    "ramp": 0.08,
+    "plateau": 0.1,
+    "step": 0.08,
+    "band": 0.12,
+    "curve": 0.12,
+    "constant": 0.05,
+    "nearly empty": 0.03,
+    "empty": 0.02,
+}
+"""Frequencies of the kinds in the family "drawn"."""
+
+MAX_MODES = 5
+MIN_WIDTH_BINS = 2.0
+"""Least width of random modes and edges, in bins, so that modes near the ends are not spikes."""
+
+LEAST_CONSTANT = 0.001
+CURVE_POINTS = 3, 8
+COLOR_MAP_SHARE = 0.4
+"""Fraction of the family "drawn" whose colours are one of :data:`COLOR_MAPS`."""
+
+Stops = tuple[tuple[float, float, float], ...]
+
+COLOR_MAPS: dict[str, Stops] = {
+    "gray": ((0, 0, 0), (1, 1, 1)),
+    "black body": ((0, 0, 0), (0.7, 0.1, 0.05), (0.9, 0.4, 0.05), (0.9, 0.9, 0.2), (1, 1, 1)),
+    "cool to warm": ((0.23, 0.3, 0.75), (0.87, 0.87, 0.87), (0.71, 0.02, 0.15)),
+    "rainbow": ((0, 0, 1), (0, 1, 1), (0, 1, 0), (1, 1, 0), (1, 0, 0)),
+    "viridis": (
+        (0.27, 0.0, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55),
+        (0.37, 0.79, 0.38), (0.99, 0.91, 0.14),
+    ),
+    "bone": ((0, 0, 0), (0.33, 0.33, 0.45), (0.66, 0.78, 0.78), (1, 1, 1)),
+}  # fmt: skip
+"""Stops, evenly spaced over the range, of colour maps in common use."""
+
+
+def draw_kind(rng: np.random.Generator, scene: Scene) -> OpacityKind:
+    """Draw the kind of an opacity TF; nothing is drawn for the family "paper"."""
+    if scene.tf_family == "paper":
+        return "modes"
+    kinds = list(SHARES)
+    return kinds[int(rng.choice(len(kinds), p=[*SHARES.values()]))]
+
+
+def draw_opacity_tf(rng: np.random.Generator, scene: Scene) -> OpacityTF:
+    """Draw an opacity TF of the scene's family."""
+    return opacity_tf_of(draw_kind(rng, scene), rng, scene)
+
+
+def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> OpacityTF:
+    """Draw an opacity TF of one kind.
+
+    Parameters
+    ----------
+    kind : str
+        "modes": a mixture of 1 to 5 Gaussian modes; "ramp": from nothing at one value to an
+        opacity at another, that holds from there on; "plateau": the same with an opacity
+        that is log-uniform from .01; "step": a ramp over :data:`MIN_WIDTH_BINS`; "band": a
+        trapezoid; "curve": straight lines between 3 to 8 points; "constant": one opacity,
+        log-uniform from .001 to 1; "nearly empty": modes of at most .01; "empty".
+    """
+    if kind == "modes":
+        return _modes(rng, scene)
+    if kind == "nearly empty":
+        faint = _modes(rng, scene)
+        factor = 0.01 * rng.uniform() / max(mode.amplitude for mode in faint.modes)
+        modes = (GaussianMode(m.mean, m.width, m.amplitude * factor) for m in faint.modes)
+        return OpacityTF(scene.scalar_range, tuple(modes), scale=scene.scale)
+    if kind == "empty":
+        return OpacityTF(scene.scalar_range, scale=scene.scale)
+    lo, hi = scene.scalar_range
+    points = sorted(_POINTS[kind](rng, scene))
+    return OpacityTF(
+        scene.scalar_range,
+        points=tuple((float(np.clip(value, lo, hi)), float(opacity)) for value, opacity in points),
+        scale=scene.scale,
+    )
+
+
+def draw_color_tf(rng: np.random.Generator, scene: Scene, opacity: OpacityTF) -> ColorTF:
+    """Draw a colour TF: a common colour map, or a colour for each feature of the opacity TF.
+
+    Random colours are light (HSL lightness above 0.6) at modes, or at the points of a curve
+    inside the range, and dark (below 0.4) at both ends, so that values with high opacity are
+    also bright; colours are interpolated linearly in RGB.
+    """
+    lo, hi = opacity.scalar_range
+    if scene.tf_family == "drawn" and rng.uniform() < COLOR_MAP_SHARE:
+        colors = [*COLOR_MAPS.values()][int(rng.integers(len(COLOR_MAPS)))]
+        if rng.uniform() < 0.25:
+            colors = colors[::-1]
+        places = np.linspace(lo, hi, len(colors)).tolist()
+        return ColorTF(
+            opacity.scalar_range, tuple((p, *c) for p, c in zip(places, colors, strict=True))
+        )
+    means = sorted(mode.mean for mode in opacity.modes)
+    means += [value for value, _ in opacity.points if lo < value < hi]
+    values = [lo, *means, hi]
+    stops = []
+    for i, value in enumerate(values):
+        at_end = i in (0, len(values) - 1)
+        lightness = rng.uniform(0.0, 0.4) if at_end else rng.uniform(0.6, 1.0)
+        red, green, blue = colorsys.hls_to_rgb(rng.uniform(), lightness, rng.uniform())
+        stops.append((value, red, green, blue))
+    return ColorTF(opacity.scalar_range, tuple(stops))
+
+
+def _modes(rng: np.random.Generator, scene: Scene) -> OpacityTF:
+    """Draw a mixture of 1 to 5 Gaussian modes, as the paper.
+
+    Means are uniform in the window; widths uniform from a floor of two bins to half the
+    distance to the nearer end of the range; amplitudes uniform in 0.1..1, divided by their
+    sum when there is more than one mode.
+    """
+    lo, hi = scene.scalar_range
+    count = int(rng.integers(1, MAX_MODES + 1))
+    means = rng.uniform(*scene.scalar_window, count)
+    floor = MIN_WIDTH_BINS * (hi - lo) / TF_SAMPLES
+    widest = np.maximum(np.minimum(means - lo, hi - means) / 2, floor)
+    widths = rng.uniform(floor, widest)
+    amplitudes = rng.uniform(0.1, 1.0, count)
+    if count > 1:
+        amplitudes /= amplitudes.sum()
+    modes = tuple(
+        GaussianMode(float(m), float(w), float(a))
+        for m, w, a in zip(means, widths, amplitudes, strict=True)
+    )
+    return OpacityTF(scene.scalar_range, modes, scale=scene.scale)
+
+
+Points = list[tuple[float, float]]
+
+
+def _ramp(rng: np.random.Generator, scene: Scene) -> Points:
+    first, last = sorted(rng.uniform(*scene.scalar_window, 2))
+    return [(first, 0.0), (last + _edge(scene), rng.uniform(0.05, 1.0))]
+
+
+def _plateau(rng: np.random.Generator, scene: Scene) -> Points:
+    first, last = sorted(rng.uniform(*scene.scalar_window, 2))
+    return [(first, 0.0), (last + _edge(scene), float(np.exp(rng.uniform(np.log(0.01), 0))))]
+
+
+def _step(rng: np.random.Generator, scene: Scene) -> Points:
+    value = rng.uniform(*scene.scalar_window)
+    return [(value, 0.0), (value + _edge(scene), rng.uniform(0.05, 1.0))]
+
+
+def _band(rng: np.random.Generator, scene: Scene) -> Points:
+    values = sorted(rng.uniform(*scene.scalar_window, 4))
+    height, edge = rng.uniform(0.05, 1.0), _edge(scene)
+    a, b, c, d = (value + i * edge for i, value in enumerate(values))
+    return [(a, 0.0), (b, height), (c, height), (d, 0.0)]
+
+
+def _curve(rng: np.random.Generator, scene: Scene) -> Points:
+    first, last = CURVE_POINTS
+    count = int(rng.integers(first, last + 1))
+    values = np.sort(rng.uniform(*scene.scalar_window, count))
+    # Half of the points are at nothing, or hardly any curve would let one look inside.
+    heights = rng.uniform(0.0, 1.0, count) ** 2 * (rng.uniform(size=count) < 0.5)
+    return [*zip(values.tolist(), heights.tolist(), strict=True)]
+
+
+def _constant(rng: np.random.Generator, scene: Scene) -> Points:
+    return [(scene.scalar_range[0], float(np.exp(rng.uniform(np.log(LEAST_CONSTANT), 0))))]
+
+
+def _edge(scene: Scene) -> float:
+    """Least distance between points that differ in opacity."""
+    lo, hi = scene.scalar_range
+    return MIN_WIDTH_BINS * (hi - lo) / TF_SAMPLES
+
+
+_POINTS: dict[OpacityKind, Callable[[np.random.Generator, Scene], Points]] = {
+    "ramp": _ramp,
+    "plateau": _plateau,
+    "step": _step,
+    "band": _band,
+    "curve": _curve,
+    "constant": _constant,
+}
 
 
 def draw_view(rng: np.random.Generator, view_range: ViewRange) -> View:

@@ -108,7 +108,7 @@ class Outline:
 
     @property
     def is_in_square(self) -> bool:
-        """Whether nothing of the outline lies beside the square in the image's middle."""
+        """Whether the whole outline lies in the square in the image's middle."""
         return all(0 <= place <= 1 for point in self.points for place in point)
 
     def kept_inside(self, reach: Reach = SQUARE) -> Outline:

@@ -12,11 +12,10 @@ from typing import Any, Literal, get_args
 
 from model.errors import TfscopeError
 from model.json_files import MalformedError, build
-from model.scene.axes import DEFAULT_UP
 from model.scene.light import LightDirection, LightRange
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.value_scale import ValueScale, place_of
-from model.scene.view import ViewRange
+from model.scene.view import DEFAULT_UP, ViewRange
 from model.scene.volume import Triple, Volume
 
 FORMAT_VERSION = 5
@@ -82,7 +81,7 @@ class Scene:
     dimensions : tuple of int, or None
         Voxels along x, y and z. Scenes of earlier versions lack them.
     tf_family : {"paper", "drawn"}
-        Random TFs of the scene, see :mod:`model.scene.random_tfs`.
+        Random TFs of the scene, see :mod:`model.scene.random_inputs`.
     scale : {"linear", "log"}
         Scale of the volume, of both ranges and of TFs.
 
@@ -178,12 +177,8 @@ class Scene:
         ----------
         scalar_window : tuple of float, or None
             In the data's units; None for :func:`default_scalar_window`.
-        movable_light : bool
-            Whether the light's direction varies, over all of :class:`LightRange`.
         up : str
             The view range's; empty for the volume's own, or the usual one.
-        image_size, lighting, renderer, tf_family
-            As of the scene.
 
         Raises
         ------

@@ -160,8 +160,6 @@ def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) 
     ----------
     value, width : float
         Among the values, and the width of a flank, in the data's units.
-    reach : tuple of float
-        Lowest and highest of the values.
     """
     if opacity.points and opacity(np.linspace(*reach, TF_SAMPLES)).max() > 0:
         return replace(opacity, points=_between(opacity, reach, width))
@@ -175,7 +173,7 @@ def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) 
         for mode in opacity.modes
     ]
     kept = [mode for mode in kept if mode.amplitude > TINY]
-    # What a mode beside the values has among them would be a mode beside them, too.
+    # What a mode outside of the values has among them would be a mode outside, too.
     inside = [mode for mode in kept if low - width <= mode.mean <= high + width]
     modes = inside or sorted(kept, key=lambda mode: mode.amplitude)[-1:]
     return replace(opacity, modes=tuple(modes) or (_mode(value, width, LEAST_RAISE),), points=())

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.range_fitting import fit_to_range
+from model.scene.ranges import fit_to_range
 from model.scene.transfer_function import (
     ColorTF,
     OpacityTF,
@@ -156,8 +156,6 @@ def presets(
 
     Parameters
     ----------
-    scalar_range : tuple of float
-        Range of the TFs.
     counts : ndarray of int64, shape (bins,)
         Histogram of the volume.
     edges : ndarray of float64, shape (bins + 1,)
@@ -166,8 +164,6 @@ def presets(
         Unit of the scalars; "HU" says that values are Hounsfield units.
     scale : {"linear", "log"}
         Scale of range and edges; on a logarithmic one no value is taken for HU.
-    of_patient : bool
-        Whether those for CT of patients come first.
     """
     marks = _landmarks(counts, edges)
     is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)

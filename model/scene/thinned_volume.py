@@ -32,7 +32,7 @@ MOST_RAISE = 12
 """Doublings of an opacity at most."""
 
 LEVELS = 2048
-"""Scalar values that are told apart, eight per bin of a TF."""
+"""Scalar values that are distinguished, eight per bin of a TF."""
 
 _OPAQUE = 1 - 1e-6
 
@@ -69,12 +69,7 @@ class ThinnedVolume:
         return cls(levels, (lo, hi), tuple(strides * spacing))
 
     def ray_opacities(self, opacity: OpacityTF) -> NDArray[np.float64]:
-        """Return the opacity of every ray along x, y or z through a voxel.
-
-        Returns
-        -------
-        ndarray of float64, shape (ny nx + nz nx + nz ny,), in [0, 1]
-        """
+        """Return the opacity of every ray along x, y or z through a voxel."""
         return np.concatenate([rays.ravel() for rays in self._rays(opacity)])
 
     def made_visible(self, opacity: OpacityTF) -> OpacityTF:

@@ -193,7 +193,7 @@ class TransferFunction:
     ----------
     is_relative : bool
         Whether the values are not scalars, but fractions of any volume's scalar range. The TF
-        shows nothing meaningful before :func:`model.scene.range_fitting.fit_to_range` has made
+        shows nothing meaningful before :func:`model.scene.ranges.fit_to_range` has made
         scalars of them.
 
     Raises

@@ -133,13 +133,6 @@ def logarithmic_ticks(places: tuple[float, float], count: int = 6) -> list[tuple
     Powers of ten where there are three of them, also 2 and 5 times these where there are three,
     else values that are evenly spaced.
 
-    Parameters
-    ----------
-    places : tuple of float
-        The lower and the upper end, as logarithms.
-    count : int
-        Approximate number of ticks.
-
     Returns
     -------
     list of (place, text)

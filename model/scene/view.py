@@ -1,4 +1,4 @@
-"""The view: its numbers, their camera basis, and the networks' 5-vector.
+"""The view: its numbers, their camera basis, the networks' 5-vector, and upright frames.
 
 Every renderer takes its camera from :meth:`View.basis`, which is computed in
 closed form, without a cross product with an "up" vector, and is therefore not
@@ -9,13 +9,67 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import ViewError
-from model.scene.axes import DEFAULT_UP, axis_direction, upright_frame
+
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
+"""Names of a volume's axes, with their sign."""
+
+DEFAULT_UP = "+z"
+
+_USUAL_FRONTS = {"+x": "-y", "-x": "-y", "+y": "+z", "-y": "-z", "+z": "-y", "-z": "-y"}
+
+
+def axis_labelled(label: str, labels: tuple[str, ...]) -> str:
+    """Return the axis with a label, given one label for each of :data:`AXES`; empty if none."""
+    return next((axis for axis, each in zip(AXES, labels, strict=False) if each == label), "")
+
+
+def axis_direction(axis: str) -> NDArray[np.float64]:
+    """Unit vector of an axis such as ``"-y"``, shape (3,).
+
+    Raises
+    ------
+    ViewError
+        When the text is not one of :data:`AXES`.
+    """
+    if axis not in AXES:
+        raise ViewError(f"'{axis}' is not an axis; give one of {', '.join(AXES)}.")
+    direction = np.zeros(3)
+    direction["xyz".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
+    return direction
+
+
+@cache
+def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
+    """Axes in which the volume stands upright.
+
+    Parameters
+    ----------
+    front : str
+        The axis that faces the camera at azimuth 0; where it is empty or along the up
+        axis, a usual one.
+
+    Returns
+    -------
+    ndarray of float64, shape (3, 3)
+        Rows are the upright frame's x, y and z in volume coordinates, determinant 1; the
+        identity for ``"+z"``.
+    """
+    z = axis_direction(up)
+    if not front or front[1:] == up[1:]:
+        front = _USUAL_FRONTS[up]
+    y = -axis_direction(front)
+    # Adding 0 turns -0 to 0.
+    frame = np.stack([np.cross(y, z), y, z]) + 0.0
+    # Each move of the mouse asks for it several times.
+    frame.flags.writeable = False
+    return frame
+
 
 VIEW_PARAMETERS = 5
 """Number of view parameters in network inputs, see :meth:`View.vector`."""
@@ -48,13 +102,8 @@ class ViewRange:
     nearest, farthest : float
         Limits of the distance; at 1 the whole volume is in view.
     up : str
-        The volume's axis that the angles are about, one of :data:`model.scene.axes.AXES`:
+        The volume's axis that the angles are about, one of :data:`model.scene.view.AXES`:
         without a roll, it points up in every image.
-
-    Raises
-    ------
-    ViewError
-        For limits that are not positive and finite, or inconsistent, and for another axis.
     """
 
     max_elevation: float = 80.0
@@ -197,14 +246,7 @@ class View:
         )
 
     def in_frame(self, frame: NDArray[np.float64]) -> View:
-        """Return this view of the same image, with angles about the z axis of another frame.
-
-        Parameters
-        ----------
-        frame : ndarray of float64, shape (3, 3)
-            Rows are its axes, orthonormal with determinant 1. For the identity, all numbers
-            are kept to the bit.
-        """
+        """Return this view of the same image, with angles about the z axis of another frame."""
         if (frame == _IDENTITY).all():
             return self
         return View.of_basis(self.basis() @ frame.T, self.distance, self.pan_x, self.pan_y)

@@ -76,16 +76,12 @@ def why_nothing(
 
     Parameters
     ----------
-    inputs : SceneInputs
-        Inputs of the image.
     volume_range : tuple of float
         The smallest and largest voxel.
     counts : ndarray of int64, shape (B,)
         Voxels in each bin of the scalar values.
     edges : ndarray of float64, shape (B + 1,)
         Limits of the bins, in the data's units, ascending.
-    aspect : float
-        Width of the image relative to its height.
     """
     if found := _unshown_values(inputs.opacity_tf, volume_range, counts, edges):
         return Emptiness(found, "tf")

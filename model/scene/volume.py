@@ -32,10 +32,6 @@ class Geometry(Protocol):
     ----------
     dimensions : tuple of int
         Number of values along x, y and z.
-    spacing, extent : tuple of float
-        See :class:`Volume`.
-    radius, voxel_size : float
-        See :class:`Volume`.
     """
 
     @property
@@ -80,7 +76,7 @@ class Volume:
         Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown.
     axis_labels : tuple of str
         The patient's direction (R, L, A, P, S or I) that each of
-        :data:`~model.scene.axes.AXES` points to; empty when unknown.
+        :data:`~model.scene.view.AXES` points to; empty when unknown.
     file : FileFacts
         What the volume's file says beyond its voxels.
     chosen_range : tuple of float, or None
@@ -382,26 +378,26 @@ class Volume:
     def _check_overlap(self, scalar_range: Range) -> None:
         lo, hi = scalar_range
         lowest, highest = self.data_range
-        told = [value_at(place, self.scale) for place in (lo, hi, lowest, highest)]
+        ends = [value_at(place, self.scale) for place in (lo, hi, lowest, highest)]
         if not (math.isfinite(hi - lo) and lo < hi):
             raise VolumeError(
-                f"{self.name}: the scalar range [{told[0]:g}, {told[1]:g}] is not increasing; "
+                f"{self.name}: the scalar range [{ends[0]:g}, {ends[1]:g}] is not increasing; "
                 "give [lowest, highest]."
             )
         if max(abs(lo), abs(hi)) > LARGEST_VALUE:
             raise VolumeError(
-                f"{self.name}: the scalar range [{told[0]:g}, {told[1]:g}] reaches values too "
+                f"{self.name}: the scalar range [{ends[0]:g}, {ends[1]:g}] reaches values too "
                 f"large to compute with; stay within {LARGEST_VALUE:g}, or scale the values down."
             )
         if not is_resolved(scalar_range):
             raise VolumeError(
-                f"{self.name}: the scalar range [{told[0]:.17g}, {told[1]:.17g}] is too narrow for "
+                f"{self.name}: the scalar range [{ends[0]:.17g}, {ends[1]:.17g}] is too narrow for "
                 "floating-point numbers; give a wider one."
             )
         if hi <= lowest or highest <= lo:
             raise VolumeError(
-                f"{self.name}: the scalar range [{told[0]:g}, {told[1]:g}] has no value in common "
-                f"with the voxels, which lie from {told[2]:g} to {told[3]:g}; choose one that has."
+                f"{self.name}: the scalar range [{ends[0]:g}, {ends[1]:g}] has no value in common "
+                f"with the voxels, which lie from {ends[2]:g} to {ends[3]:g}; choose one that has."
             )
 
     @property

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from model.scene.ct_peaks import AIR_HU, TISSUE_HU, body_range
-from model.scene.default_tf import default_transfer_function
-from model.scene.range_fitting import fit_to_range, stretch_to_range
+from model.scene.default_tf import AIR_HU, TISSUE_HU, body_range, default_transfer_function
+from model.scene.ranges import fit_to_range, stretch_to_range
 from model.scene.tf_presets import looks_like_hu
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.volume import Volume

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.errors import VolumeError
-from model.scene.range_choice import RangeChoice
-from model.scene.robust_range import robust_range
+from model.scene.ranges import RangeChoice, robust_range
 from model.scene.scene import Scene
 from model.scene.value_scale import SCALE_NAMES, ValueScale
 from model.scene.volume import Volume

@@ -127,8 +127,8 @@ def _white_furnace(posed: Posed) -> float:
     lamp = Lamp(key=0.0, sky=1.0, surfaces=False, bounces=100_000)
     lowest = posed.volume.scalar_range[0]
     white = ColorTF(posed.volume.scalar_range, ((lowest, 1.0, 1.0, 1.0),))
-    with closing(PathTracer(posed.volume, samples=2, lamp=lamp)) as tracer:
-        image = tracer.render(replace(posed.inputs, color_tf=white), posed.raster)
+    with closing(PathTracer(posed.volume, lamp=lamp)) as tracer:
+        image = tracer.render(replace(posed.inputs, color_tf=white), posed.raster, samples=2)
     return _error(image[..., :3], np.repeat(image[..., 3:], 3, axis=-1), relative=False)
 
 

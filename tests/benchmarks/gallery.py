@@ -12,11 +12,10 @@ import numpy as np
 from imageio.v3 import imread, imwrite
 
 from app.cli import run
-from model.scene.axes import DEFAULT_UP, axis_labelled
 from model.scene.orientation import home_view
-from model.scene.robust_range import robust_range
+from model.scene.ranges import robust_range
 from model.scene.thinned_volume import ThinnedVolume
-from model.scene.view import View
+from model.scene.view import DEFAULT_UP, View, axis_labelled
 from model.volume_files import read_volume
 from model.volume_files.first_tf import first_transfer_function
 from model.volume_files.shipped import shipped_volumes

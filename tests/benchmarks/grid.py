@@ -20,10 +20,10 @@ from model.latent.tiny_pictures import DIFFERING, exposures, overview_of
 from model.metrics import flip
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.axes import DEFAULT_UP, axis_labelled
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import home_view
-from model.scene.robust_range import robust_range
+from model.scene.ranges import robust_range
+from model.scene.view import DEFAULT_UP, axis_labelled
 from model.volume_files import read_volume
 from tests.benchmarks.motion import PATIENCE_S, close_window, opened_window, run, windows_here
 from tests.benchmarks.rows import options, paths, print_machine, print_rows, timed

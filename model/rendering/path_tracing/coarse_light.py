@@ -33,13 +33,7 @@ def coarse(raster: Raster) -> Raster:
 
 
 def light_of(lit: NDArray[np.float32], unlit: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the factors that light has colours times.
-
-    Parameters
-    ----------
-    lit, unlit : ndarray of float32, shape (rows, columns, 3)
-        A picture in light, and without.
-    """
+    """Return the factors that light has colours times."""
     return np.clip((lit + FAINT) / (unlit + FAINT), 0, MOST)
 
 

@@ -83,16 +83,7 @@ def estimate_of(
     unlit: NDArray[np.float32],
     samples: int,
 ) -> Estimate:
-    """Return the estimate from sums over samples.
-
-    Parameters
-    ----------
-    sums : ndarray of float32, shape (2, rows, columns, 3)
-        Of the radiance of the even and of the odd samples.
-    unlit : ndarray of float32, shape (rows, columns, 4)
-        The ray caster's unlit picture.
-    samples : int
-    """
+    """Return the estimate from sums over samples."""
     counts = (samples + 1) // 2, samples // 2
     radiance = (sums[0] + sums[1]) / np.float32(samples)
     rgba = np.clip(np.concatenate([radiance, unlit[..., 3:]], axis=2), 0, 1)

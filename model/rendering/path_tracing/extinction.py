@@ -37,17 +37,7 @@ class Extinction:
 
 
 class ExtinctionClassifier:
-    """Finds extinctions in one volume; the newest are kept.
-
-    Parameters
-    ----------
-    cells : MinMaxCells
-        Of its voxels.
-    scalar_range : tuple of float
-    distance : float
-        In voxels, between samples of the opacities that extinctions are found from. Extinctions do
-        not depend on the sample distance of a picture.
-    """
+    """Finds extinctions in one volume; the newest are kept."""
 
     def __init__(self, cells: MinMaxCells, scalar_range: Range, distance: float) -> None:
         self._cells, self._range, self._distance = cells, scalar_range, distance
@@ -65,7 +55,7 @@ class ExtinctionClassifier:
 
 
 def _touched(values: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return which bins are visible, or beside a visible one: values between both are, too."""
+    """Return which bins are visible, or next to a visible one: values between both are, too."""
     shown = values > 0
     wide = shown.copy()
     wide[1:] |= shown[:-1]

@@ -42,10 +42,6 @@ class LightHistory:
 
     It begins anew when anything but the view changes: while a TF is edited, the paths' random
     numbers stay, and what changes is the edit.
-
-    Parameters
-    ----------
-    volume : Volume
     """
 
     def __init__(self, volume: Volume) -> None:
@@ -59,22 +55,7 @@ class LightHistory:
         light: NDArray[np.float32],
         depth: NDArray[np.float32],
     ) -> NDArray[np.float32]:
-        """Take a picture's light, and return its mean with that of the pictures before.
-
-        Parameters
-        ----------
-        raster : Raster
-            The whole picture.
-        light : ndarray of float32, shape (rows, columns, 3)
-            Factors of the unlit colours.
-        depth : ndarray of float32, shape (rows, columns)
-            Distance from the eye at which something is seen, in world units; infinite where
-            nothing is.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns, 3)
-        """
+        """Take a picture's light, and return its mean with that of the pictures before."""
         counts = np.zeros(raster.shape, dtype=np.float32)
         past = self._past
         if past is not None and past.raster == raster and _is_alike(past.inputs, inputs):
@@ -142,7 +123,7 @@ def _between(
     )
     down = (rows - top).astype(np.float32)[..., None]
     along = (columns - left).astype(np.float32)[..., None]
-    below, beside = np.minimum(top + 1, height - 1), np.minimum(left + 1, width - 1)
-    upper = image[top, left] * (1 - along) + image[top, beside] * along
-    lower = image[below, left] * (1 - along) + image[below, beside] * along
+    below, right = np.minimum(top + 1, height - 1), np.minimum(left + 1, width - 1)
+    upper = image[top, left] * (1 - along) + image[top, right] * along
+    lower = image[below, left] * (1 - along) + image[below, right] * along
     return np.asarray(upper * (1 - down) + lower * down)

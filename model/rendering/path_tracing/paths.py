@@ -32,6 +32,7 @@ from model.rendering.path_tracing.scattering import (
 )
 from model.rendering.path_tracing.tracking import CLEAREST, track
 from model.rendering.raycast.batch import BATCH, HALF, fetch, stack_batch
+from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.trilinear import clamp
 
@@ -41,62 +42,27 @@ CERTAIN = 2
 
 @compiled
 def trace_rows(
-    medium: Any,
-    alphas: Any,
-    solid: Any,
-    surfaces: Any,
-    media: Any,
+    scatterer: Any,
     optics: Any,
     camera: Any,
     step: float,
+    close: bool,
     opacity: Any,
     place: Any,
-    rows: Any,
-    columns: Any,
+    tile: Any,
     samples: Any,
     seed: int,
     sums: Any,
 ) -> None:
-    """Add some samples to each pixel of some rows and columns.
-
-    Parameters
-    ----------
-    medium : Medium
-    alphas : ndarray of float32, shape (levels,)
-        Opacity of a sample at each level.
-    solid : ndarray of float32, shape (levels,)
-        Probability that what is steep enough is a surface, at each level.
-    surfaces, media : ndarray of float32, shape (4 levels,)
-        Of the light that collides at each level the share that goes on: by colour at the first
-        collision, then one for all colours at any other. See
-        :func:`model.rendering.path_tracing.scattering.shares`.
-    optics : Optics
-    camera : ndarray of float64, shape (24,)
-        See :func:`model.rendering.raycast.camera.camera_array`.
-    step : float
-        World distance between samples along view rays.
-    opacity : ndarray of float32, shape (rows, columns, 1)
-        Of each pixel.
-    place : tuple of 3 int
-        Column and row of the first pixel in the whole picture, and the picture's width.
-    rows : tuple of int
-        First row, and the row after the last.
-    columns : tuple of int
-        First column, and the column after the last.
-    samples : tuple of int
-        Number of the first sample, and of the one after the last. Even and odd ones have random
-        numbers of their own, so that their sums are independent.
-    seed : int
-    sums : ndarray of float32, shape (2, rows, columns, 3)
-        Input and output: sums of the even and of the odd samples.
-    """
+    """Add some samples to each pixel of a tile."""
     width = opacity.shape[1]
-    levels, staging = stack_batch(medium.voxels, BATCH)
+    medium = scatterer.medium
+    levels, staging = stack_batch(medium.voxels, GROUP * BATCH if close else BATCH)
     count = samples[1] - samples[0]
     targets, order = np.empty(count, np.float32), np.empty(count, np.int32)
     hits, places = np.empty(count, np.int32), np.empty(count, np.float32)
-    for row in range(rows[0], rows[1]):
-        for column in range(columns[0], columns[1]):
+    for row in range(tile[0], tile[1]):
+        for column in range(tile[2], tile[3]):
             a = opacity[row, column, 0]
             if a < LEAST:
                 continue
@@ -106,14 +72,13 @@ def trace_rows(
                 pixel = _stream(seed, number, sample)
                 _insert(targets, order, n, ONE - spread(pixel, sample >> 1, 0) * a)
             ray, _ = make_ray(camera, step, column, row, width)
-            _collide(medium, alphas, ray, targets, order, levels, staging, hits, places)
+            _collide(medium, ray, targets, order, levels, staging, hits, places)
             for n in range(count):
                 sample, t = samples[0] + n, places[n]
                 if hits[n] < 0:
                     continue
                 r, g, b = _radiance(
-                    medium, solid, surfaces, media, optics,
-                    _stream(seed, number, sample), sample >> 1, hits[n],
+                    scatterer, optics, _stream(seed, number, sample), sample >> 1, hits[n],
                     (ray.start[0] + t * ray.step[0]),
                     (ray.start[1] + t * ray.step[1]),
                     (ray.start[2] + t * ray.step[2]),
@@ -148,7 +113,6 @@ def _insert(targets: Any, order: Any, n: int, target: Any) -> None:
 @inlined
 def _collide(
     medium: Any,
-    alphas: Any,
     ray: Any,
     targets: Any,
     order: Any,
@@ -160,31 +124,23 @@ def _collide(
     """Find where the transmittance along a view ray falls to each of some targets.
 
     Within the step that belongs to a sample of the ray, the extinction is that sample's.
-
-    Parameters
-    ----------
-    targets : ndarray of float32, shape (n,)
-        The greatest first.
-    order : ndarray of int32, shape (n,)
-        Where the answers of each belong.
-    hits : ndarray of int32, shape (n,)
-        Output: level of the sample; -1 where all is transparent.
-    places : ndarray of float32, shape (n,)
-        Output: in steps behind the first sample of the ray.
     """
     through = ONE
     last_level, last_t = np.int32(-1), ZERO
     found = 0
     k = 0
     while k < ray.count:
-        behind = skip_empty(ray, k, medium.distances, medium.cell_shape, medium.shift)
+        behind = skip_empty(medium, ray, k)
         if behind > k:
             k = behind
             continue
-        fetch(medium.voxels, medium.shape, medium.scale, medium.missing, ray, k, levels, staging)
+        if len(levels) > BATCH:
+            # What was skipped must not decide at which samples the volume is read.
+            k -= k % GROUP
+        fetch(medium, ray, k, levels, staging)
         for m in range(min(len(levels), ray.count - k)):
             level = levels[m]
-            clear = ONE - alphas[np.uint64(np.uint32(level))]
+            clear = ONE - medium.alphas[np.uint64(np.uint32(level))]
             # Nothing, or too faint for this arithmetic: its logarithm would be 0.
             if clear >= ONE:
                 continue
@@ -208,10 +164,7 @@ def _collide(
 
 @inlined
 def _radiance(
-    medium: Any,
-    solid: Any,
-    surfaces: Any,
-    media: Any,
+    scatterer: Any,
     optics: Any,
     pixel: Any,
     index: int,
@@ -227,7 +180,7 @@ def _radiance(
     cr, cg, cb = ZERO, ZERO, ZERO
     mirrors = False
     left = ONE
-    shape = medium.shape
+    shape, scaling = scatterer.medium.shape, scatterer.scaling
     for bounce in range(optics.bounces):
         x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
         stream = joined(joined(pixel, 1000 + bounce), index)
@@ -240,9 +193,11 @@ def _radiance(
             u, v = number_of(joined(stream, 2)), number_of(joined(stream, 3))
             p, q = number_of(joined(stream, 4)), number_of(joined(stream, 5))
         entry = np.uint64(np.uint32(level))
-        is_surface, normal = surface_at(medium, optics, x, y, z, direction, solid[entry], kind)
+        is_surface, normal = surface_at(
+            scatterer, optics, x, y, z, direction, optics.solid[entry], kind
+        )
         entry *= np.uint64(4)
-        table = surfaces if is_surface else media
+        table = optics.surfaces if is_surface else optics.media
         light = about(optics.towards, ONE - u * (ONE - optics.cone), v)
         glossy, shown = ZERO, ZERO
         if is_surface:
@@ -268,7 +223,7 @@ def _radiance(
         else:
             cr, cg, cb = table[entry], table[entry + np.uint64(1)], table[entry + np.uint64(2)]
         if shown + glossy > ZERO:
-            _, _, through = track(medium, (x, y, z), light, joined(stream, 6), True)
+            _, _, through = track(scatterer, (x, y, z), light, joined(stream, 6), True)
             through *= optics.key
             if bounce > 0:
                 rest += left * through * (share * shown + glossy)
@@ -289,13 +244,13 @@ def _radiance(
             if number_of(joined(stream, 8)) >= left:
                 break
             left = ONE
-        level, t, _ = track(medium, (x, y, z), direction, joined(stream, 9), False)
+        level, t, _ = track(scatterer, (x, y, z), direction, joined(stream, 9), False)
         if level < 0:
             rest += left * optics.sky
             break
-        x += t * direction[0] * medium.scaling[0]
-        y += t * direction[1] * medium.scaling[1]
-        z += t * direction[2] * medium.scaling[2]
+        x += t * direction[0] * scaling[0]
+        y += t * direction[1] * scaling[1]
+        z += t * direction[2] * scaling[2]
     if mirrors:
         white += rest
     else:

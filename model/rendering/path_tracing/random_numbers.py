@@ -67,7 +67,6 @@ def spread(pixel: Any, index: Any, dimension: int) -> Any:
     ----------
     pixel : uint32
         Hash of pixel, seed and half.
-    index : int
     dimension : int
         0 to :data:`SPREAD` - 1.
     """

@@ -50,14 +50,7 @@ class Refined:
 
 
 class _Picture:
-    """A picture whose estimates are shown one after the other.
-
-    Parameters
-    ----------
-    cleaning : callable, optional
-        Gives what cleans the picture as long as the estimated error is smaller then: a picture of
-        many samples is shown as it was traced.
-    """
+    """A picture whose estimates are shown one after the other."""
 
     def __init__(self, inputs: SceneInputs, raster: Raster, cleaning: Cleaning | None) -> None:
         self._inputs, self._raster, self._cleaning = inputs, raster, cleaning
@@ -132,10 +125,6 @@ def refined(
 
     Parameters
     ----------
-    tracer, inputs, size, samples, wanted, sample_distance
-        See :meth:`model.rendering.path_tracing.renderer.PathTracer.refine`.
-    cleaning : callable, optional
-        Gives what cleans the picture while that brings it nearer.
     error : float
         Estimated error from which no more samples are drawn; 0 for as many as were asked for.
     """
@@ -217,10 +206,6 @@ class RefiningRenderer:
 
     Parameters
     ----------
-    tracer : PathTracer
-        It is closed with this.
-    cleaning : callable, optional
-        See :func:`refined`.
     samples : int
         Of each pixel in :meth:`render`.
     """
@@ -270,18 +255,13 @@ class RefiningRenderer:
 
         Where pictures are cleaned, light comes from fewer pixels and from the pictures before;
         see :mod:`.coarse_light` and :mod:`.light_history`. Else it is one of one sample.
-
-        Parameters
-        ----------
-        size : int or Raster
-            A whole picture.
         """
         raster = Raster.of(size)
         if self._cleaning is None:
             return self.drawn(inputs, raster, 1, wanted, sample_distance)
         few, apart = coarse(raster), APART * (sample_distance or self.sample_distance)
         depth = np.empty(few.shape, dtype=np.float32)
-        coming = self._tracer.refine(inputs, few, 1, wanted, apart, depth)
+        coming = self._tracer.refine(inputs, few, 1, wanted, apart, depth, at_rest=False)
         last = next(coming, None)
         if last is None:
             return None

@@ -23,13 +23,15 @@ from model.rendering.path_tracing.scattering import (
     shares,
     single_scattering_albedo,
 )
-from model.rendering.path_tracing.tracking import Medium
+from model.rendering.path_tracing.tracking import Scatterer
 from model.rendering.raster import Raster
+from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import travel_direction
+from model.rendering.raycast.rays import Medium
 from model.rendering.raycast.renderer import NO_DEPTH, NOTHING_MISSING
 from model.rendering.raycast.scene_light import UNLIT
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, opacity_table
@@ -42,7 +44,7 @@ from model.scene.view import VIEW_ANGLE
 from model.scene.volume import Volume
 
 SAMPLES = 64
-"""Samples of each pixel where nobody says how many."""
+"""Samples of each pixel where no number is asked for."""
 
 PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 """So that a pass ends soon after it is no longer wanted."""
@@ -50,7 +52,7 @@ PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 MOST_TOGETHER = 8
 """Samples of a pixel that are traced at once, as one walk along the view ray serves all of them."""
 
-LARGE, FINER = 3.0, 4
+LARGE, FINER = 4.0, 8
 """Size of a voxel in pixels from which samples along view rays are so many times as close: each
 step would be a ring on smooth surfaces."""
 
@@ -93,12 +95,16 @@ class Lamp:
 
 
 class _Seen(NamedTuple):
-    """Arguments of view rays: the medium, opacities of samples, the camera and the step."""
+    """Arguments of view rays.
 
-    medium: Medium
-    alphas: NDArray[np.float32]
+    They are the volume, the camera, the distance of samples in the world, and whether they are
+    close, see :data:`model.rendering.raycast.batch.CLOSE`.
+    """
+
+    scatterer: Scatterer
     camera: NDArray[np.float64]
     step: float
+    close: bool
 
 
 class PathTracer:
@@ -108,16 +114,12 @@ class PathTracer:
 
     Parameters
     ----------
-    volume : Volume
     light : LightDirection, optional
         Default direction of the light relative to the view, for inputs without one.
     sample_distance : float
         Distance between the samples along view rays, in voxels.
-    samples : int
-        Samples of each pixel in :meth:`render`.
     seed : int
         0 to 2^30; another one gives other random numbers.
-    lamp : Lamp, optional
     threads : int, optional
         One per processor by default; pictures do not depend on it.
     """
@@ -128,13 +130,11 @@ class PathTracer:
         light: LightDirection | None = None,
         sample_distance: float = 0.5,
         *,
-        samples: int = SAMPLES,
         seed: int = 0,
         lamp: Lamp | None = None,
         threads: int | None = None,
     ) -> None:
         self.sample_distance = sample_distance
-        self.samples = samples
         self._volume, self._seed = volume, seed
         self._light = light or LightDirection()
         self._lamp = lamp or Lamp()
@@ -158,10 +158,14 @@ class PathTracer:
         return self._volume
 
     def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        sample_distance: float | None = None,
+        samples: int = SAMPLES,
     ) -> NDArray[np.float32]:
-        """Render one image of :attr:`samples` samples; see :class:`model.rendering.renderer`."""
-        *_, last = self.refine(inputs, size, self.samples, sample_distance=sample_distance)
+        """Render one image of some samples of each pixel; see :mod:`model.rendering.renderer`."""
+        *_, last = self.refine(inputs, size, samples, sample_distance=sample_distance)
         return last.rgba
 
     def refine(
@@ -172,13 +176,12 @@ class PathTracer:
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
         depth: NDArray[np.float32] = NO_DEPTH,
+        at_rest: bool = True,
     ) -> Iterator[Estimate]:
         """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
         Parameters
         ----------
-        inputs, size
-            See :class:`model.rendering.renderer.Renderer`.
         samples : int
             1 or more.
         wanted : callable
@@ -189,40 +192,24 @@ class PathTracer:
         depth : ndarray of float32, shape (rows, columns), optional
             Output: distance from the eye at which something is seen, in world units; infinite
             where nothing is.
+        at_rest : bool
+            Whether there is time for surfaces of large voxels that are smooth.
         """
         raster = Raster.of(size)
-        if self._voxel_pixels(inputs, raster) > LARGE:
-            sample_distance = (sample_distance or self.sample_distance) / FINER
-        seen = self._seen(inputs, raster, sample_distance)
+        seen = self._seen(inputs, raster, sample_distance, at_rest)
         unlit = self._unlit(inputs, seen, raster, wanted, depth)
         if unlit is None:
             return
-        colors = color_table(inputs.color_tf, self._volume.scalar_range)
-        scatters = partial(single_scattering_albedo, asymmetry=self._lamp.asymmetry)
-        media = shares(colors.reshape(-1, 4), scatters).ravel()
-        surfaces = shares(colors.reshape(-1, 4), facet_albedo).ravel()
-        opacity = np.ascontiguousarray(unlit[..., 3:])
-        optics = self._optics(inputs)
-        traced = (
-            seen.medium,
-            seen.alphas,
-            # Of samples at the usual distance: what a surface is does not depend on the picture.
-            opacity_table(inputs.opacity_tf, self._volume.scalar_range, self.sample_distance),
-            surfaces,
-            media,
-            optics,
-            seen.camera,
-            seen.step,
-            opacity,
-        )
-        trace: Any = trace_rows
+        optics, opacity = self._optics(inputs), np.ascontiguousarray(unlit[..., 3:])
         place = raster.left, raster.top, raster.width
+        traced = *seen[:1], optics, *seen[1:], opacity, place
+        trace: Any = trace_rows
         sums = np.zeros((2, *raster.shape, 3), dtype=np.float32)
         for part in _passes(samples):
 
             def task(tile: Raster, part: tuple[int, int] = part) -> None:
-                rows, columns = (tile.top, tile.bottom), (tile.left, tile.right)
-                trace(*traced, place, rows, columns, part, self._seed, sums)
+                ends = tile.top, tile.bottom, tile.left, tile.right
+                trace(*traced, ends, part, self._seed, sums)
 
             if not self._run(task, _tiles(raster, part[1] - part[0]), wanted):
                 return
@@ -239,18 +226,14 @@ class PathTracer:
     ) -> NDArray[np.float32] | None:
         """Draw what the paths begin at: the TF's colours, in no light, and the opacity.
 
-        Parameters
-        ----------
-        inputs, size, wanted, sample_distance
-            See :meth:`refine`.
-
         Returns
         -------
         ndarray of float32, shape (rows, columns, 4), or None
             None if it is no longer wanted.
         """
         raster = Raster.of(size)
-        return self._unlit(inputs, self._seen(inputs, raster, sample_distance), raster, wanted)
+        seen = self._seen(inputs, raster, sample_distance, at_rest=False)
+        return self._unlit(inputs, seen, raster, wanted)
 
     def close(self) -> None:
         """End the threads; the renderer cannot be used afterwards."""
@@ -269,13 +252,17 @@ class PathTracer:
 
         return all(list(self._executor.map(part, tiles)))
 
-    def _seen(self, inputs: SceneInputs, raster: Raster, distance: float | None) -> _Seen:
+    def _seen(
+        self, inputs: SceneInputs, raster: Raster, distance: float | None, at_rest: bool
+    ) -> _Seen:
         distance, volume = distance or self.sample_distance, self._volume
+        if at_rest and self._voxel_pixels(inputs, raster) > LARGE:
+            distance /= FINER
         return _Seen(
-            self._medium(inputs),
-            opacity_table(inputs.opacity_tf, volume.scalar_range, distance),
+            self._scatterer(inputs, distance),
             camera_array(inputs.view, volume, raster, inputs.crop),
             distance * volume.voxel_size,
+            distance <= CLOSE,
         )
 
     def _unlit(
@@ -289,23 +276,23 @@ class PathTracer:
         unlit = np.zeros((*raster.shape, 4), dtype=np.float32)
         draw: Any = draw_rows
         ends = np.float32(LARGEST_ERROR / 2)
-        looks = color_table(inputs.color_tf, self._volume.scalar_range, seen.alphas)
-        tables = (seen.alphas, looks, *UNLIT, ends, seen.camera, seen.step)
-        arguments = (*seen.medium[:7], *tables)
+        medium = seen.scatterer.medium
+        looks = color_table(inputs.color_tf, self._volume.scalar_range, medium.alphas)
+        arguments = medium, looks, *UNLIT, ends, seen.camera, seen.step
 
         def task(tile: Raster) -> None:
-            draw(*arguments, (tile.top, tile.bottom), unlit, depth, False)
+            draw(*arguments, (tile.top, tile.bottom), unlit, depth, seen.close)
 
         if not self._run(task, _rows(raster), wanted):
             return None
         return np.clip(unlit, 0, 1, out=unlit)
 
-    def _medium(self, inputs: SceneInputs) -> Medium:
+    def _scatterer(self, inputs: SceneInputs, distance: float) -> Scatterer:
         volume = self._volume
         crop = inputs.crop or CropBox()
         last = np.array(volume.dimensions) - 1
         extinction = self._extinctions.classified(inputs.opacity_tf)
-        return Medium(
+        medium = Medium(
             self._voxels,
             volume.dimensions,
             self._scale,
@@ -313,6 +300,10 @@ class PathTracer:
             extinction.cells,
             self._cells.shape,
             SHIFT,
+            opacity_table(inputs.opacity_tf, volume.scalar_range, distance),
+        )
+        return Scatterer(
+            medium,
             extinction.majorants,
             extinction.levels,
             tuple(map(np.float32, np.array(crop.low) * last)),
@@ -330,6 +321,8 @@ class PathTracer:
         lamp, volume = self._lamp, self._volume
         towards = -travel_direction(inputs.view, inputs.light or self._light)
         steep = self._steepness if lamp.surfaces else 0.0
+        colors = color_table(inputs.color_tf, volume.scalar_range).reshape(-1, 4)
+        scatters = partial(single_scattering_albedo, asymmetry=lamp.asymmetry)
         return Optics(
             tuple(map(np.float32, towards)),
             np.float32(math.cos(math.radians(lamp.radius))),
@@ -343,6 +336,10 @@ class PathTracer:
             tuple(np.float32(1 / s) for s in volume.spacing),
             np.float32(lamp.surfaces),
             lamp.bounces,
+            # Of samples at the usual distance: what a surface is does not depend on the picture.
+            opacity_table(inputs.opacity_tf, volume.scalar_range, self.sample_distance),
+            shares(colors, facet_albedo).ravel(),
+            shares(colors, scatters).ravel(),
         )
 
 

@@ -58,6 +58,11 @@ class Optics(NamedTuple):
         Probability that an opaque face of what is shown is a surface.
     bounces : int
         Most collisions of a path.
+    solid : ndarray of float32, shape (levels,)
+        Probability that what is steep enough is a surface, at each level.
+    surfaces, media : ndarray of float32, shape (4 levels,)
+        Of the light that collides at each level the share that goes on: by colour at the first
+        collision, then one for all colours at any other. See :func:`shares`.
     """
 
     towards: Any
@@ -72,6 +77,9 @@ class Optics(NamedTuple):
     slope: Any
     faces: Any
     bounces: Any
+    solid: Any
+    surfaces: Any
+    media: Any
 
 
 def single_scattering_albedo(
@@ -82,13 +90,6 @@ def single_scattering_albedo(
     Such a piece has the radiance 1 - s H(1), H being Chandrasekhar's function and s^2 = 1 - albedo
     for isotropic scattering. H(1) = 3 / (1 + 2 s) is within 4 % (Hapke 1981), and similarity
     (van de Hulst 1980) brings in the asymmetry.
-
-    Parameters
-    ----------
-    color : ndarray
-        In [0, 1].
-    asymmetry : float
-        Mean cosine of the phase function.
     """
     color = np.asarray(color, dtype=np.float64)
     s = (1 - color) / (1 + 2 * color)
@@ -101,11 +102,6 @@ def facet_albedo(color: NDArray[np.floating]) -> NDArray[np.float64]:
     A surface is not sharp: light that comes out of it meets some facets more, which send it back.
     Two streams of light, as a first guess, give a reflectance r of which this is 2 r / (1 + r^2);
     r (2 - r) is nearer to what paths find, within 0.04 for light that comes from the viewer.
-
-    Parameters
-    ----------
-    color : ndarray
-        In [0, 1].
     """
     color = np.asarray(color, dtype=np.float64)
     return np.asarray(color * (2 - color))
@@ -125,8 +121,6 @@ def shares(
     ----------
     color : ndarray, shape (..., 3 or more)
         Red, green and blue in [0, 1].
-    reflects : callable
-        :func:`single_scattering_albedo` or :func:`facet_albedo`.
 
     Returns
     -------
@@ -184,29 +178,13 @@ def phase_cosine(number: Any, asymmetry: Any) -> Any:
 
 @inlined
 def surface_at(
-    medium: Any, optics: Any, x: Any, y: Any, z: Any, direction: Any, a: Any, number: Any
+    scatterer: Any, optics: Any, x: Any, y: Any, z: Any, direction: Any, a: Any, number: Any
 ) -> Any:
     """Decide whether a place is a surface, and return its normal towards where light came from.
 
     Within a voxel of a face of what is shown the face's normal counts.
-
-    Parameters
-    ----------
-    x, y, z : float32
-        In voxels.
-    direction : tuple of 3 float32
-        In which the path travels.
-    a : float32
-        Probability that a steep place like this is a surface.
-    number : float32
-        Random, in [0, 1).
-
-    Returns
-    -------
-    is_surface : bool
-    normal : tuple of 3 float32
     """
-    low, high = medium.low, medium.high
+    low, high = scatterer.low, scatterer.high
     bx = nearness(min(x - low[0], high[0] - x))
     by = nearness(min(y - low[1], high[1] - y))
     bz = nearness(min(z - low[2], high[2] - z))
@@ -221,7 +199,7 @@ def surface_at(
         else:
             nz = ONE
     elif number < a:
-        nx, ny, nz = gradient(medium.voxels, medium.shape, x, y, z)
+        nx, ny, nz = gradient(scatterer.medium.voxels, scatterer.medium.shape, x, y, z)
         square = nx * nx + ny * ny + nz * nz
         square *= square
         sx, sy, sz = optics.steepness

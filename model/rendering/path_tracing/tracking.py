@@ -18,7 +18,13 @@ from model.rendering.path_tracing.random_numbers import following, hashed, numbe
 from model.rendering.raycast.batch import HALF, level_of
 from model.rendering.raycast.rays import HUGE, ONE, ZERO, inverse_step
 from model.rendering.raycast.tables import NOTHING
-from model.rendering.raycast.trilinear import blend, clamp, locate
+from model.rendering.raycast.trilinear import (
+    blend,
+    clamp,
+    halves,
+    load_pair,
+    locate,
+)
 
 ADVANCE = np.float32(1e-3)
 """Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
@@ -34,13 +40,13 @@ CLEAREST = np.float32(0.01)
 """Least transparency of half a voxel, so that extinction is finite: one part in 10,000 a voxel."""
 
 
-class Medium(NamedTuple):
-    """A volume under an opacity TF.
+class Scatterer(NamedTuple):
+    """A volume that scatters light under an opacity TF.
 
     Attributes
     ----------
-    voxels, shape, scale, missing, distances, cell_shape, shift
-        See :func:`model.rendering.raycast.marching.march`.
+    medium : Medium
+        What view rays read. Its cells' distances are of extinction.
     majorants : ndarray of float32, 1-D
         Greatest extinction in each cell, per voxel size.
     extinctions : ndarray of float32, shape (levels,)
@@ -51,13 +57,7 @@ class Medium(NamedTuple):
         Voxels per voxel size along each axis.
     """
 
-    voxels: Any
-    shape: Any
-    scale: Any
-    missing: Any
-    distances: Any
-    cell_shape: Any
-    shift: Any
+    medium: Any
     majorants: Any
     extinctions: Any
     low: Any
@@ -81,13 +81,10 @@ def level_at(medium: Any, x: Any, y: Any, z: Any) -> Any:
             return np.int32(NOTHING)
     voxels = medium.voxels
     value = blend(
-        (np.float32(voxels[place]), np.float32(voxels[place + np.uint64(1)])),
-        (np.float32(voxels[place + row]), np.float32(voxels[place + row + np.uint64(1)])),
-        (np.float32(voxels[place + layer]), np.float32(voxels[place + layer + np.uint64(1)])),
-        (
-            np.float32(voxels[place + layer + row]),
-            np.float32(voxels[place + layer + row + np.uint64(1)]),
-        ),
+        halves(voxels, load_pair(voxels, place)),
+        halves(voxels, load_pair(voxels, place + row)),
+        halves(voxels, load_pair(voxels, place + layer)),
+        halves(voxels, load_pair(voxels, place + layer + row)),
         fx,
         fy,
         fz,
@@ -96,36 +93,13 @@ def level_at(medium: Any, x: Any, y: Any, z: Any) -> Any:
 
 
 @inlined
-def track(medium: Any, place: Any, direction: Any, state: Any, transmits: bool) -> Any:
-    """Follow a ray from a place in what is shown to its next collision, or to its end.
-
-    Parameters
-    ----------
-    medium : Medium
-    place : tuple of 3 float32
-        In voxels.
-    direction : tuple of 3 float32
-        In world coordinates, of length 1.
-    state : uint32
-        Stream of random numbers, see :func:`model.rendering.path_tracing.random_numbers.following`.
-    transmits : bool
-        Whether the transmittance of the whole ray is asked for, not a collision.
-
-    Returns
-    -------
-    level : int
-        Of the collision; -1 where the ray leaves what is shown.
-    t : float32
-        Where it is, in voxel sizes from the place.
-    through : float32
-        Transmittance, 0 to 1 on average; 1 if it was not asked for.
-    """
+def track(scatterer: Any, place: Any, direction: Any, state: Any, transmits: bool) -> Any:
+    """Follow a ray from a place in what is shown to its next collision, or to its end."""
     x, y, z = place
-    dx = direction[0] * medium.scaling[0]
-    dy = direction[1] * medium.scaling[1]
-    dz = direction[2] * medium.scaling[2]
+    medium, scaling = scatterer.medium, scatterer.scaling
+    dx, dy, dz = direction[0] * scaling[0], direction[1] * scaling[1], direction[2] * scaling[2]
     ix, iy, iz = inverse_step(dx), inverse_step(dy), inverse_step(dz)
-    low, high = medium.low, medium.high
+    low, high = scatterer.low, scatterer.high
     end = min(
         ((high[0] if dx >= ZERO else low[0]) - x) * ix,
         min(
@@ -145,13 +119,13 @@ def track(medium: Any, place: Any, direction: Any, state: Any, transmits: bool) 
         cy = min(cy, medium.cell_shape[1] - 1)
         cz = min(cz, medium.cell_shape[2] - 1)
         cell = np.uint64(cx + medium.cell_shape[0] * (cy + medium.cell_shape[1] * cz))
-        wide = max(int(medium.distances[cell]), 1)
+        wide = max(int(medium.cells[cell]), 1)
         fx = np.float32(((cx + wide) if dx >= ZERO else (cx - wide + 1)) << medium.shift)
         fy = np.float32(((cy + wide) if dy >= ZERO else (cy - wide + 1)) << medium.shift)
         fz = np.float32(((cz + wide) if dz >= ZERO else (cz - wide + 1)) << medium.shift)
         face = min((fx - x) * ix, min((fy - y) * iy, (fz - z) * iz))
         face = min(max(face, ahead), end)
-        majorant = medium.majorants[cell]
+        majorant = scatterer.majorants[cell]
         if majorant <= FAINTEST:
             t = face
             continue
@@ -174,9 +148,11 @@ def track(medium: Any, place: Any, direction: Any, state: Any, transmits: bool) 
                 clamp(y + t * dy, medium.shape[1]),
                 clamp(z + t * dz, medium.shape[2]),
             )
-            share = medium.extinctions[np.uint64(np.uint32(level))] * scarcity
+            share = scatterer.extinctions[np.uint64(np.uint32(level))] * scarcity
             if transmits:
                 through *= ONE - min(share, ONE)
+                if through <= ZERO:
+                    return np.int32(-1), t, ZERO
                 if through < DIM:
                     state = following(state)
                     if number_of(hashed(state)) >= HALF:

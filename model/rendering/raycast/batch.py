@@ -103,13 +103,7 @@ def one_by_one(_context: Any) -> Any:
 
 @inlined
 def stack_batch(voxels: Any, count: int) -> Any:
-    """Allocate stack memory for one ray: `levels` of a batch of samples, and `staging`.
-
-    Parameters
-    ----------
-    count : int
-        Samples of a batch: :data:`BATCH`, or four times as many close ones.
-    """
+    """Allocate stack memory for one ray: `levels` of a batch of samples, and `staging`."""
     staging = Staging(
         carray(_stack(np.uint64), BATCH + 1),
         carray(_stack(np.float32), BATCH + 1),
@@ -130,36 +124,11 @@ def stack_pixel() -> Any:
 
 
 @inlined
-def fetch(
-    voxels: Any,
-    shape: Any,
-    scale: Any,
-    missing: Any,
-    ray: Any,
-    k: int,
-    levels: Any,
-    staging: Any,
-) -> None:
-    """Interpolate a batch of samples of a ray, starting with sample k.
-
-    Parameters
-    ----------
-    voxels : ndarray, 1-D
-        x fastest.
-    shape : tuple of 3 int
-        Number of voxels along x, y and z.
-    scale : tuple of 2 float32
-        Lowest scalar value, and levels per unit of scalar value.
-    missing : ndarray of uint8, 1-D
-        Not 0 for voxels that are transparent whatever the TF is, see :func:`_hide`; empty where
-        there are none.
-    levels : ndarray of int32
-        Output: levels of the look-up tables; :data:`NOTHING` beyond the ray's end, and for
-        samples nearest to a missing voxel. Longer than :data:`BATCH` where samples are close.
-    staging : Staging
-    """
+def fetch(medium: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
+    """Interpolate a batch of samples of a ray, starting with sample k."""
     # In float32, as 64-bit integers would halve the vector width; exact up to 2^24 samples.
     first, last = np.float32(k), np.float32(ray.count - 1)
+    voxels, shape, scale = medium.voxels, medium.shape, medium.scale
     if len(levels) == BATCH:
         _read(voxels, shape, ray, k, ONE, BATCH, staging)
         for m in range(BATCH):
@@ -175,8 +144,8 @@ def fetch(
                 levels[GROUP * m + n] = level_of(staging.x[m] + np.float32(n) * slope, scale)
         if first + np.float32(GROUP * BATCH) > last:
             _end(ray, k, scale, levels, staging)
-    if len(missing) > 0:
-        _hide(missing, shape, ray, k, levels)
+    if len(medium.missing) > 0:
+        _hide(medium.missing, shape, ray, k, levels)
 
 
 @inlined
@@ -249,7 +218,7 @@ def _hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any) -> None:
     """Make samples of a batch transparent whose nearest voxel is missing.
 
     So a missing voxel takes away what is nearer to it than to any other, and as its value was
-    replaced by that of those around it, samples beside it are what was measured there.
+    replaced by that of those around it, samples next to it are what was measured there.
     """
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     for m in range(len(levels)):

@@ -25,16 +25,6 @@ class MinMaxCells:
     """The lowest and highest TF bin in each cell of 8 x 8 x 8 voxels.
 
     Voxels beyond the scalar range count for the bins at its ends.
-
-    Parameters
-    ----------
-    scalars : ndarray, shape (nz, ny, nx)
-    scale : tuple of float
-        Lowest scalar value, and TF bins per unit of scalar value.
-    executor : Executor
-        Threads that read the volume.
-    missing : ndarray of bool, shape (nz, ny, nx), optional
-        Voxels that are transparent whatever the TF is: cells of nothing else are never visible.
     """
 
     def __init__(
@@ -67,36 +57,13 @@ class MinMaxCells:
         return self._bins.nbytes + self._bins.nbytes // 2
 
     def distances(self, shown: NDArray[np.bool_]) -> NDArray[np.int8]:
-        """Chessboard distance of each cell to the nearest visible cell.
-
-        Parameters
-        ----------
-        shown : ndarray of bool, shape (256,)
-            Whether each TF bin is visible.
-
-        Returns
-        -------
-        ndarray of int8, 1-D, x fastest
-            In cells, at most :data:`FARTHEST`: 0 for a visible cell, d for the
-            centre of an empty block of (2 d - 1)^3 cells.
-        """
+        """Chessboard distance of each cell to the nearest visible cell."""
         total = np.concatenate([[0], np.cumsum(shown)])
         occupied = total[self._bins[..., 1].astype(np.intp) + 1] > total[self._bins[..., 0]]
         return distances_to(occupied)
 
     def greatest(self, values: NDArray[np.floating]) -> NDArray[np.float32]:
-        """Greatest value of the bins in each cell.
-
-        Parameters
-        ----------
-        values : ndarray, shape (256,)
-            At each TF bin, none below 0.
-
-        Returns
-        -------
-        ndarray of float32, 1-D, x fastest
-            0 for a cell of missing voxels only.
-        """
+        """Greatest value of the bins in each cell."""
         first, last = self._bins[..., 0].ravel(), self._bins[..., 1].ravel()
         # Greatest value from each bin to each later one: few numbers, whatever the volume is.
         table = np.zeros((TF_SAMPLES, TF_SAMPLES), dtype=np.float32)
@@ -106,13 +73,7 @@ class MinMaxCells:
 
 
 def distances_to(occupied: NDArray[np.bool_]) -> NDArray[np.int8]:
-    """Chessboard distance of each cell (nz, ny, nx) to the nearest occupied one.
-
-    Returns
-    -------
-    ndarray of int8, 1-D, x fastest
-        In cells, at most :data:`FARTHEST`.
-    """
+    """Chessboard distance of each cell (nz, ny, nx) to the nearest occupied one."""
     if not occupied.any():
         return np.full(occupied.size, FARTHEST, dtype=np.int8)
     distance = distance_transform_cdt(~occupied, "chessboard")

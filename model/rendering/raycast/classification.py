@@ -44,14 +44,7 @@ class Classification:
 
 
 class Classifier:
-    """Classifies the samples of one volume; the newest classifications are kept.
-
-    Parameters
-    ----------
-    volume : Volume
-    cells : MinMaxCells
-        Of its voxels.
-    """
+    """Classifies the samples of one volume; the newest classifications are kept."""
 
     def __init__(self, volume: Volume, cells: MinMaxCells) -> None:
         self._volume, self._cells = volume, cells
@@ -60,13 +53,7 @@ class Classifier:
     def _classified(
         self, opacity_tf: OpacityTF, distance: float, skip_empty: bool = True
     ) -> Classification:
-        """Classify under a TF, with samples some voxels apart.
-
-        Parameters
-        ----------
-        skip_empty : bool
-            Whether rays skip what is invisible; else all cells' distances are 0.
-        """
+        """Classify under a TF, with samples some voxels apart."""
         scalar_range = self._volume.scalar_range
         opacity = opacity_table(opacity_tf, scalar_range, distance)
         return Classification(
@@ -80,12 +67,7 @@ class Classifier:
     def cells_around(
         self, opacity: NDArray[np.float32], distance: float, skip_empty: bool = True
     ) -> NDArray[np.int8]:
-        """Return the distance of each cell to one where samples of these opacities are visible.
-
-        Parameters
-        ----------
-        opacity : ndarray of float32, shape (LEVELS,)
-        """
+        """Return the distance of each cell to one where samples of these opacities are visible."""
         if not skip_empty:
             return np.zeros(np.prod(self._cells.shape), dtype=np.int8)
         # All skipped samples of a ray together must stay below the largest error, or that share

@@ -17,28 +17,7 @@ GROUP = 4
 def composite_group(
     _context: Any, rows: Any, alphas: Any, levels: Any, first: Any, total: Any, through: Any
 ) -> Any:
-    """Composite :data:`GROUP` samples behind the ones before them; for CPUs only.
-
-    Parameters
-    ----------
-    rows : ndarray of float32, shape (4 levels,)
-        Premultiplied RGBA of each level.
-    alphas : ndarray of float32, shape (levels,)
-        Opacity of each level.
-    levels : ndarray of int32
-        Levels of the samples.
-    first : int
-        Index of the group's first sample in `levels`.
-    total : ndarray of float32, shape (4,)
-        RGBA composited so far; updated in place.
-    through : float32
-        Transparency in front of the group.
-
-    Returns
-    -------
-    float32
-        Transparency behind the group.
-    """
+    """Composite :data:`GROUP` samples behind the ones before them; for CPUs only."""
     f32, i32, i64 = ir.FloatType(), ir.IntType(32), ir.IntType(64)
     vector = ir.VectorType(f32, 4)
 

@@ -62,6 +62,24 @@ class Path(NamedTuple):
     beams: Any
 
 
+class Edits(NamedTuple):
+    """Edits of the opacity TF, of which no more than :data:`BAND` change one bin.
+
+    Attributes
+    ----------
+    by_bin : ndarray of float32, shape (256, BAND)
+        Change of the opacity of a sample at each bin by edits after one another.
+    begin : ndarray of int64, shape (256,)
+        The first of these edits.
+    turns : LightGrid
+        Change of soft light by each edit, (nodes, n); its nodes may be others than the light's.
+    """
+
+    by_bin: Any
+    begin: Any
+    turns: Any
+
+
 @inlined
 def make_path(count: int) -> Any:
     """Allocate memory for rays of up to `count` samples."""
@@ -75,15 +93,7 @@ def make_path(count: int) -> Any:
 
 
 def band_of(edits: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """Return edits (n, 256) by bin, without those that do not change it.
-
-    Returns
-    -------
-    band : ndarray of float32, shape (256, BAND)
-        Each bin's change by edits that follow one another.
-    begin : ndarray of int64, shape (256,)
-        The first of them; those behind the n edits given are zero.
-    """
+    """Return edits (n, 256) by bin, without those that do not change it."""
     touched = edits != 0
     begin = touched.argmax(axis=0)
     end = np.where(touched.any(axis=0), len(edits) - touched[::-1].argmax(axis=0), 0)
@@ -97,14 +107,7 @@ def band_of(edits: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[n
 
 @compiled
 def differentiate_windows(
-    voxels: Any,
-    shape: Any,
-    scale: Any,
-    missing: Any,
-    cells: Any,
-    cell_shape: Any,
-    shift: int,
-    alphas: Any,
+    medium: Any,
     colors: Any,
     light: Any,
     glow: Any,
@@ -118,53 +121,13 @@ def differentiate_windows(
     energies: Any,
     nodes: Any,
     edits: Any,
-    begin: Any,
-    turns: Any,
     squares: Any,
 ) -> None:
     """Differentiate half the energy of windows of an image, or square their changes by edits.
 
     The energy is the sum of squared pixel values.
-
-    Parameters
-    ----------
-    missing : ndarray of uint8, 1-D
-        Voxels that are transparent whatever the TF is: no edit changes them. May be empty.
-    alphas : ndarray of float32, shape (levels,)
-        Opacity of a sample at each level.
-    colors : ndarray of float32, shape (4 levels,)
-        Colour at each level, not premultiplied.
-    light : Light
-        Parameters of gradient shading.
-    glow : LightGrid
-        Soft light.
-    least : float32
-        Transparency of a sample below which the derivative is clamped.
-    size : int
-        Width and height of the image.
-    longest : int
-        Upper limit of the number of samples along a ray.
-    windows : ndarray of int64, shape (n, 4)
-        First row, row after the last, first column, column after the last.
-    gradients : ndarray of float64, shape (n, 256)
-        Output: sum of I dI / d alpha over the pixels and channels of a window,
-        alpha being the opacity of one sample at each bin of the TF. Not of edits.
-    energies : ndarray of float64, shape (n,)
-        Output: sum of I squared.
-    nodes : ndarray of float64, 1-D
-        In soft light, the sum of I dI over all windows by the light at each of its nodes; added
-        to. It is not in `gradients`. Not of edits.
-    edits : ndarray of float32, shape (256, BAND)
-        Change of the opacity of a sample at each bin by edits after one another.
-    begin : ndarray of int64, shape (256,)
-        The first of these edits.
-    turns : LightGrid
-        Change of soft light by each edit, (nodes, n); its nodes may be others than the light's.
-    squares : ndarray of float64, shape (edits,)
-        Sum of dI squared over the pixels and channels of all windows; added to. Empty where the
-        energy is to be differentiated.
     """
-    levels, staging = stack_batch(voxels, BATCH)
+    levels, staging = stack_batch(medium.voxels, BATCH)
     path = make_path(longest)
     image = np.empty(3, dtype=np.float32)
     gradient = np.empty(TF_SAMPLES + 1)
@@ -178,14 +141,11 @@ def differentiate_windows(
             for column in range(windows[n, 2], windows[n, 3]):
                 ray, _ = make_ray(camera, step, column, row, size)
                 # A black pixel has a change by edits, but its energy has no derivative.
-                if ray.count == 0 or (not is_edited and _misses(ray, cells, cell_shape, shift)):
+                if ray.count == 0 or (not is_edited and _misses(medium, ray)):
                     continue
-                count = _look(
-                    voxels, shape, scale, missing, alphas, colors, light, glow, ray, levels,
-                    staging, path, image,
-                )  # fmt: skip
+                count = _look(medium, colors, light, glow, ray, levels, staging, path, image)
                 energy += image[0] ** 2 + image[1] ** 2 + image[2] ** 2
-                first, last = _slopes_by_bin(missing, alphas, least, ray, path, count, slopes)
+                first, last = _slopes_by_bin(medium, least, ray, path, count, slopes)
                 if first > last:
                     continue
                 if not is_edited:
@@ -200,24 +160,24 @@ def differentiate_windows(
                         _add_to_nodes(glow, ray, path.beams, count, image, nodes)
                 elif glows:
                     changes[:] = ZERO
-                    _add_light(turns, ray, path.beams, count, changes)
-                    _add_edits(slopes, first, last, edits, begin, changes)
+                    _add_light(edits.turns, ray, path.beams, count, changes)
+                    _add_edits(slopes, first, last, edits, changes)
                     for edit in range(len(squares)):
                         for channel in range(3):
                             squares[edit] += changes[channel, edit] ** 2
                 else:
-                    _add_squares(slopes, first, last, edits, begin, changes, squares)
+                    _add_squares(slopes, first, last, edits, changes, squares)
         # One more behind the last bin, for what is above it by nothing.
         gradients[n] = gradient[:TF_SAMPLES]
         energies[n] = energy
 
 
 @inlined
-def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
+def _misses(medium: Any, ray: Any) -> bool:
     """Return True if a ray meets only empty cells: its pixel is black."""
     k = 0
     while k < ray.count:
-        behind = skip_empty(ray, k, cells, cell_shape, shift)
+        behind = skip_empty(medium, ray, k)
         if behind == k:
             return False
         k = behind
@@ -226,11 +186,7 @@ def _misses(ray: Any, cells: Any, cell_shape: Any, shift: int) -> bool:
 
 @inlined
 def _look(
-    voxels: Any,
-    shape: Any,
-    scale: Any,
-    missing: Any,
-    alphas: Any,
+    medium: Any,
     colors: Any,
     light: Any,
     glow: Any,
@@ -240,25 +196,18 @@ def _look(
     path: Any,
     image: Any,
 ) -> int:
-    """Composite front to back, recording what is needed to go back.
-
-    Returns
-    -------
-    int
-        Number of samples recorded. The ray continues until any one of them could be taken
-        away without anything behind the last one showing.
-    """
+    """Composite front to back, recording what is needed to go back."""
     image[:] = ZERO
     through = without_one = ONE
     glows = len(glow.grid) > 0
     k = 0
     while k < ray.count and without_one > NEGLIGIBLE:
-        fetch(voxels, shape, scale, missing, ray, k, levels, staging)
+        fetch(medium, ray, k, levels, staging)
         first = k
         for m in range(min(ray.count - first, len(levels))):
             path.levels[k] = levels[m]
             level = np.uint64(np.uint32(levels[m]))
-            a = alphas[level]
+            a = medium.alphas[level]
             if k == ray.count - 1:
                 a = opacity_of_part(a, ray.rest)
             path.clear[k] = through
@@ -276,7 +225,7 @@ def _look(
         if light.shines:
             for n in range(np.uint64(first), np.uint64(k)):
                 t = min(np.float32(np.int64(n)), ray.last)
-                d, s = reflect(voxels, shape, light, ray, t)
+                d, s = reflect(medium, light, ray, t)
                 for channel in range(3):
                     path.colors[n, channel] = d * path.colors[n, channel] + s
         elif glows:
@@ -296,8 +245,7 @@ def _look(
 
 @inlined
 def _slopes_by_bin(
-    missing: Any,
-    alphas: Any,
+    medium: Any,
     least: Any,
     ray: Any,
     path: Any,
@@ -309,10 +257,10 @@ def _slopes_by_bin(
     first: Any = TF_SAMPLES
     last: Any = 0
     for k in range(count - 1, -1, -1):
-        if len(missing) > 0 and path.levels[k] == NOTHING:
+        if len(medium.missing) > 0 and path.levels[k] == NOTHING:
             continue
         level = np.uint64(np.uint32(path.levels[k]))
-        a, through = alphas[level], path.clear[k]
+        a, through = medium.alphas[level], path.clear[k]
         over_red = path.colors[k, 0] - red
         over_green = path.colors[k, 1] - green
         over_blue = path.colors[k, 2] - blue
@@ -340,27 +288,27 @@ def _slopes_by_bin(
 
 @inlined
 def _add_squares(
-    slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any, squares: Any
+    slopes: Any, first: int, last: int, edits: Any, changes: Any, squares: Any
 ) -> None:
     """Add a pixel's squared change by each edit, and clear its derivative."""
-    start, end = begin[first], begin[min(last, TF_SAMPLES - 1)] + BAND
+    start, end = edits.begin[first], edits.begin[min(last, TF_SAMPLES - 1)] + BAND
     red, green, blue = changes[0], changes[1], changes[2]
     for edit in range(start, end):
         red[edit] = green[edit] = blue[edit] = ZERO
-    _add_edits(slopes, first, last, edits, begin, changes)
+    _add_edits(slopes, first, last, edits, changes)
     for edit in range(np.uint64(start), np.uint64(end)):
         squares[edit] += red[edit] ** 2 + green[edit] ** 2 + blue[edit] ** 2
 
 
 @inlined
-def _add_edits(slopes: Any, first: int, last: int, edits: Any, begin: Any, changes: Any) -> None:
+def _add_edits(slopes: Any, first: int, last: int, edits: Any, changes: Any) -> None:
     """Add a pixel's change by each edit, and clear its derivative."""
     last = min(last, TF_SAMPLES - 1)
     # Not the constant: unrolled, the loop is not vectorized.
-    flat, width = edits.ravel(), np.uint64(edits.shape[1])
+    flat, width = edits.by_bin.ravel(), np.uint64(edits.by_bin.shape[1])
     red, green, blue = changes[0], changes[1], changes[2]
     for bin_ in range(first, last + 1):
-        row, at = np.uint64(bin_ * BAND), np.uint64(begin[bin_])
+        row, at = np.uint64(bin_ * BAND), np.uint64(edits.begin[bin_])
         r, g, b = slopes[bin_, 0], slopes[bin_, 1], slopes[bin_, 2]
         slopes[bin_, 0] = slopes[bin_, 1] = slopes[bin_, 2] = ZERO
         for m in range(width):

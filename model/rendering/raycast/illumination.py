@@ -48,7 +48,7 @@ LONGEST_AXIS = 64
 """Nodes along the longest axis of the light grid."""
 
 NO_CLEARNESS = np.empty((0, 0, 0), dtype=np.float32)
-"""Given to a sweep whose transparencies nobody asks for."""
+"""Given to a sweep whose transparencies are not asked for."""
 
 AROUND = [
     np.array(direction) / np.linalg.norm(direction)
@@ -71,18 +71,7 @@ def gradient_light(
     noise: float = 0.0,
     dim: float = 1.0,
 ) -> Light:
-    """Return the parameters of gradient shading for a view and its light.
-
-    Parameters
-    ----------
-    view, light, volume
-    crop : CropBox, optional
-        Part of the volume that is shown; all of it by default.
-    noise : float
-        Standard deviation of the voxels' noise.
-    dim : float
-        See :class:`model.rendering.raycast.shading.Light`.
-    """
+    """Return the parameters of gradient shading for a view and its light."""
     crop = crop or CropBox()
     last = np.array(volume.dimensions) - 1
     return Light(
@@ -106,18 +95,6 @@ class Illumination:
     Extinction and ambient light depend on the opacity TF only and are cached while
     the view changes. The distant light moves with the view; its shadows are
     recomputed for each view, by one sweep.
-
-    Parameters
-    ----------
-    scalars : ndarray, shape (nz, ny, nx)
-    bins : tuple of float
-        Lowest scalar value, and TF bins per unit of scalar value.
-    executor : Executor
-        Threads for the computation.
-    longest : int
-        Number of nodes along the longest axis.
-    missing : ndarray of bool, shape (nz, ny, nx), optional
-        Voxels that are transparent whatever the TF is.
     """
 
     def __init__(
@@ -177,20 +154,7 @@ class Illumination:
         edits: NDArray[np.float32],
         crop: CropBox | None = None,
     ) -> LightGrid:
-        """Compute the change of the light at each node per unit of edits of the opacity TF.
-
-        Parameters
-        ----------
-        view, light, opacities, crop
-            See :meth:`grid`.
-        edits : ndarray of float32, shape (n, 256)
-            Differences of opacity (per voxel length).
-
-        Returns
-        -------
-        LightGrid
-            Of an array (nodes, n).
-        """
+        """Compute the change of the light at each node per unit of edits of the opacity TF."""
         is_below = self._received(view, light, opacities, crop) < 1
         slopes = np.zeros((TF_SAMPLES + 1, len(edits)), dtype=np.float32)
         slopes[:TF_SAMPLES] = (edits * self._extinction_slopes(opacities)).T
@@ -227,19 +191,7 @@ class Illumination:
         by_light: NDArray[np.floating],
         crop: CropBox | None = None,
     ) -> NDArray[np.float64]:
-        """Turn a derivative by the light at each node into one by the opacity TF.
-
-        Parameters
-        ----------
-        view, light, opacities, crop
-            See :meth:`grid`.
-        by_light : ndarray, shape (nz, ny, nx)
-
-        Returns
-        -------
-        ndarray of float64, shape (256,)
-            By opacity per voxel length.
-        """
+        """Turn a derivative by the light at each node into one by the opacity TF."""
         is_below = self._received(view, light, opacities, crop) < 1
         back = np.where(is_below, by_light, 0).astype(np.float32)
 
@@ -333,13 +285,7 @@ class Illumination:
         return np.asarray(z[:, None, None] * y[:, None] * x, dtype=np.float32)
 
     def _sweep(self, direction: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Fraction of a distant light that reaches each grid node.
-
-        Parameters
-        ----------
-        direction : ndarray, shape (3,)
-            World direction in which the light travels.
-        """
+        """Fraction of a distant light that reaches each grid node."""
         sweep = self._course(direction)
         extinction = sweep.layers_of(self._extinction)
         transmitted = np.empty_like(extinction)

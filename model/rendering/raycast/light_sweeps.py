@@ -72,13 +72,7 @@ def look_around(
     layer: int,
     out: NDArray[np.uint16],
 ) -> None:
-    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis.
-
-    Parameters
-    ----------
-    missing : ndarray of bool, 3-D, or None
-        Voxels that are transparent whatever the TF is.
-    """
+    """Find the TF bins of voxels around each node of a layer, :data:`VOXELS` along each axis."""
     offset, factor = bins
     nz, ny, nx = out.shape[:3]
     depths, rows, columns = map(_voxels_around, (nz, ny, nx), scalars.shape)
@@ -105,14 +99,7 @@ def _voxels_around(count: int, voxels: int) -> NDArray[np.int64]:
 
 @compiled
 def average_levels(levels: Any, tables: Any, layer: int, out: Any) -> None:
-    """Average tables (257, m) over the levels around each node of a layer of (nz, ny, nx, n).
-
-    Parameters
-    ----------
-    out : ndarray of float32, shape (m, nz, ny, nx)
-        Output: that layer. The whole of it is given, as a layer of one table alone would be an
-        array of another type.
-    """
+    """Average tables (257, m) over the levels around each node of a layer of (nz, ny, nx, n)."""
     _, ny, nx, count = levels.shape
     tables_count = tables.shape[1]
     total = np.empty(tables_count, dtype=np.float32)
@@ -151,16 +138,6 @@ def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
 
     A node's own extinction does not attenuate its light: opaque surfaces would
     otherwise be dark, as their coarse nodes also cover the space in front of them.
-
-    Parameters
-    ----------
-    extinction : ndarray of float32, shape (layers, rows, columns)
-    slope : tuple of float
-        See :class:`Sweep`.
-    out : ndarray of float32, the same shape
-        Output: share of the light that reaches each node.
-    clear : ndarray of float32, the same shape
-        Output: transparency of the way from the layer before; empty where nobody asks for it.
     """
     layers, rows, columns = out.shape
     u, v, length = slope
@@ -191,17 +168,7 @@ def sweep_layers(extinction: Any, slope: Any, out: Any, clear: Any) -> None:
 
 @compiled
 def sweep_change(changes: Any, slope: Any, passed: Any, clear: Any, out: Any) -> None:
-    """Compute how a sweep's light changes with the extinction: its tangent.
-
-    Parameters
-    ----------
-    changes : ndarray of float32, shape (layers, rows, columns)
-        Of the extinction.
-    slope, passed, clear
-        Of :func:`sweep_layers`, whose output `passed` is.
-    out : ndarray of float32, the same shape
-        Output: change of the light at each node.
-    """
+    """Compute how a sweep's light changes with the extinction: its tangent."""
     layers, rows, columns = out.shape
     u, v, length = slope
     light = np.zeros((rows + 3, columns + 3), dtype=np.float32)
@@ -224,17 +191,7 @@ def sweep_change(changes: Any, slope: Any, passed: Any, clear: Any, out: Any) ->
 
 @compiled
 def sweep_back(weights: Any, slope: Any, passed: Any, clear: Any, out: Any) -> None:
-    """Turn a derivative by a sweep's light into one by the extinction: its adjoint.
-
-    Parameters
-    ----------
-    weights : ndarray of float32, shape (layers, rows, columns)
-        Derivative by the light at each node; overwritten.
-    slope, passed, clear
-        Of :func:`sweep_layers`, whose output `passed` is.
-    out : ndarray of float32, the same shape
-        Output: derivative by the extinction of each node.
-    """
+    """Turn a derivative by a sweep's light into one by the extinction: its adjoint."""
     layers, rows, columns = out.shape
     u, v, length = slope
     light = np.empty((rows + 3, columns + 3), dtype=np.float32)

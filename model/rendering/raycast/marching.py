@@ -3,7 +3,7 @@
 Emission and absorption are composited front to back (paper, Eqs. 1 to 3).
 
 The light decides which version is compiled: pictures by one version for all lights take a fifth
-longer. All else is told by flags and by the lengths of arrays, as Numba compiles one version for
+longer. Flags and the lengths of arrays say all else, as Numba compiles one version for
 each combination of argument types.
 """
 
@@ -45,14 +45,7 @@ HALF = np.float32(0.5)
 
 @inlined
 def march(
-    voxels: Any,
-    shape: Any,
-    scale: Any,
-    missing: Any,
-    cells: Any,
-    cell_shape: Any,
-    shift: int,
-    alphas: Any,
+    medium: Any,
     colors: Any,
     light: Any,
     glow: Any,
@@ -63,49 +56,9 @@ def march(
     total: Any,
     piece: Any,
 ) -> int:
-    """Composite the samples of one ray.
-
-    Parameters
-    ----------
-    voxels : ndarray, 1-D
-        x fastest.
-    shape : tuple of 3 int
-        Voxels along x, y and z.
-    scale : tuple of 2 float32
-    missing : ndarray of uint8, 1-D
-        Empty where no voxel is missing; see :func:`model.rendering.raycast.batch.fetch`.
-    cells : ndarray of int8, 1-D
-        Distance of each cell to the nearest visible one, in cells.
-    cell_shape : tuple of 3 int
-        Number of cells along x, y and z.
-    shift : int
-        Base-2 logarithm of a cell's edge in voxels.
-    alphas : ndarray of float32, shape (levels,)
-        Opacity of a sample at each level.
-    colors : ndarray of float32, shape (4 levels,)
-        Premultiplied RGBA of a sample at each level.
-    light : Light or None
-        Parameters of gradient shading.
-    glow : LightGrid or None
-        Precomputed light of soft shadows.
-    ray : Ray
-    opaque : float32
-        Transparency below which the ray is terminated.
-    levels : ndarray of int32, shape (n,)
-        Memory for a batch; a longer one for close samples.
-    staging : Staging
-        Scratch memory for a batch of samples; see :func:`model.rendering.raycast.batch.fetch`.
-    total : ndarray of float32, shape (4,)
-        Output: RGBA, premultiplied.
-    piece : ndarray of float32, shape (4,)
-        Scratch memory.
-
-    Returns
-    -------
-    int
-        The sample at which the opacity reaches :data:`VISIBLE`, or -1.
-    """
+    """Composite the samples of one ray."""
     # The last sample is left to the end, as only its step has another length.
+    alphas = medium.alphas
     total[0] = total[1] = total[2] = total[3] = ZERO
     through = ONE
     diffuse, gloss = ONE, ZERO
@@ -123,7 +76,7 @@ def march(
     group = GROUP if is_close else 1
     k = 0
     while k < ray.count:
-        behind = skip_empty(ray, k, cells, cell_shape, shift)
+        behind = skip_empty(medium, ray, k)
         if behind > k:
             k = behind
             continue
@@ -131,7 +84,7 @@ def march(
             # What was skipped must not decide at which samples the volume is read.
             k -= k % GROUP
         # A whole batch, even beyond the cell's end: partial vectors would not be faster.
-        fetch(voxels, shape, scale, missing, ray, k, levels, staging)
+        fetch(medium, ray, k, levels, staging)
         if ray.count - k <= len(levels):
             end = levels[ray.count - 1 - k]
             levels[ray.count - 1 - k] = np.int32(NOTHING)
@@ -162,13 +115,11 @@ def march(
                             leader = k + m - (k + m) % (SHARED * group)
                             follower = leader + SHARED * group
                             common, common_gloss = shade(
-                                voxels, shape, light, glow, ray, _middle(leader, SHARED * group)
+                                medium, light, glow, ray, _middle(leader, SHARED * group)
                             )
                         diffuse, gloss = common, common_gloss
                     if weight > FADING * full:
-                        own, own_gloss = shade(
-                            voxels, shape, light, glow, ray, _middle(k + m, group)
-                        )
+                        own, own_gloss = shade(medium, light, glow, ray, _middle(k + m, group))
                         part = min((weight / full - FADING) / (ONE - FADING), ONE)
                         diffuse += part * (own - diffuse)
                         gloss += part * (own_gloss - gloss)
@@ -188,7 +139,7 @@ def march(
         part = through * opacity_of_part(a, ray.rest)
         total[3] += part
         at = np.uint64(4) * np.uint64(np.uint32(end))
-        diffuse, gloss = shade(voxels, shape, light, glow, ray, ray.last)
+        diffuse, gloss = shade(medium, light, glow, ray, ray.last)
         for channel in range(3):
             color = colors[at + np.uint64(channel)] / a
             total[channel] += part * (diffuse * color + gloss)
@@ -219,12 +170,12 @@ def slope_of_part(a: Any, share: Any, least: Any) -> Any:
 
 
 @inlined
-def shade(voxels: Any, shape: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
+def shade(medium: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
     """Return the factor of the colour of sample k, and its gloss, under the scene's light."""
     diffuse, gloss = ONE, ZERO
     t = min(k, ray.last)
     if light is not None:
-        diffuse, gloss = reflect(voxels, shape, light, ray, t)
+        diffuse, gloss = reflect(medium, light, ray, t)
     if glow is not None:
         diffuse = received(glow, ray, t)
     return diffuse, gloss
@@ -239,11 +190,9 @@ def show(image: Any, depth: Any, row: int, column: int, total: Any, t: Any) -> N
     image : ndarray of float32, shape (rows, columns, 4)
         RGBA.
     depth : ndarray of float32, shape (rows, columns)
-        Empty where nobody asks for it.
+        Empty where it is not asked for.
     total : ndarray of float32, shape (4,)
         RGBA.
-    t : float
-        World distance from the eye to the first visible sample.
     """
     for channel in range(4):
         image[row, column, channel] = total[channel]

@@ -19,6 +19,39 @@ TINY, HUGE = np.float32(1e-30), np.float32(1e30)
 ZERO, ONE = np.float32(0), np.float32(1)
 
 
+class Medium(NamedTuple):
+    """A volume as kernels read it, under one opacity TF.
+
+    Attributes
+    ----------
+    voxels : ndarray, 1-D
+        x fastest.
+    shape : tuple of 3 int
+        Voxels along x, y and z.
+    scale : tuple of 2 float32
+        Lowest scalar value, and levels of the tables per unit of scalar value.
+    missing : ndarray of uint8, 1-D
+        Not 0 for voxels that are transparent under any TF; empty where there are none.
+    cells : ndarray of int8, 1-D
+        Distance of each cell to the nearest one where something is visible, in cells.
+    cell_shape : tuple of 3 int
+        Cells along x, y and z.
+    shift : int
+        Base-2 logarithm of a cell's edge in voxels.
+    alphas : ndarray of float32, shape (levels,)
+        Opacity of a sample at each level.
+    """
+
+    voxels: Any
+    shape: Any
+    scale: Any
+    missing: Any
+    cells: Any
+    cell_shape: Any
+    shift: Any
+    alphas: Any
+
+
 class Ray(NamedTuple):
     """The part of a ray inside the volume.
 
@@ -48,26 +81,7 @@ class Ray(NamedTuple):
 
 @inlined
 def make_ray(camera: Any, step: float, column: int, row: int, size: int) -> Any:
-    """Return the ray through the centre of a pixel.
-
-    Parameters
-    ----------
-    camera : ndarray of float64, shape (24,)
-        See :func:`model.rendering.raycast.camera.camera_array`.
-    step : float
-        World distance between samples.
-    column, row : int
-        Pixel, from the left and from the top.
-    size : int
-        Width of what is drawn, in pixels.
-
-    Returns
-    -------
-    ray : Ray
-        `count` is 0 for a ray that misses the volume.
-    distance : float
-        World distance from the eye to the end of the first whole step.
-    """
+    """Return the ray through the centre of a pixel."""
     x = camera[14] + camera[15] * ((2 * column + 1) / size - 1)
     y = camera[16] + camera[17] * (1 - (2 * row + 1) / size)
     unit = 1 / math.sqrt(1 + (x * x + y * y) * camera[13])
@@ -121,15 +135,16 @@ def inverse_step(step: Any) -> Any:
 
 
 @inlined
-def skip_empty(ray: Any, k: int, cells: Any, cell_shape: Any, shift: int) -> int:
+def skip_empty(medium: Any, ray: Any, k: int) -> int:
     """Return the first sample behind the empty block of cells around sample k, or k if none is."""
     t = min(np.float32(k), ray.last)
+    shift, cell_shape = medium.shift, medium.cell_shape
     cx = int(ray.start[0] + t * ray.step[0]) >> shift
     cy = int(ray.start[1] + t * ray.step[1]) >> shift
     cz = int(ray.start[2] + t * ray.step[2]) >> shift
     # Rounding may put a sample just outside the grid.
     cx, cy, cz = min(cx, cell_shape[0] - 1), min(cy, cell_shape[1] - 1), min(cz, cell_shape[2] - 1)
-    distance = int(cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))])
+    distance = int(medium.cells[np.uint64(cx + cell_shape[0] * (cy + cell_shape[1] * cz))])
     if distance <= 0:
         return k
     x = np.float32(((cx + distance) if ray.step[0] >= ZERO else (cx - distance + 1)) << shift)

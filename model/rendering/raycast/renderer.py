@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -22,6 +23,7 @@ from model.rendering.raycast.cells import SHIFT, MinMaxCells
 from model.rendering.raycast.classification import LARGEST_ERROR, Classification, Classifier
 from model.rendering.raycast.cpu import draw_rows
 from model.rendering.raycast.illumination import Illumination
+from model.rendering.raycast.rays import Medium
 from model.rendering.raycast.scene_light import UNLIT, SceneLight
 from model.rendering.raycast.shading import NO_GRID
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
@@ -44,26 +46,8 @@ direction by a cosine of .9998, and take a fifth of the time."""
 NOTHING_MISSING = np.empty(0, dtype=np.uint8)
 NO_DEPTH = np.empty((0, 0), dtype=np.float32)
 NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
-NO_EDITS = np.empty((0, 0), dtype=np.float32), np.empty(0, dtype=np.int64)
 NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
-"""Given to kernels in place of what a scene does not have or nobody asks for."""
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One image and its depth.
-
-    Attributes
-    ----------
-    rgba : ndarray of float32, shape (size, size, 4)
-        In [0, 1]; colour premultiplied by opacity on black; row 0 at the top.
-    depth : ndarray of float32, shape (size, size)
-        Distance from the eye, in world units, at which the opacity reaches
-        1/255; infinite where nothing is visible.
-    """
-
-    rgba: NDArray[np.float32]
-    depth: NDArray[np.float32]
+"""Given to kernels in place of what a scene does not have or what is not asked for."""
 
 
 class RaycastRenderer:
@@ -115,7 +99,6 @@ class RaycastRenderer:
         self.skip_empty = self.terminate_early = True
         self._go_on: Callable[[], object] = _go_on
         self._volume = volume
-        self._lighting = lighting
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="raycast"
         )
@@ -178,10 +161,15 @@ class RaycastRenderer:
         """
         return self._draw(inputs, size, sample_distance)
 
-    def frame(self, inputs: SceneInputs, size: int) -> Frame:
-        """Render one image with the depth of the first visible sample in each pixel."""
+    def frame(
+        self, inputs: SceneInputs, size: int
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Render one image, and the distance from the eye in world units at which it is visible.
+
+        Pixels are visible from an opacity of 1/255 on; the distance is infinite where none is.
+        """
         depth = np.empty((size, size), dtype=np.float32)
-        return Frame(self._draw(inputs, size, depth=depth), depth)
+        return self._draw(inputs, size, depth=depth), depth
 
     def differentiate(
         self,
@@ -193,7 +181,6 @@ class RaycastRenderer:
 
         Parameters
         ----------
-        inputs : SceneInputs
         size : int or Raster
             Width and height of the image in pixels, or the pixels of a wider one.
         windows : ndarray of int64, shape (n, 4)
@@ -226,39 +213,34 @@ class RaycastRenderer:
         Returns
         -------
         gradient : ndarray of float64, shape (256,)
-        energy : float
         """
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
-        if self._light.grid is not None and by_light is not None:
+        if self._light.grid is not None:
             lit = self._light.soft_inputs(inputs)
             gradient += self._light.grid.pass_back(*lit, by_light, inputs.crop)
         return gradient, float(energies.sum())
 
     def _differentiated(
         self, inputs: SceneInputs, size: int | Raster, windows: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64] | None]:
-        """Differentiate windows, and all of them by soft light at its nodes, if there is any."""
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Differentiate windows, and all of them by soft light at each of its nodes."""
         # The kernels of sensitivities are imported by who wants them.
-        from model.rendering.raycast.differentiation import differentiate_windows
+        from model.rendering.raycast.differentiation import Edits, band_of, differentiate_windows
 
         arguments = self._path_arguments(inputs, size)
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
-        by_light: list[NDArray[np.float64]] = []
-        lit = self._light.grid
+        unedited = Edits(*band_of(np.zeros((1, TF_SAMPLES))), NO_CHANGES), NO_SQUARES
+        shape = (0, 0, 0) if self._light.grid is None else self._light.grid.shape
         run: Any = differentiate_windows
 
-        def task(part: slice) -> None:
-            nodes = NO_NODES if lit is None else np.zeros(lit.shape)
-            outputs = gradients[part], energies[part], nodes.reshape(-1)
-            run(*arguments, windows[part], *outputs, *NO_EDITS, NO_CHANGES, NO_SQUARES)
-            if lit is not None:
-                by_light.append(nodes)
+        def add(part: slice, nodes: NDArray[np.float64]) -> None:
+            run(*arguments, windows[part], gradients[part], energies[part], nodes, *unedited)
 
-        self._divide(len(windows), task)
+        by_light = self._sum(len(windows), math.prod(shape), add).reshape(shape)
         gradients *= self._classified(inputs).derivative
-        return gradients, energies, np.sum(by_light, axis=0) if by_light else None
+        return gradients, energies, by_light
 
     def squared_changes(
         self,
@@ -271,8 +253,6 @@ class RaycastRenderer:
 
         Parameters
         ----------
-        inputs, size, windows
-            See :meth:`differentiate`.
         edits : ndarray, shape (n, 256)
             Differences of opacity (per voxel length) over the scalar range. The edits that
             change one bin must follow one another, as those around increasing values do, and be
@@ -283,7 +263,12 @@ class RaycastRenderer:
         ndarray of float64, shape (n,)
             Sum of dI squared over the windows' pixels and colour channels.
         """
-        from model.rendering.raycast.differentiation import BAND, band_of, differentiate_windows
+        from model.rendering.raycast.differentiation import (
+            BAND,
+            Edits,
+            band_of,
+            differentiate_windows,
+        )
 
         arguments = self._path_arguments(inputs, size)
         by_bin, begin = band_of(edits * self._classified(inputs).derivative)
@@ -295,17 +280,14 @@ class RaycastRenderer:
             is_fine = Raster.of(size).shorter >= FINE_FROM
             grid = self._light.grid if is_fine else self._light.coarse_grid()
             turns = grid.changes(*self._light.soft_inputs(inputs), padded, inputs.crop)
-        parts: list[NDArray[np.float64]] = []
         run: Any = differentiate_windows
 
-        def task(part: slice) -> None:
-            squares, shown = np.zeros(count), windows[part]
+        def add(part: slice, squares: NDArray[np.float64]) -> None:
+            shown = windows[part]
             unused = np.empty((len(shown), TF_SAMPLES)), np.empty(len(shown)), NO_NODES
-            run(*arguments, shown, *unused, by_bin, begin, turns, squares)
-            parts.append(squares)
+            run(*arguments, shown, *unused, Edits(by_bin, begin, turns), squares)
 
-        self._divide(len(windows), task)
-        return np.asarray(np.sum(parts, axis=0)[: len(edits)])
+        return self._sum(len(windows), count, add)[: len(edits)]
 
     def change(
         self, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.floating]
@@ -314,7 +296,6 @@ class RaycastRenderer:
 
         Parameters
         ----------
-        inputs : SceneInputs
         size : int or Raster
             Width and height of the image in pixels, or the pixels of a wider one.
         edit : ndarray, shape (256,)
@@ -337,14 +318,9 @@ class RaycastRenderer:
             turn = self._light.grid.changes(*self._light.soft_inputs(inputs), edits, inputs.crop)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
-            self._voxels,
-            volume.dimensions,
-            self._scale,
-            self._missing,
-            self._classifier.cells_around(shown, distance, self.skip_empty),
-            self.cells.shape,
-            SHIFT,
-            classified.opacity,
+            self._medium(
+                classified.opacity, self._classifier.cells_around(shown, distance, self.skip_empty)
+            ),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
             *lit.filled,
@@ -363,11 +339,6 @@ class RaycastRenderer:
 
         It does not depend on the lighting.
 
-        Parameters
-        ----------
-        inputs, size, windows
-            See :meth:`differentiate`.
-
         Returns
         -------
         ndarray of float64, shape (256,)
@@ -378,22 +349,17 @@ class RaycastRenderer:
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         arguments = (
-            *self._voxels_and_cells(classified),
-            classified.opacity,
+            self._medium(classified.opacity, classified.cells),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
             raster.columns,
         )
-        parts: list[NDArray[np.float64]] = []
         run: Any = add_visibility
 
-        def task(part: slice) -> None:
-            visible = np.zeros(TF_SAMPLES)
+        def add(part: slice, visible: NDArray[np.float64]) -> None:
             run(*arguments, windows[part], visible)
-            parts.append(visible)
 
-        self._divide(len(windows), task)
-        return np.asarray(np.sum(parts, axis=0))
+        return self._sum(len(windows), TF_SAMPLES, add)
 
     def value_visibility(
         self, inputs: SceneInputs, size: int | Raster, weights: NDArray[np.floating]
@@ -404,8 +370,6 @@ class RaycastRenderer:
 
         Parameters
         ----------
-        inputs, size
-            See :meth:`render`.
         weights : ndarray, shape (256,)
             Of the scalar values, 0 to 1.
 
@@ -439,8 +403,7 @@ class RaycastRenderer:
         image = np.empty((*raster.shape, 4), dtype=np.float32)
         volume, classified = self._volume, self._classified(inputs, distance)
         arguments = (
-            *self._voxels_and_cells(classified),
-            classified.opacity,
+            self._medium(classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
             *(self._light.of(inputs, classified) if lit else UNLIT),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
@@ -470,16 +433,20 @@ class RaycastRenderer:
     def _camera(self, inputs: SceneInputs, raster: Raster) -> NDArray[np.float64]:
         return camera_array(inputs.view, self._volume, raster, inputs.crop)
 
-    def _divide(self, count: int, task: Callable[[slice], object]) -> None:
-        """Call a task on this renderer's threads for all parts of `count` windows."""
-        per_task, go_on = max(1, count // TASKS), self._go_on
-        parts = [slice(first, first + per_task) for first in range(0, count, per_task)]
+    def _sum(
+        self, windows: int, size: int, add: Callable[[slice, NDArray[np.float64]], object]
+    ) -> NDArray[np.float64]:
+        """Sum arrays of a size that a task on this renderer's threads adds parts of windows to."""
+        per_task, go_on = max(1, windows // TASKS), self._go_on
+        parts = [slice(first, first + per_task) for first in range(0, windows, per_task)]
 
-        def wanted_task(part: slice) -> None:
+        def task(part: slice) -> NDArray[np.float64]:
             go_on()
-            task(part)
+            total = np.zeros(size)
+            add(part, total)
+            return total
 
-        list(self._executor.map(wanted_task, parts))
+        return np.asarray(sum(self._executor.map(task, parts), np.zeros(size)))
 
     def _path_arguments(self, inputs: SceneInputs, size: int | Raster) -> tuple[Any, ...]:
         """First arguments of the kernels that look at all samples along a ray."""
@@ -487,8 +454,7 @@ class RaycastRenderer:
         step = distance * volume.voxel_size
         classified = self._classified(inputs)
         return (
-            *self._voxels_and_cells(classified),
-            classified.opacity,
+            self._medium(classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range),
             *self._light.of(inputs, classified).filled,
             np.float32(least_transparency(distance)),
@@ -503,16 +469,17 @@ class RaycastRenderer:
         apart = distance or self.sample_distance
         return self._classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
 
-    def _voxels_and_cells(self, classified: Classification) -> tuple[Any, ...]:
-        """First arguments of all kernels: the volume and the cells for empty-space skipping."""
-        return (
+    def _medium(self, opacity: NDArray[np.float32], cells: NDArray[np.int8]) -> Medium:
+        """Return the volume as kernels read it: samples' opacities, and cells that are visible."""
+        return Medium(
             self._voxels,
             self._volume.dimensions,
             self._scale,
             self._missing,
-            classified.cells,
+            cells,
             self.cells.shape,
             SHIFT,
+            opacity,
         )
 
 

@@ -48,17 +48,6 @@ UNLIT = Lit(None, None)
 class SceneLight:
     """Lights the scenes of one volume.
 
-    Parameters
-    ----------
-    volume : Volume
-    scalars : ndarray, shape (nz, ny, nx)
-        Its voxels, as they are rendered.
-    lighting : {"none", "direct", "soft"}
-    default : LightDirection
-        For inputs without a light.
-    light_grid : callable
-        Builds the grid of soft light.
-
     Attributes
     ----------
     is_coarse : bool
@@ -97,6 +86,6 @@ class SceneLight:
         return Lit(gradient, soft)
 
     def soft_inputs(self, inputs: SceneInputs) -> tuple[View, LightDirection, NDArray[np.float32]]:
-        """Return what soft light depends on besides the crop box: view, light and opacities."""
+        """Return what soft light depends on apart from the crop box: view, light and opacities."""
         opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
         return inputs.view, inputs.light or self._default, opacities

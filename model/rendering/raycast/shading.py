@@ -65,8 +65,6 @@ class LightGrid(NamedTuple):
         Number of grid nodes along x, y and z.
     scale : tuple of 3 float32
         Grid steps per voxel along x, y and z.
-    dim : float32
-        See :class:`Light`.
     """
 
     grid: Any
@@ -116,7 +114,7 @@ def corner_of(glow: Any, place: Any, fx: Any, fy: Any, fz: Any, corner: int) -> 
 
 
 @inlined
-def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
+def reflect(medium: Any, light: Any, ray: Any, k: Any) -> Any:
     """Diffuse factor and white gloss of sample k; both sides of a surface are lit.
 
     The gradient gives the normal, as far as it is more than noise: where it is not, the sample is
@@ -126,7 +124,7 @@ def reflect(voxels: Any, shape: Any, light: Any, ray: Any, k: Any) -> Any:
     x = ray.start[0] + k * ray.step[0]
     y = ray.start[1] + k * ray.step[1]
     z = ray.start[2] + k * ray.step[2]
-    nx, ny, nz = gradient(voxels, shape, x, y, z)
+    nx, ny, nz = gradient(medium.voxels, medium.shape, x, y, z)
     change = nx * nx + ny * ny + nz * nz
     change *= change
     diffuse, gloss = HALF * light.diffuse, ZERO

@@ -19,13 +19,7 @@ NOTHING = LEVELS
 def opacity_table(
     opacity_tf: OpacityTF, scalar_range: Range, sample_distance: float
 ) -> NDArray[np.float32]:
-    """Return a sample's opacity at each level, corrected at the bins and linear between them.
-
-    Returns
-    -------
-    ndarray of float32, shape (LEVELS + 1,)
-        0 for :data:`NOTHING`.
-    """
+    """Return a sample's opacity at each level, corrected at the bins and linear between them."""
     return level_table(per_sample(opacity_tf.sample(scalar_range), sample_distance))
 
 

@@ -29,14 +29,7 @@ _1, _2 = np.uint64(1), np.uint64(2)
 
 @compiled
 def change_rows(
-    voxels: Any,
-    shape: Any,
-    scale: Any,
-    missing: Any,
-    cells: Any,
-    cell_shape: Any,
-    shift: int,
-    alphas: Any,
+    medium: Any,
     changes: Any,
     colors: Any,
     light: Any,
@@ -48,28 +41,9 @@ def change_rows(
     rows: Any,
     image: Any,
 ) -> None:
-    """Compute some rows of an image's change.
-
-    Parameters
-    ----------
-    cells : ndarray of int8, 1-D
-        Distance of each cell to the nearest one that is visible or changes.
-    alphas, changes : ndarray of float32, shape (levels,)
-        Opacity of a sample at each level, and its change.
-    colors : ndarray of float32, shape (4 levels,)
-        Colour at each level, not premultiplied.
-    light : Light
-    glow, turn_grid : LightGrid
-        Soft light, and its change.
-    least : float32
-        Transparency of a sample below which the derivative is clamped.
-    rows : tuple of int
-        First row, and the row after the last.
-    image : ndarray of float32, shape (size, size, 3)
-        Output.
-    """
+    """Compute some rows of an image's change."""
     size = image.shape[1]
-    levels, staging = stack_batch(voxels, BATCH)
+    levels, staging = stack_batch(medium.voxels, BATCH)
     seen, weights = np.empty(BATCH, dtype=np.float32), np.empty(BATCH, dtype=np.float32)
     glows = len(glow.grid) > 0
     is_lit = light.shines or glows
@@ -80,15 +54,15 @@ def change_rows(
             through, change = ONE, ZERO
             k = 0
             while k < ray.count and (through > NEGLIGIBLE or abs(change) > NEGLIGIBLE):
-                behind = skip_empty(ray, k, cells, cell_shape, shift)
+                behind = skip_empty(medium, ray, k)
                 if behind > k:
                     k = behind
                     continue
-                fetch(voxels, shape, scale, missing, ray, k, levels, staging)
+                fetch(medium, ray, k, levels, staging)
                 count = min(BATCH, ray.count - k)
                 for m in range(count):
                     level = np.uint64(np.uint32(levels[m]))
-                    a, da = alphas[level], changes[level]
+                    a, da = medium.alphas[level], changes[level]
                     if k + m == ray.count - 1:
                         da *= slope_of_part(a, ray.rest, least)
                         a = opacity_of_part(a, ray.rest)
@@ -118,7 +92,7 @@ def change_rows(
                         weight = weights[m]
                         if weight != ZERO:
                             t = min(np.float32(k + m), ray.last)
-                            d, s = reflect(voxels, shape, light, ray, t)
+                            d, s = reflect(medium, light, ray, t)
                             at = np.uint64(4) * np.uint64(np.uint32(levels[m]))
                             red += weight * (d * colors[at] + s)
                             green += weight * (d * colors[at + _1] + s)
@@ -131,30 +105,15 @@ def change_rows(
 
 @compiled
 def add_visibility(
-    voxels: Any,
-    shape: Any,
-    scale: Any,
-    missing: Any,
-    cells: Any,
-    cell_shape: Any,
-    shift: int,
-    alphas: Any,
+    medium: Any,
     camera: Any,
     step: float,
     size: int,
     windows: Any,
     visible: Any,
 ) -> None:
-    """Add the weight T_i a_i of each sample in windows to its two adjacent bins.
-
-    Parameters
-    ----------
-    windows : ndarray of int64, shape (n, 4)
-        First row, row after the last, first column, column after the last.
-    visible : ndarray of float64, shape (256,)
-        Added to.
-    """
-    levels, staging = stack_batch(voxels, BATCH)
+    """Add the weight T_i a_i of each sample in windows to its two adjacent bins."""
+    levels, staging = stack_batch(medium.voxels, BATCH)
     for n in range(len(windows)):
         for row in range(windows[n, 0], windows[n, 1]):
             for column in range(windows[n, 2], windows[n, 3]):
@@ -162,13 +121,13 @@ def add_visibility(
                 through = ONE
                 k = 0
                 while k < ray.count and through > NEGLIGIBLE:
-                    behind = skip_empty(ray, k, cells, cell_shape, shift)
+                    behind = skip_empty(medium, ray, k)
                     if behind > k:
                         k = behind
                         continue
-                    fetch(voxels, shape, scale, missing, ray, k, levels, staging)
+                    fetch(medium, ray, k, levels, staging)
                     for m in range(min(len(levels), ray.count - k)):
-                        a = alphas[np.uint64(np.uint32(levels[m]))]
+                        a = medium.alphas[np.uint64(np.uint32(levels[m]))]
                         if k + m == ray.count - 1:
                             a = opacity_of_part(a, ray.rest)
                         weight = through * a

@@ -90,7 +90,6 @@ def blend(near: Any, above: Any, behind: Any, both: Any, fx: Any, fy: Any, fz: A
     near, above, behind, both : tuple of 2 float32
         In the nearest row, the next row, the next layer, and the next row of
         that one.
-    fx, fy, fz : float32
     """
     v0 = near[0] + fx * (near[1] - near[0])
     v1 = above[0] + fx * (above[1] - above[0])

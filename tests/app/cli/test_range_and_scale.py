@@ -11,8 +11,7 @@ import pytest
 from app.cli import run
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
-from model.scene.range_fitting import opacity_over
-from model.scene.robust_range import robust_range
+from model.scene.ranges import opacity_over, robust_range
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
 

@@ -296,7 +296,8 @@ def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it
     assert whole[0].by == "path tracer, 1 sample" and whole[0].error == math.inf
     assert whole[-1].by == engine.description == "path tracer, 16 samples"
     request = make_request(1)
-    truth = PathTracer(make_volume(), threads=1, samples=1024, seed=1).render(request.inputs, 32)
+    other = PathTracer(make_volume(), threads=1, seed=1)
+    truth = other.render(request.inputs, 32, samples=1024)
     found = float(np.sqrt(np.mean((whole[-1].rgba - truth)[..., :3] ** 2)))
     error = whole[-1].error
     assert error is not None and found / 1.5 < error < 1.5 * found
@@ -324,7 +325,7 @@ def test_a_path_traced_image_goes_on_where_it_ended() -> None:
     # Two samples more, then four, and nothing coarser.
     assert len(passes) == 2
     assert [image.samples for image in images] == [2, 4, 8]
-    whole = PathTracer(make_volume(), threads=1, samples=8).render(make_request(1).inputs, 16)
+    whole = PathTracer(make_volume(), threads=1).render(make_request(1).inputs, 16, samples=8)
     np.testing.assert_allclose(images[-1].rgba, whole, atol=1e-6)
     # What is good enough is there at once.
     assert [image.samples for image in traced(engine, 16, 4)] == [8]
@@ -355,8 +356,8 @@ def test_small_path_traced_pictures_have_few_samples() -> None:
     other = replace(inputs, view=View(azimuth=80.0))
     request = BatchRequest(inputs, Quality(24), (other,))
     for image, seen in zip(engine.images(request), (inputs, other), strict=True):
-        tracer = PathTracer(make_volume(), threads=1, samples=16)
-        np.testing.assert_allclose(image, tracer.render(seen, 24), atol=1e-6)
+        tracer = PathTracer(make_volume(), threads=1)
+        np.testing.assert_allclose(image, tracer.render(seen, 24, samples=16), atol=1e-6)
     asked = count()
     with pytest.raises(SupersededError):
         engine.images(request, Watch(lambda: next(asked) < 4))

@@ -11,8 +11,8 @@ from pytestqt.qtbot import QtBot
 from app.image_view.gestures import ViewGestures
 from app.image_view.orientation_cube import SIZE, OrientationCube
 from app.state.viewer_state import ViewerState
-from model.scene.axes import axis_direction
 from model.scene.orientation import STANDARD_VIEWS
+from model.scene.view import axis_direction
 
 EQUAL = (3**-0.5, 3**-0.5, 3**-0.5)
 

@@ -18,9 +18,8 @@ from app.image_view.view_steps import (
     tumble,
     zoom,
 )
-from model.scene.axes import AXES, axis_direction
 from model.scene.orientation import view_in
-from model.scene.view import VIEW_ANGLE, View
+from model.scene.view import AXES, VIEW_ANGLE, View, axis_direction
 
 views = st.builds(
     View,

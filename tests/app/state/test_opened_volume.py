@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from app.state.opened_volume import OpenedVolume
-from model.scene.robust_range import robust_range
+from model.scene.ranges import robust_range
 from model.scene.volume import Volume
 
 PLACE = Path("volume.nrrd")

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QApplication
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
-from model.scene.range_fitting import fit_to_range
+from model.scene.ranges import fit_to_range
 from model.scene.tf_editing import recolor_stop
 from model.scene.transfer_function import OpacityTF
 

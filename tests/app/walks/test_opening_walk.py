@@ -18,7 +18,7 @@ from window_fakes import FakeBuilders
 from app.engines.messages import Result
 from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
-from model.scene.range_fitting import fit_to_range
+from model.scene.ranges import fit_to_range
 from model.scene.region import Outline
 from model.scene.transfer_function import Range
 from model.scene.view import View

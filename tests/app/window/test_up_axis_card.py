@@ -7,7 +7,7 @@ from ramp import make_tf, make_volume
 
 from app.engines.requests import BatchRequest
 from app.window.main_window import MainWindow
-from model.scene.axes import AXES
+from model.scene.view import AXES
 
 
 def reopen(qtbot: QtBot, window: MainWindow, name: str) -> None:

@@ -15,7 +15,7 @@ from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
-from model.scene.color_space import rgb_to_lab
+from model.scene.color_maps import rgb_to_lab
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.sensitivity.learned import Sensitivity

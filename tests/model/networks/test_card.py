@@ -9,7 +9,7 @@ from model.networks.card import (
     error_text,
     errors_by_kind,
 )
-from model.scene.random_tfs import SHARES
+from model.scene.random_inputs import SHARES
 
 METRICS: dict[str, Any] = {
     "holdout": {"rmse": 0.0823, "emd": 0.0131},

@@ -5,7 +5,7 @@ import torch
 from model.networks.encoding import (
     decode_unit,
 )
-from model.scene.color_space import rgb_to_lab
+from model.scene.color_maps import rgb_to_lab
 from model.training.batch import encode_batch
 
 

@@ -8,7 +8,7 @@ from model.rendering.scalars import BEYOND, renderable_scalars
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.scene.robust_range import robust_range
+from model.scene.ranges import robust_range
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.samples.sampling import draw_edits, draw_opacity_tfs, draw_sample, sample_rng
-from model.scene.random_tfs import draw_color_tf, draw_opacity_tf
+from model.scene.random_inputs import draw_color_tf, draw_opacity_tf
 from model.scene.scene import Scene
 from model.scene.view import ViewRange
 

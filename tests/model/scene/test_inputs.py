@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 from ramp import make_tf, make_volume
 
-from model.scene.axes import AXES, axis_direction
 from model.scene.inputs import SceneInputs, draw_inputs, encode_inputs, outside_range, store_inputs
 from model.scene.light import LightDirection
 from model.scene.orientation import home_view
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF
-from model.scene.view import View
+from model.scene.view import AXES, View, axis_direction
 
 SCENE = Scene.of(make_volume(), image_size=16, scalar_window=(120.0, 180.0))
 

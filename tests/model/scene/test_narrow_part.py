@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.scene.narrow_part import narrow_part
-from model.scene.random_tfs import SHARES, draw_color_tf, opacity_tf_of
-from model.scene.range_fitting import opacity_over
+from model.scene.random_inputs import SHARES, draw_color_tf, opacity_tf_of
+from model.scene.ranges import opacity_over
 from model.scene.scene import Scene
 from model.scene.tf_presets import presets
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from vtkmodules.vtkRenderingCore import vtkCamera
 
-from model.scene.axes import AXES, axis_direction
 from model.scene.crop import CropBox
 from model.scene.orientation import (
     FARTHEST_HOME,
@@ -28,7 +27,7 @@ from model.scene.orientation import (
 from model.scene.region import SQUARE
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF
-from model.scene.view import FAR_DISTANCE_RADII, VIEW_ANGLE, View, ViewRange
+from model.scene.view import AXES, FAR_DISTANCE_RADII, VIEW_ANGLE, View, ViewRange, axis_direction
 from model.scene.volume import Volume
 
 WHOLE_BOX = CropBox()

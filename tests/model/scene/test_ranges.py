@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from model.errors import VolumeError
-from model.scene.range_fitting import fit_to_range, fit_to_volume
-from model.scene.robust_range import percentile_range, robust_range
+from model.scene.ranges import fit_to_range, fit_to_volume, percentile_range, robust_range
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.volume import Volume
 

@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 from model.errors import TfscopeError, VolumeError
 from model.scene.color_maps import color_tf_of_map
 from model.scene.default_tf import default_transfer_function
-from model.scene.range_choice import RangeChoice
-from model.scene.range_fitting import fit_to_volume
-from model.scene.robust_range import robust_range
+from model.scene.ranges import RangeChoice, fit_to_volume, robust_range
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, OpacityTF, TransferFunction
 from model.scene.value_scale import logarithmic_ticks, suits_logarithm, values_at

@@ -66,8 +66,8 @@ def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels() -> None:
     few = renderer.drawn(inputs, coarse(raster), 1)
     assert moving is not None and few is not None and moving.samples == few.samples == 1
     renderer.close()
-    other = PathTracer(volume, seed=1, samples=256)
-    truth = other.render(inputs, raster)
+    other = PathTracer(volume, seed=1)
+    truth = other.render(inputs, raster, samples=256)
     other.close()
     errors = [
         float(np.sqrt(np.mean((image - truth)[..., :3] ** 2)))

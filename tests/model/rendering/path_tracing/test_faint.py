@@ -16,7 +16,6 @@ from model.rendering.raster import Raster
 from model.rendering.raycast.batch import BATCH, stack_batch
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.rays import make_ray
-from model.rendering.raycast.tables import opacity_table
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
@@ -44,13 +43,13 @@ def numbers(states):
 
 
 @numba.njit
-def collide(medium, alphas, camera, step, size, target):
+def collide(scatterer, camera, step, size, target):
     """Collide along the ray through the middle of an image."""
-    levels, staging = stack_batch(medium.voxels, BATCH)
+    levels, staging = stack_batch(scatterer.medium.voxels, BATCH)
     ray, _ = make_ray(camera, step, size // 2, size // 2, size)
     targets, order = np.full(1, target, np.float32), np.zeros(1, np.int32)
     hits, places = np.empty(1, np.int32), np.empty(1, np.float32)
-    _collide(medium, alphas, ray, targets, order, levels, staging, hits, places)
+    _collide(scatterer.medium, ray, targets, order, levels, staging, hits, places)
     return hits[0], places[0]
 
 
@@ -63,30 +62,29 @@ def tracked(medium, place, direction, state, transmits):
 def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction() -> None:
     volume, inputs = scene(1e-41)
     tracer = PathTracer(volume, threads=1)
-    medium = tracer._medium(inputs)
+    scatterer = tracer._scatterer(inputs, 0.5)
     tracer.close()
     # Its reciprocal is infinite.
-    assert 0 < medium.majorants[medium.majorants > 0].min() < 1e-39
+    assert 0 < scatterer.majorants[scatterer.majorants > 0].min() < 1e-39
     states = np.arange(1 << 26, dtype=np.uint32)
     nothing = states[numbers(states) == 0]
     assert len(nothing) > 0
     place = tuple(map(np.float32, (2.0, 10.0, 10.0)))
     away = tuple(map(np.float32, (-1.0, 0.0, 0.0)))
     for transmits in (False, True):
-        level, t, through = tracked(medium, place, away, nothing[0], transmits)
+        level, t, through = tracked(scatterer, place, away, nothing[0], transmits)
         assert (level, t, through) == (-1, 2.0, 1.0)
 
 
 def test_light_collides_with_nothing_that_is_too_faint_to_count() -> None:
     volume, inputs = scene(1e-9)
     tracer = PathTracer(volume, threads=1)
-    medium = tracer._medium(inputs)
+    scatterer = tracer._scatterer(inputs, 0.5)
     tracer.close()
-    alphas = opacity_table(inputs.opacity_tf, volume.scalar_range, 0.5)
-    assert 0 < alphas[0] < 1e-8
+    assert 0 < scatterer.medium.alphas[0] < 1e-8
     camera = camera_array(inputs.view, volume, Raster(9, 9))
     for target in (1.0, 0.9, 0.5, 0.0):
-        level, t = collide(medium, alphas, camera, 0.5, 9, np.float32(target))
+        level, t = collide(scatterer, camera, 0.5, 9, np.float32(target))
         assert np.isfinite(t)
         # Behind the faint half, in steps of half a voxel.
         assert level > 0 and t > LENGTH / 2 - 2

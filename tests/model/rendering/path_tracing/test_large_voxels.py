@@ -33,14 +33,15 @@ def scene(view: View) -> SceneInputs:
     return SceneInputs(view, opacity, color, LightDirection(25.0, 20.0))
 
 
-def ring_power(view: View, samples: int = 256) -> float:
+def ring_power(view: View, samples: int = 64) -> float:
     """Power along the surface of what no smooth shading has; the noise of paths cancels in it."""
-    tracer = PathTracer(flame(), lamp=Lamp(gloss=0.0))
+    # Light that is scattered once, from one direction, has the least noise.
+    tracer = PathTracer(flame(), lamp=Lamp(gloss=0.0, sky=0.0, bounces=1, radius=0.05))
     *_, picture = tracer.refine(scene(view), RASTER, samples)
     tracer.close()
     assert (picture.rgba[..., 3] > 0.99).all()
     y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in RASTER.shape), indexing="ij")
-    powers = [x**m * y**n for m in range(7) for n in range(7 - m)]
+    powers = [x**m * y**n for m in range(9) for n in range(9 - m)]
     smooth = np.linalg.qr(np.stack([each.ravel() for each in powers], axis=1)).Q
     even, odd = picture.halves.mean(axis=-1).reshape(2, -1).astype(np.float64)
     # The halves' noise is independent.
@@ -49,11 +50,12 @@ def ring_power(view: View, samples: int = 256) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "view", [View(60, 40, 0, 0.7), View(110, -30, 0, 0.7), View(250, 60, 0, 0.7)]
+    "view",
+    [View(60, 40, 0, 0.7), View(110, -30, 0, 0.7), View(250, 60, 0, 0.7), View(20, 15, 0, 0.7)],
 )
-def test_rings_on_surfaces_are_less_than_a_third_of_those_of_the_usual_steps(
+def test_rings_on_surfaces_are_less_than_a_fifth_of_those_of_the_usual_steps(
     view: View, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     finer = ring_power(view)
     monkeypatch.setattr(renderer, "LARGE", np.inf)
-    assert finer < ring_power(view) / 3
+    assert finer < ring_power(view) / 5

@@ -35,9 +35,9 @@ def inputs_from(azimuth: float, volume: Volume) -> SceneInputs:
 
 def looks(volume: Volume, inputs: SceneInputs) -> tuple[np.ndarray, np.ndarray]:
     renderer = RaycastRenderer(volume)
-    frame = renderer.frame(inputs, SIZE)
+    rgba, depth = renderer.frame(inputs, SIZE)
     renderer.close()
-    return frame.rgba[..., :3], frame.depth
+    return rgba[..., :3], depth
 
 
 def test_places_are_found_where_they_were_seen_before(block: Volume) -> None:

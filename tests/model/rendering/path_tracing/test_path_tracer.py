@@ -72,9 +72,9 @@ def seen(volume: Volume, view: View = VIEW, **others) -> SceneInputs:
 
 
 def traced(volume: Volume, inputs: SceneInputs, size=24, samples=8, **others):
-    tracer = PathTracer(volume, samples=samples, **others)
+    tracer = PathTracer(volume, **others)
     try:
-        return tracer.render(inputs, size)
+        return tracer.render(inputs, size, samples=samples)
     finally:
         tracer.close()
 
@@ -166,10 +166,10 @@ def test_light_scattered_once_is_that_of_a_quadrature(spacing):
     own = (np.cumsum(sigma) - sigma / 2) * step
     expected = np.sum(sigma * np.exp(-own - depth)) * step / 4
     lamp = Lamp(key=1.0, sky=0.0, radius=0.01, surfaces=False, bounces=1)
-    tracer = PathTracer(volume, lamp=lamp, samples=4096)
+    tracer = PathTracer(volume, lamp=lamp)
     raster = Raster(101, 101, 50, 50, 1, 1)
     # Finer than usual, as the quadrature is: what is compared is the light, not its step.
-    image = tracer.render(inputs, raster, 0.05)
+    image = tracer.render(inputs, raster, 0.05, 4096)
     tracer.close()
     assert image[0, 0, 0] == pytest.approx(expected, rel=0.02)
 

@@ -51,13 +51,13 @@ def test_depth_and_skipping_agree_with_the_image():
     volume = Volume(waves())
     renderer = RaycastRenderer(volume, threads=1, sample_distance=0.1)
     inputs = SceneInputs(VIEWS[0], SHEETS, RAINBOW)
-    image, frame = renderer.render(inputs, 24), renderer.frame(inputs, 24)
-    np.testing.assert_array_equal(frame.rgba, image)
-    usual = RaycastRenderer(volume, threads=1).frame(inputs, 24)
-    seen = np.isfinite(frame.depth) & np.isfinite(usual.depth)
-    assert abs(frame.depth[seen] - usual.depth[seen]).max() < 0.6
+    rgba, depth = renderer.frame(inputs, 24)
+    np.testing.assert_array_equal(rgba, renderer.render(inputs, 24))
+    _, usual = RaycastRenderer(volume, threads=1).frame(inputs, 24)
+    seen = np.isfinite(depth) & np.isfinite(usual)
+    assert abs(depth[seen] - usual[seen]).max() < 0.6
     renderer.skip_empty = renderer.terminate_early = False
-    np.testing.assert_allclose(renderer.render(inputs, 24), image, atol=1 / 510)
+    np.testing.assert_allclose(renderer.render(inputs, 24), rgba, atol=1 / 510)
 
 
 @pytest.mark.parametrize("lighting", ["none", "direct", "soft"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from model.samples.sampling import draw_sample, sample_kind
-from model.scene.random_tfs import (
+from model.scene.random_inputs import (
     COLOR_MAPS,
     SHARES,
     OpacityKind,
@@ -14,7 +14,7 @@ from model.scene.random_tfs import (
     opacity_tf_of,
 )
 from model.scene.scene import Scene
-from model.scene.tf_fitting import fitted_curve, fitted_modes
+from model.scene.tf_editing import fitted_curve, fitted_modes
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 RANGE, WINDOW = (-1000.0, 1500.0), (-500.0, 1000.0)

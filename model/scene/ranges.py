@@ -1,0 +1,356 @@
+"""Scalar ranges: robust ones, those that a user chooses, and transfer functions (TFs) over them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import TfscopeError, VolumeError
+from model.scene.distribution import Distribution
+from model.scene.transfer_function import (
+    TF_SAMPLES,
+    ColorTF,
+    OpacityTF,
+    Range,
+    TransferFunction,
+)
+from model.scene.value_scale import place_of
+from model.scene.volume import Volume
+
+TAIL = 0.001
+"""Share of the voxels at each end that does not decide about the range."""
+
+SQUEEZED = 8
+"""The range is narrowed where the voxels but for the tails would fill less than 1/8 of it."""
+
+ROOM = 1.0
+"""How far a narrowed range may reach beyond the voxels without tails, in widths of these."""
+
+
+def percentile_range(volume: Volume, low: float, high: float) -> Range:
+    """Return the values below which `low` and `high` per cent of the voxels lie.
+
+    Parameters
+    ----------
+    volume : Volume
+        All its voxels count but the missing ones, also those beyond its scalar range.
+    low, high : float
+        0 to 100; these two give the smallest and the largest voxel.
+
+    Raises
+    ------
+    VolumeError
+        When the percentages are out of order, or the two values are the same.
+    """
+    if not 0 <= low < high <= 100:
+        raise VolumeError(
+            f"{volume.name}: {low:g} and {high:g} are no range of percentiles; "
+            "give two numbers from 0 to 100, the lower one first."
+        )
+    values, counts = volume.distribution.frequencies
+    lo, hi = _quantiles(values, counts, low / 100, high / 100)
+    lowest, highest = volume.data_range
+    # Of many voxels only a sample is looked at, in which the outermost are missing.
+    lo, hi = (lowest if low == 0 else lo), (highest if high == 100 else hi)
+    if lo == hi:
+        raise VolumeError(
+            f"{volume.name}: between {low:g} and {high:g} per cent all voxels are {lo:g}; "
+            "choose percentiles that lie farther apart."
+        )
+    return lo, hi
+
+
+def robust_range(volume: Volume) -> Range:
+    """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
+
+    It is that of all voxels in most volumes: in all where the voxels but for a thousandth at
+    either end take at least an eighth of it, 32 of a TF's 256 bins. Otherwise an end that lies
+    farther out than the width of these voxels' range is moved in, to the outermost voxel
+    within that distance. So even thin tails are kept where there is room for them, and most of
+    a narrowed range is used.
+
+    The most frequent value, mostly air or what is written where nothing was measured, does not
+    count among the voxels of which a thousandth is left out: there may be few others. The range
+    holds it all the same unless it lies so far off that the others would fill less than an
+    eighth of the range. Then an eighth of the others' width is left free on its side, so that
+    it remains something else than the outermost of them.
+
+    Parameters
+    ----------
+    volume : Volume
+        All its voxels count but the missing ones, also those beyond its scalar range.
+    """
+    lowest, highest = volume.data_range
+    values, counts = volume.distribution.frequencies
+    frequent = int(counts.argmax())
+    common, is_common = float(values[frequent]), counts[frequent] > TAIL * counts.sum()
+    lo, hi, fill = lowest, highest, None
+    others = np.arange(len(values)) != frequent if is_common else np.ones(len(values), bool)
+    if others.any():
+        lo, hi = _without_tails(values[others], counts[others])
+    if is_common:
+        with_common = min(lo, common), max(hi, common)
+        if lo < hi and (with_common[1] - with_common[0]) > SQUEEZED * (hi - lo):
+            fill = common
+        else:
+            lo, hi = with_common
+    width = hi - lo
+    if width == 0 or highest - lowest <= SQUEEZED * width:
+        return lowest, highest
+    near_lo, near_hi = _outermost(volume.distribution, lo - ROOM * width, hi + ROOM * width)
+    if fill is not None and fill < near_lo:
+        near_lo -= width / SQUEEZED
+    elif fill is not None and fill > near_hi:
+        near_hi += width / SQUEEZED
+    if volume.distribution.is_whole:
+        near_lo, near_hi = float(np.floor(near_lo)), float(np.ceil(near_hi))
+    return max(near_lo, lowest), min(near_hi, highest)
+
+
+def _without_tails(values: NDArray[np.generic], counts: NDArray[np.int64]) -> Range:
+    """Range of the values without a thousandth of their number, and at least one, at each end."""
+    share = max(TAIL, 1.5 / counts.sum())
+    return (
+        _quantiles(values, counts, share, 1 - share)
+        if share < 0.5
+        else (float(values[0]), float(values[-1]))
+    )
+
+
+def _quantiles(
+    values: NDArray[np.generic], counts: NDArray[np.int64], low: float, high: float
+) -> Range:
+    """Values, none between two of them, below or at which these shares of their number lie."""
+    upto = np.cumsum(counts)
+    places = np.searchsorted(upto, [low * upto[-1], high * upto[-1]])
+    lo, hi = (float(values[place]) for place in places)
+    return lo, hi
+
+
+def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
+    """Smallest and largest voxel from `lo` to `hi`."""
+    lowest, highest = np.inf, -np.inf
+    for counted in distribution.planes():
+        plane: NDArray[Any] = counted
+        inside = plane[(plane >= lo) & (plane <= hi)]
+        if inside.size:
+            lowest, highest = min(lowest, float(inside.min())), max(highest, float(inside.max()))
+    return lowest, highest
+
+
+LEAST_OVERLAP = 4 / TF_SAMPLES
+"""Fraction of a TF's range below which its part in the volume is no use: 4 of the 256 samples."""
+
+LEAST_SHARE, LEAST_STEPS = 1 / 1024, 8
+"""Fraction of the volume's range, or steps of its whole numbers, that a TF must cover to be meant
+for them: 40 HU in a CT are, [0, 1] is not."""
+
+
+def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> TransferFunction:
+    """Convert a TF made for any volume to the one that shows it in another volume.
+
+    A TF keeps its values and its range where these fit the volume: so a TF over a part of the
+    values, or over those of another CT, shows the same tissue as where it was made. It keeps its
+    scale, too: the volume is to be shown on that. It fits if
+    its range has at least 1/64 of itself in common with the volume's scalar range, its robust
+    range or the range of its voxels, and that is 1/1024 of these, or 8 steps of whole numbers.
+    A TF over far more than that, such as all values of 16 bits, is cut to the volume's scalar
+    range if it has something to say there. Any other, such as one over [0, 1] in a CT, is
+    stretched to that range, as a relative TF is.
+
+    Parameters
+    ----------
+    volume : Volume
+        Over the range that it has without this TF.
+
+    Returns
+    -------
+    TransferFunction
+        Its range and scale are those to show the volume over:
+        :meth:`model.scene.volume.Volume.over`.
+
+    Raises
+    ------
+    VolumeError
+        When the TF is over logarithms, which the volume's values do not have.
+    """
+    if transfer_function.is_relative:
+        return stretch_to_range(transfer_function.on_scale(volume.scale), volume.scalar_range)
+    if transfer_function.scale != volume.scale:
+        if _overlaps_logarithms(transfer_function, volume):
+            # Known without computing these, which takes time.
+            return transfer_function
+        volume = volume.on_scale(transfer_function.scale)
+        volume = volume.over(robust_range(volume))
+    own, step = transfer_function.scalar_range, volume.distribution.step
+    if (
+        _overlap(own, volume.scalar_range, step)
+        or _overlap(own, volume.data_range, step)
+        or _overlap(own, robust_range(volume), step)
+    ):
+        return transfer_function
+    if _is_about(transfer_function, volume.scalar_range):
+        return fit_to_range(transfer_function, volume.scalar_range)
+    return stretch_to_range(transfer_function, volume.scalar_range)
+
+
+def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
+    """Convert a TF made for any scalar range to one over a given scalar range.
+
+    Values keep their positions in the data's units, so that a TF made for one CT
+    shows the same tissue in another. Only if the TF is relative, or the two ranges are
+    disjoint, is the TF mapped linearly from its range to the new one. Colour stops, and the
+    points of a free curve, are cut or extended to span the range exactly; inside it the TF is
+    unchanged. The scale remains the TF's.
+    """
+    lo, hi = scalar_range
+    own_lo, own_hi = transfer_function.scalar_range
+    if transfer_function.is_relative or own_hi <= lo or hi <= own_lo:
+        transfer_function = stretch_to_range(transfer_function, scalar_range)
+    opacity, color = opacity_over(transfer_function.opacity, scalar_range), transfer_function.color
+    if (color.stops[0][0], color.stops[-1][0]) != scalar_range:
+        inner = tuple(s for s in color.stops if lo < s[0] < hi)
+        color = ColorTF(scalar_range, (_stop(color, lo), *inner, _stop(color, hi)))
+    return TransferFunction(opacity, color)
+
+
+def opacity_over(opacity: OpacityTF, scalar_range: Range) -> OpacityTF:
+    """Return an opacity TF over another range, with its values as they are.
+
+    The points of a free curve are cut or extended to span the range exactly.
+    """
+    if opacity.scalar_range == scalar_range:
+        # Jumps at its ends, two points at one value, stay.
+        return opacity
+    (lo, hi), points = scalar_range, opacity.points
+    if points:
+        inside = tuple(p for p in points if lo < p[0] < hi)
+        points = ((lo, float(opacity(lo))), *inside, (hi, float(opacity(hi))))
+    return replace(opacity, scalar_range=scalar_range, points=points)
+
+
+def _overlaps_logarithms(transfer_function: TransferFunction, volume: Volume) -> bool:
+    """Whether a TF over logarithms has enough in common with the positive values of a volume."""
+    lo, hi = volume.linear.data_range
+    if transfer_function.scale != "log" or hi <= 0:
+        return False
+    own = transfer_function.scalar_range
+    return _overlap(own, (place_of(lo, "log") if lo > 0 else own[0], place_of(hi, "log")), None)
+
+
+def _overlap(own: Range, other: Range, step: int | None) -> bool:
+    """Whether a TF's range has enough in common with one of a volume, of whole numbers or not."""
+    common = min(own[1], other[1]) - max(own[0], other[0])
+    least = LEAST_SHARE * (other[1] - other[0])
+    if step is not None:
+        least = min(least, LEAST_STEPS * step)
+    return common >= max(least, LEAST_OVERLAP * (own[1] - own[0])) and common > 0
+
+
+def _is_about(transfer_function: TransferFunction, scalar_range: Range) -> bool:
+    """Whether a TF over more than a range changes in it: by modes that fit in, or by points."""
+    (lo, hi), own = scalar_range, transfer_function.scalar_range
+    if not own[0] <= lo < hi <= own[1]:
+        return False
+    opacity = transfer_function.opacity
+    modes = [m for m in opacity.modes if lo < m.mean < hi and m.width < hi - lo]
+    # One may lie there by chance.
+    return bool(modes) or sum(lo < value < hi for value, _opacity in opacity.points) > 1
+
+
+def _stop(color: ColorTF, value: float) -> tuple[float, float, float, float]:
+    """Return a stop with the present colour at a value."""
+    red, green, blue = color(value)
+    return value, float(red), float(green), float(blue)
+
+
+def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
+    """Map every value of a TF linearly from its own range to another."""
+    lo, hi = scalar_range
+    own_lo, own_hi = transfer_function.scalar_range
+
+    def moved(value: float) -> float:
+        # Rounding must not put the end elsewhere.
+        return hi if value == own_hi else lo + (value - own_lo) / (own_hi - own_lo) * (hi - lo)
+
+    scale = (hi - lo) / (own_hi - own_lo)
+    opacity, color = transfer_function.opacity, transfer_function.color
+    modes = tuple(replace(m, mean=moved(m.mean), width=m.width * scale) for m in opacity.modes)
+    points = tuple((moved(v), a) for v, a in opacity.points)
+    stops = tuple((moved(v), r, g, b) for v, r, g, b in color.stops)
+    moved_opacity = replace(opacity, scalar_range=scalar_range, modes=modes, points=points)
+    return TransferFunction(moved_opacity, ColorTF(scalar_range, stops))
+
+
+@dataclass(frozen=True)
+class RangeChoice:
+    """Scalar range over which to look at a volume.
+
+    Attributes
+    ----------
+    low, high : float
+        In the data's own units, or per cent of the voxels, 0 to 100; low < high.
+
+    Raises
+    ------
+    TfscopeError
+        For numbers that do not increase, or percentages beyond 0 to 100.
+    """
+
+    low: float
+    high: float
+    are_percentiles: bool = False
+
+    def __post_init__(self) -> None:
+        low, high = self.low, self.high
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise TfscopeError(
+                f"The scalar range from {low:g} to {high:g} does not increase; "
+                "give its lowest and its highest value."
+            )
+        if self.are_percentiles and not (low >= 0 and high <= 100):
+            raise TfscopeError(
+                f"{low:g} and {high:g} per cent are no percentiles; give numbers from 0 to 100."
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> RangeChoice:
+        """Parse ``"LO,HI"``, or ``"LO%,HI%"`` for percentiles.
+
+        Raises
+        ------
+        TfscopeError
+            When the text is not a range.
+        """
+        parts = [part.strip() for part in text.split(",")]
+        are_percentiles = all(part.endswith("%") for part in parts)
+        try:
+            low, high = (float(p[:-1] if are_percentiles else p) for p in parts)
+        except ValueError:
+            raise TfscopeError(
+                f"'{text}' is not a scalar range; give its lowest and highest value, such as "
+                "0,1500, or percentiles of the voxels, such as 1%,99%."
+            ) from None
+        return cls(low, high, are_percentiles)
+
+    def of(self, volume: Volume) -> Range:
+        """Return the range on a volume's scale.
+
+        Raises
+        ------
+        VolumeError
+            When the percentiles are the same value, or a value has no logarithm that the volume's
+            scale needs.
+        """
+        if self.are_percentiles:
+            return percentile_range(volume, self.low, self.high)
+        if volume.scale == "log" and self.low <= 0:
+            raise VolumeError(
+                f"{volume.name}: the scalar range from {self.low:g} begins where there is no "
+                "logarithm; give one above zero, or the linear scale."
+            )
+        return place_of(self.low, volume.scale), place_of(self.high, volume.scale)
