@@ -59,6 +59,7 @@ def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
         window.sensitivity_state.hover(None)
         window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
         window.sensitivity_state.finish_region()
+        window.sensitivity.findings.set_open(True)
     elif name == "value":
         window.latent_state.choose(shown=False)
         window.sensitivity_state.hover(150.0, effect=False)
