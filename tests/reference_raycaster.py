@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from model.rendering.raster import Raster
+from model.rendering.scalars import filled
 from model.scene.crop import CropBox
-from model.scene.missing_voxels import filled
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume

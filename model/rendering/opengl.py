@@ -1,11 +1,16 @@
-"""OpenGL off screen: the window that VTK draws in, and whether a graphics card draws there."""
+"""OpenGL off screen: the window that VTK draws in, what draws there, and VTK's errors."""
 
 from __future__ import annotations
 
 import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
+from typing import Any
 
 from vtkmodules import vtkRenderingOpenGL2
+from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from model.errors import CannotDrawError
@@ -23,6 +28,7 @@ SOFTWARE = (
 """What names of OpenGL renderers have in them that use the processor, in small letters."""
 
 _NAME = re.compile(r"^\s*(?:OpenGL renderer string|Renderer):[ \t]*(\S.*?)\s*$", re.MULTILINE)
+_SAID = re.compile(r"\(0x[0-9a-f]+\): *(.*?)\s*$", re.DOTALL)
 
 
 def offscreen_window() -> vtkRenderWindow:
@@ -68,3 +74,25 @@ def _state(window: vtkRenderWindow) -> str:
     """What VTK knows of OpenGL: without a display, a window does not report it."""
     state = getattr(window, "GetState", None)
     return "" if state is None else str(state())
+
+
+@contextmanager
+def drawing_errors() -> Iterator[list[str]]:
+    """Collect what VTK reports as errors in this thread; it goes on without an exception."""
+    found: list[str] = []
+    thread = threading.get_ident()
+
+    def note(_window: Any, _event: str, text: str = "") -> None:
+        if threading.get_ident() == thread:
+            said = _SAID.search(text or "")
+            found.append(((said.group(1) if said else text) or "an error").split("\n")[0].strip())
+
+    note.CallDataType = "string0"  # type: ignore[attr-defined]
+    window = vtkOutputWindow.GetInstance()
+    # VTK's annotations know events by number only.
+    events: Any = "ErrorEvent"
+    tag = window.AddObserver(events, note)
+    try:
+        yield found
+    finally:
+        window.RemoveObserver(tag)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
-from model.scene.missing_voxels import filled
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
 
@@ -36,6 +37,12 @@ range lie elsewhere otherwise. But next to an outlier of 1e30, float32 would los
 what is interpolated; this far out, it rounds to 1/256 of a TF bin.
 """
 
+
+LAYERS = 2
+"""How many voxels deep missing ones are filled: interpolation reads one, gradients two."""
+
+AROUND = np.ones((3, 3, 3), dtype=bool)
+"""A voxel and its 26 neighbours."""
 
 KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 """Types that ray caster and path tracer support directly."""
@@ -96,3 +103,54 @@ def _limits(volume: Volume) -> Range:
         # Their numbers are not in the data's range.
         lowest, highest = -math.inf, math.inf
     return max(lo - BEYOND * (hi - lo), lowest), min(hi + BEYOND * (hi - lo), highest)
+
+
+def filled(voxels: NDArray[Any], missing: NDArray[np.bool_], elsewhere: float) -> NDArray[Any]:
+    """Return a copy with missing voxels replaced by values like those around them.
+
+    Renderers leave out every sample whose nearest voxel is missing. What lies nearer to a measured
+    one is interpolated, and its gradient taken, with voxels up to two farther away: these get the
+    mean of their neighbours, so that what is stored where nothing was measured appears nowhere.
+
+    Parameters
+    ----------
+    voxels : ndarray, shape (nz, ny, nx)
+    missing : ndarray of bool, shape (nz, ny, nx)
+    elsewhere : float
+        Value of missing voxels farther than :data:`LAYERS` from all others; one that the
+        voxels' type holds.
+
+    Returns
+    -------
+    ndarray, shape (nz, ny, nx)
+        Of the voxels' type: means of whole numbers are rounded.
+    """
+    values = np.where(missing, voxels.dtype.type(elsewhere), voxels)
+    known = ~missing
+    for _ in range(LAYERS):
+        edge = binary_dilation(known, AROUND) & ~known
+        means = [_means(values, known, edge[z], z) for z in range(len(values))]
+        # All at once: the means are those of the layer before.
+        for plane, inside, mean in zip(values, edge, means, strict=True):
+            plane[inside] = mean
+        known |= edge
+    return values
+
+
+def _means(
+    values: NDArray[Any], known: NDArray[np.bool_], edge: NDArray[np.bool_], z: int
+) -> NDArray[Any]:
+    """Mean of the known ones of the 26 neighbours of some voxels of a plane."""
+    y, x = np.nonzero(edge)
+    total, count = np.zeros(len(y)), np.zeros(len(y), dtype=np.int64)
+    nz, ny, nx = values.shape
+    for dz, dy, dx in itertools.product((-1, 0, 1), repeat=3):
+        k, j, i = z + dz, y + dy, x + dx
+        if not 0 <= k < nz:
+            continue
+        inside = (j >= 0) & (j < ny) & (i >= 0) & (i < nx)
+        inside[inside] = known[k, j[inside], i[inside]]
+        total[inside] += values[k, j[inside], i[inside]]
+        count += inside
+    mean = total / count
+    return (np.rint(mean) if values.dtype.kind in "iu" else mean).astype(values.dtype)

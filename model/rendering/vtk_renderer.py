@@ -31,10 +31,9 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 from model.errors import CannotDrawError, RenderError
 from model.rendering.noise import noise_of
 from model.rendering.opacity_correction import per_sample
-from model.rendering.opengl import offscreen_window
+from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster
 from model.rendering.scalars import renderable_scalars
-from model.rendering.vtk_errors import drawing_errors
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from model.latent.tiny_pictures import OVERVIEW_SIZE, overview_of
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
+from model.rendering.scalars import filled
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.missing_voxels import filled
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
