@@ -65,7 +65,7 @@ def build(kind: type[T], data: Any, exact: bool = False) -> T:
     except RecursionError:
         raise MalformedError("its brackets are nested too deeply") from None
     except msgspec.ValidationError as error:
-        raise MalformedError(_told(str(error))) from error
+        raise MalformedError(_worded(str(error))) from error
     except UnicodeEncodeError:
         raise MalformedError("a text that is not valid Unicode") from None
 
@@ -111,7 +111,7 @@ def _path(kind: type, value: Any) -> Any:
     raise TypeError(f"Expected {kind.__name__}, got {value!r}"[:200])
 
 
-def _told(text: str) -> str:
+def _worded(text: str) -> str:
     """Word an error of msgspec as the others are: first where, then what."""
     what, _, where = text.partition(" - at ")
     place = where.strip("`").removeprefix("$").removeprefix(".")

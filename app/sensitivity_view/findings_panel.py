@@ -215,7 +215,7 @@ class FindingsPanel(QFrame):
             for index in range(ROWS)
         ]
         self.edit_rows = [
-            PanelRow((66, 0), [AddButton("this value", partial(actions.add_mode, index))])
+            PanelRow((50, 0), [AddButton("this value", partial(actions.add_mode, index))])
             for index in range(ROWS)
         ]
         for rows in (self.value_rows, self.edit_rows):

@@ -161,8 +161,8 @@ class RegionLayer(QObject):
         xs, ys = [x for x, _ in places], [y for _, y in places]
         left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
         right_half, lower_half = self._canvas.reach
-        beside = max(left - 0.5, 0.5 - right) >= right_half
-        outside = beside or max(top - 0.5, 0.5 - bottom) >= lower_half
+        aside = max(left - 0.5, 0.5 - right) >= right_half
+        outside = aside or max(top - 0.5, 0.5 - bottom) >= lower_half
         if not self._moved or outside or max(right - left, bottom - top) < LEAST_SIDE:
             return None
         if self._state.tool == "rectangle" or len(places) < 3:

@@ -163,8 +163,8 @@ class ResponseLayer:
                 scalar_range = answer.request.inputs.opacity_tf.scalar_range
                 self._area.draw(curve, values, scalar_range)
                 self._shown[name] = values, scalar_range
-        self._scale_axis()
-        self._mark_cut()
+        if not self._scale_axis():
+            self._mark_cut()
         self.mark_stale()
         # Flags follow once nothing moves.
         if not self._state.live:
@@ -195,7 +195,8 @@ class ResponseLayer:
         else:
             self.mark_stale()
 
-    def _scale_axis(self) -> None:
+    def _scale_axis(self) -> bool:
+        """Let the axis reach to the highest response of interest; return whether it was fitted."""
         asker = self._asker
         inside = (np.abs(values[of_interest(asker)]) for values, _range in self._shown.values())
         highest = max((float(each.max(initial=0.0)) for each in inside), default=0.0)
@@ -206,9 +207,11 @@ class ResponseLayer:
         elif self._asked.dragging or self._state.live:
             # Growing only: a scale that shrinks while dragging hides that the response falls.
             limit = max(limit, self._limit)
-        if limit != self._limit or not self._state.live:
+        fits_anew = limit != self._limit or not self._state.live
+        if fits_anew:
             self._limit = limit
             self.fit()
+        return fits_anew
 
     def fit(self) -> None:
         """Let the scale end where the opacities do: at 1, and where it is signed at 0, too."""

@@ -274,7 +274,7 @@ class SensitivityView(QObject):
     def _field(self, wanted: EngineName) -> Answer[Any] | None:
         band = self._asked.band
         if band is not None and not band.effect:
-            # Of the data, whoever draws: one image shows it, and the other stays as it is.
+            # It is the same by any engine: one image shows it, and the other stays as it is.
             return self._asker.seen if wanted == self._left else None
         # Each image has its own engine's, not meanwhile the other's, which would be taken for it.
         other: EngineName = "learned" if wanted == "exact" else "exact"

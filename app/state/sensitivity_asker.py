@@ -299,7 +299,7 @@ class SensitivityAsker(QObject):
         if question in ("field", "seen") and (band is None or band.effect != (question == "field")):
             return []
         if question not in ("region", "field"):
-            # It is of the data, whoever draws, in whatever light, and is cheap.
+            # It is the same by any engine and in any light, and is cheap.
             is_asked = self.asked.place is not None or question != "pick"
             return ["exact"] if self._is_open and self.asked.choices.shown and is_asked else []
         if question == "region" and self._moves and not self.asked.shows_curve:

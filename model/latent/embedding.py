@@ -29,7 +29,7 @@ Places = NDArray[np.float32]
 """Places (n, 2) on the plane; the longer side of their bounding box is -1..1."""
 
 Progress = Callable[[float], None]
-"""Is told the fraction that is done."""
+"""Called with the fraction that is done."""
 
 
 class EmbeddingProcess:

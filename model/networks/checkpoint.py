@@ -79,7 +79,7 @@ class _NoNumbers(TorchFunctionMode):
     """Leaves out what gives weights their first numbers.
 
     On a device without memory, torch imports its compiler for it, which takes a second, and crashes
-    beside Mesa's in torch's builds with CUDA.
+    where Mesa's is loaded, too, in torch's builds with CUDA.
     """
 
     def __torch_function__(self, func: Any, _types: Any, args: Any = (), kwargs: Any = None) -> Any:

@@ -1,4 +1,4 @@
-"""The network behind the denoiser: path-traced pictures of few samples, finished.
+"""The network that improves denoised path-traced pictures of few samples.
 
 One network for all volumes, TFs, views and lights. It never draws by itself: it changes the
 denoised picture by what the unlit and the softly lit picture of the same scene show. It goes
@@ -31,7 +31,7 @@ CHANNELS = 3 * len(COLORS) + 2
 """Of the input: :data:`COLORS`, opacity, and 1 / sqrt(samples)."""
 
 BRIGHTEST = 2.0
-"""Radiance of single samples that is told from more."""
+"""Radiance of single samples from which on more makes no difference."""
 
 MULTIPLE = 16
 """Rows and columns of the input are a multiple of this; see :meth:`PathLightNetwork.forward`."""

@@ -44,7 +44,7 @@ COLOR_MAPS = {
     "signed": "crameri:berlin",
     # Green, as visibility is in the plot of the TF.
     "visible": "cmocean:algae_r",
-    # Its lowest colour is no black: most fields are weak beside the strongest.
+    # Its lowest colour is no black: most fields are weak compared with the strongest.
     "all values": "matplotlib:plasma",
 }
 """By the fields that are shown; the last for one whose colours compare with all values' fields."""

@@ -1,4 +1,4 @@
-"""What an edit really does to an image, beside what its derivative predicted."""
+"""What an edit really does to an image, and what its derivative predicted."""
 
 from __future__ import annotations
 

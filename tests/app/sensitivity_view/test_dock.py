@@ -61,7 +61,7 @@ def test_the_dock_has_its_part_of_the_window_and_nothing_is_cut(qtbot, window):
                 assert editor.rect().contains(box_of(control, editor)), control.accessibleName()
         hint = editor.minimumSizeHint()
         assert hint.width() <= 1000 and hint.height() <= 224
-        # Controls of the header stand beside one another.
+        # Controls of the header do not overlap.
         boxes = [box_of(w, editor) for w in controls(editor) if box_of(w, editor).bottom() < 34]
         assert not [(a, b) for a, b in combinations(boxes, 2) if a.intersects(b)]
 
@@ -121,7 +121,7 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_flags_stand_beside_one_another_in_the_plot(qtbot, seed):
+def test_flags_do_not_overlap_in_the_plot(qtbot, seed):
     random = np.random.default_rng(seed)
     flags = [QToolButton() for _ in range(3)]
     for flag in flags:

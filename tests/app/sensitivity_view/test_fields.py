@@ -65,7 +65,7 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     field = np.full((16, 16), (band.low - 100) / 100)
     expected = overlay(image, field, scale_of(field), "visible").astype(np.float32)
     qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected))
-    # It is of the data, whoever draws: the other image stays as it is.
+    # It is the same by any engine: the other image stays as it is.
     assert window.reference.canvas.cover is None
     assert window.sensitivity.result().kind == "region"
     # Ctrl asks the other question where the mouse is.
@@ -125,7 +125,7 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
     assert window.state.transfer_function.opacity.modes[0] != mode
     hover(window, 110.0)
     assert window.sensitivity_state.band is None
-    # Whoever comes back, or clicks beside the handles, asks again.
+    # Whoever comes back, or clicks next to the handles, asks again.
     QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
     hover(window, 112.0)
     assert window.sensitivity_state.band is not None
@@ -223,7 +223,7 @@ def test_a_click_on_what_if_lasts_until_the_next_one(qtbot, window):
     qtbot.waitUntil(lambda: "exact changes" in what_if.result)
     QTest.keyClick(window, Qt.Key.Key_Escape)
     assert not what_if.button.isChecked()
-    # What was said of one value does not stay beside another.
+    # What was said of one value does not stay next to another.
     state.hover(120.0)
     assert what_if.result == ""
     state.hover(None)

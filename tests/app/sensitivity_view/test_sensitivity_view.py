@@ -69,7 +69,7 @@ def test_escape_ends_one_thing_after_the_other(window):
     QTest.mouseDClick(canvas, Qt.MouseButton.LeftButton, pos=where)
     QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=where)
     assert state.place is None and window.state.view == window.state.home
-    # Who is to draw a region is told so in the image.
+    # While a region is to be drawn, the image says so.
     before = canvas.grab().toImage()
     state.set_tool("rectangle")
     assert canvas.grab().toImage() != before

@@ -96,7 +96,7 @@ class Asking:
         Parameters
         ----------
         picture : float
-            Time of a picture by the same engine, which comes before what is asked beside it.
+            Time of a picture by the same engine, which comes before the questions.
         """
         began, spent, ages = self.now, 0.0, [0.0]
         while self.now < began + seconds:
@@ -132,7 +132,7 @@ def asking(state: ViewerState) -> Iterator[Asking]:
 
 
 def costs(pixel: float, fixed: float) -> Callable[[Request], float]:
-    """Time of answers by their pixels, and beside them: a derivative's is the longest."""
+    """Time of answers, in part by their pixels: a derivative's is the longest."""
     weights = {RegionSensitivityRequest: 1.0, ValueSensitivityRequest: 0.5, VisibilityRequest: 0.3}
 
     def cost(request: Request) -> float:

@@ -57,10 +57,10 @@ def test_codes_on_a_line_have_a_map():
 
 
 def test_tsne_keeps_clusters_apart_and_tells_its_progress(codes):
-    told: list[float] = []
-    places = EmbeddingProcess(codes).run(told.append)
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    noted: list[float] = []
+    places = EmbeddingProcess(codes).run(noted.append)
+    assert noted == sorted(noted)
+    assert noted[-1] == 1.0
     one, other = places[:40], places[40:]
     within = max(np.linalg.norm(part - part.mean(axis=0), axis=1).max() for part in (one, other))
     assert np.linalg.norm(one.mean(axis=0) - other.mean(axis=0)) > within
