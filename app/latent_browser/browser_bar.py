@@ -26,17 +26,7 @@ BAND_WIDTH = 84, 150
 
 
 class BrowserBar(QWidget):
-    """Controls in one row.
-
-    Attributes
-    ----------
-    map : IconButton
-        Shows the map, or the TFs that differ most again.
-    more : IconButton
-        Chooses the codec, if a model fits the volume.
-    stop : QPushButton
-        Ends the computation of the map, while it runs.
-    """
+    """Controls in one row: map or pictures, filter, codec, and the end of the map's computation."""
 
     resetRequested = Signal()
     problem = Signal(str)
@@ -148,10 +138,7 @@ class BrowserBar(QWidget):
 def parsed_band(text: str) -> Range | None:
     """Read a value, or two with "to", a comma or a dash between them; None for nothing.
 
-    Raises
-    ------
-    ValueError
-        When the text is something else.
+    Anything else raises ValueError.
     """
     if not text:
         return None

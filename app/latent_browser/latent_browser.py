@@ -200,16 +200,9 @@ class LatentBrowser(QWidget):
             self.take(tf, "TF from the map", place)
 
     def take(self, tf: OpacityTF, text: str, place: Place, exposure: float | None = None) -> None:
-        """Make an opacity TF the present one, in one step of undo.
+        """Make an opacity TF that was found at a place the present one, in one step of undo.
 
-        Parameters
-        ----------
-        text : str
-            Name of the edit in the menu.
-        place : tuple of float
-            Where it was found.
-        exposure : float or None
-            Factor by which its picture is brighter than usual, which the image becomes, too.
+        If its picture was exposed, the image becomes as bright.
         """
         if tf.scalar_range != self._state.scalar_range:
             # Asked for while another volume was opened.

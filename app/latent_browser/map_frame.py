@@ -23,15 +23,7 @@ MARGIN = 1.06
 
 @dataclass(frozen=True)
 class MapFrame:
-    """A square map, -1..1 along both axes, in a widget of some size.
-
-    Attributes
-    ----------
-    width, height : int
-        In pixels.
-    center : tuple of float
-        Place in the middle of the widget.
-    """
+    """A square map, -1..1 along both axes, in a widget of some pixels around a place."""
 
     width: int
     height: int

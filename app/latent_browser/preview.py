@@ -16,15 +16,7 @@ from model.scene.transfer_function import OpacityTF
 
 
 class Preview(QObject):
-    """Covers the reference by another TF's picture, and draws that TF over the editor's.
-
-    Parameters
-    ----------
-    pane : EnginePane
-        The reference's.
-    area : PlotArea
-        The TF editor's plots.
-    """
+    """Covers the reference by another TF's picture, and draws that TF over the editor's."""
 
     tfChanged = Signal(object)
     """Emitted with the opacity TF of what is shown instead of the image, or None for none."""

@@ -24,14 +24,6 @@ def least_length(count: int) -> float:
 
 
 def axis_name(axis: int, labels: tuple[str, ...]) -> str:
-    """Return an axis' name, with the patient's directions at its lower and upper end if known.
-
-    Parameters
-    ----------
-    axis : int
-        0, 1 or 2.
-    labels : tuple of str
-        A volume's `axis_labels`.
-    """
+    """Return the name of axis 0, 1 or 2, with the patient's directions at its ends if known."""
     upper, lower = labels[2 * axis : 2 * axis + 2] or ("", "")
     return f"{'xyz'[axis]} ({lower}–{upper})" if lower else "xyz"[axis]

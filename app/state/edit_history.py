@@ -15,13 +15,7 @@ SAME_GESTURE_S = 1.0
 
 
 class EditHistory(QObject):
-    """Edits of all that the picture depends on, in one order.
-
-    Attributes
-    ----------
-    clock : callable
-        Returns the time in seconds.
-    """
+    """Edits of all that the picture depends on, in one order; the clock is in seconds."""
 
     edited = Signal()
     """Emitted after a completed edit, undo or redo by the user."""
@@ -44,19 +38,10 @@ class EditHistory(QObject):
         text: str,
         merge_key: str | None = None,
     ) -> None:
-        """Make a change that can be undone.
+        """Make a change that can be undone, by a function that shows a value; it is called now.
 
-        Parameters
-        ----------
-        show : callable
-            Shows a value; it is called with `after` now.
-        before, after : object
-            The values.
-        text : str
-            Name of the change in the menu.
-        merge_key : str, optional
-            Changes with the same key that follow each other within :data:`SAME_GESTURE_S` are
-            merged into one, such as those of a key that is held.
+        Changes with the same merge key that follow each other within :data:`SAME_GESTURE_S` become
+        one, such as those of a key that is held.
         """
         change = _Change(show, before, after, text, merge_key, self.clock())
         if self._together is not None:
@@ -96,13 +81,7 @@ class EditHistory(QObject):
 
 
 class _Change(QUndoCommand):
-    """One change; see :meth:`EditHistory.change`.
-
-    Parameters
-    ----------
-    at : float
-        When it was made, in seconds.
-    """
+    """One change, made at a time in seconds; see :meth:`EditHistory.change`."""
 
     def __init__(
         self,

@@ -16,13 +16,6 @@ class EditedInput(QObject, Generic[T]):
 
     A drag is previewed with :meth:`move`, and becomes one edit by :meth:`finish`. Signals come in
     pairs, as in pyqtgraph: one at every step of a drag, one at its end.
-
-    Parameters
-    ----------
-    first : object
-        The value before a volume is opened.
-    drag : str
-        Name of a drag in the menu of edits, where nobody gives another one.
     """
 
     changed = Signal(object)
@@ -56,15 +49,7 @@ class EditedInput(QObject, Generic[T]):
             self.changed.emit(value)
 
     def finish(self, text: str = "", merge_key: str | None = None) -> None:
-        """End a drag, if there is one, making it one edit.
-
-        Parameters
-        ----------
-        text : str
-            Name of the edit in the menu.
-        merge_key : str, optional
-            See :meth:`EditHistory.change`.
-        """
+        """End a drag, if there is one, making it one edit; see :meth:`EditHistory.change`."""
         if not self._moving:
             return
         self._moving = False

@@ -18,7 +18,7 @@ from model.files import write_atomically
 from model.json_files import MalformedError, build_valid, read_json
 
 LOCK_PATIENCE_S = 5.0
-"""Time after which the file is written without a lock: who holds it that long hangs."""
+"""Time after which the file is written without a lock: a window that holds it longer hangs."""
 
 T = TypeVar("T")
 Change = Callable[[T], T]
@@ -29,26 +29,13 @@ class KeptFileError(TfscopeError):
 
 
 class KeptFile(Generic[T]):
-    """Values of a dataclass in a JSON file.
+    """Values of a dataclass in a JSON file, or without a path in memory only.
 
     A change is made here at once, and made again on what is in the file when it is written. So
     windows overwrite nothing of each other but what both have changed: there the last one wins.
 
-    Parameters
-    ----------
-    path : Path or None
-        None keeps the values in memory only.
-    kind : type
-        A dataclass whose fields have defaults.
-    former : callable, optional
-        Returns the data of an earlier version's files, where there is no file yet.
-
-    Attributes
-    ----------
-    values : object
-        The dataclass.
-    problem : str
-        A sentence for the user if the file could not be read; mostly empty.
+    If the file could not be read, `problem` is a sentence for the user. Where there is no file
+    yet, `former` returns the data of an earlier version's.
     """
 
     def __init__(

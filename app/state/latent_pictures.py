@@ -88,19 +88,8 @@ class GridPicture:
 class LatentPictures(QObject):
     """Asks engines for pictures whenever brush, mouse, view, light or colours change.
 
-    Parameters
-    ----------
-    clients : mapping of str to EngineClient
-        A ray caster's ("exact") and the generator's ("learned").
-
-    Attributes
-    ----------
-    session : LatentSession
-        The map that the pictures are of.
-    model : Path or None
-        Folder of a model that fits the volume.
-    grid_at_work : AtWork
-        Tells that the grid's pictures take long.
+    Its session has the map that they are of; its model is the folder of one that fits the volume.
+    The clients are those of a ray caster and the generator.
     """
 
     gridDrawn = Signal(object)

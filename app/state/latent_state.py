@@ -81,15 +81,7 @@ class LatentState(QObject):
         self.finish_brush()
 
     def set_hover(self, place: Place | None, closeness: float = 1.0) -> None:
-        """Set the place under the mouse.
-
-        Parameters
-        ----------
-        place : tuple of float, or None
-            None when the mouse leaves the map.
-        closeness : float
-            How many times closer one looks than at the whole map.
-        """
+        """Set the place under the mouse, or None, and how much closer than the whole map it is."""
         if (place, closeness) != (self.hover, self.closeness):
             self.hover, self.closeness = place, closeness
             self.hoverChanged.emit(place)

@@ -41,15 +41,8 @@ class KnownModel:
 class ModelCheck:
     """What a folder is, found out before a working model is given up for it.
 
-    Attributes
-    ----------
-    problem : str
-        What is missing or broken, and what to do, in a sentence; empty for a model that
-        can be opened.
-    scene : Scene or None
-        What the model was trained on; None where that cannot be read.
-    worth : str
-        Its errors, as its card says them; empty where they are not known.
+    The problem is a sentence, empty for a model that can be opened. The scene is what it was
+    trained on. The worth has the errors that its card says, where these are known.
     """
 
     folder: Path
@@ -72,13 +65,9 @@ class Library:
     def models_of(self, fingerprint: str, remembered: Sequence[str]) -> list[KnownModel]:
         """Return the models of a volume: the one opened last, the user's, then shipped ones.
 
-        Of the shipped ones that of direct light comes first: it shows most. Models that are gone,
-        that this version does not draw, or that are of another volume by now, are left out.
-
-        Parameters
-        ----------
-        remembered : sequence of str
-            Folders of models that were opened with it, the newest first.
+        Remembered are folders that were opened with it, the newest first. Of the shipped ones that
+        of direct light comes first: it shows most. Models that are gone, that this version does not
+        draw, or that are of another volume by now, are left out.
         """
         own = [Path(text) for text in remembered]
         shipped = shipped_models()
@@ -115,7 +104,7 @@ class Library:
         """Return where the volume of a model probably is, or None if that is not known.
 
         The place where it was open before, a file of its name next to the model, or a
-        shipped one. Only who opens it knows its fingerprint.
+        shipped one. Its fingerprint is known once it is open.
         """
         card = _card(folder)
         if card is None:
@@ -124,8 +113,8 @@ class Library:
         remembered = self._preferences.volume(scene.volume_fingerprint).path
         if remembered and Path(remembered).exists():
             return Path(remembered)
-        beside = (path for place in (folder, folder.parent) for path in _volume_files(place))
-        return _named(beside, {scene.volume_name}) or _shipped_volume(scene)
+        near = (path for place in (folder, folder.parent) for path in _volume_files(place))
+        return _named(near, {scene.volume_name}) or _shipped_volume(scene)
 
     def scene_of(self, folder: Path) -> Scene | None:
         """Return what a model was trained on, or None if its card cannot be read."""

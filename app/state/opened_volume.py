@@ -62,22 +62,16 @@ class OpenedVolume:
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
     def over(self, scalar_range: Range, scale: ValueScale | None = None) -> OpenedVolume:
-        """Return the same volume over another range and scale, with what follows from them.
+        """Return the same volume over another range and scale.
 
-        Raises
-        ------
-        VolumeError
-            When the volume cannot be shown over the range.
+        Raise :class:`VolumeError` when it cannot be shown so.
         """
         return OpenedVolume.of(self.path, self.volume.over(scalar_range, scale))
 
     def on_scale(self, scale: ValueScale) -> OpenedVolume:
         """Return the same volume over its robust range on another scale.
 
-        Raises
-        ------
-        VolumeError
-            When the volume cannot be shown on it.
+        Raise :class:`VolumeError` when it cannot be shown so.
         """
         volume = self.volume.on_scale(scale)
         return OpenedVolume.of(self.path, volume.over(robust_range(volume)))

@@ -50,20 +50,11 @@ def volume_file(folder: Path | None, fingerprint: str) -> KeptFile[VolumeMemory]
 
 
 class Preferences(QObject):
-    """Remembers settings, recent files and volumes.
+    """Remembers settings, recent files and volumes, in a folder or in memory only.
 
     What is changed is written shortly afterwards, in a thread of its own, and by :meth:`finish`.
-    After a failed write nothing more is written.
-
-    Parameters
-    ----------
-    folder : Path or None
-        Folder of the files; None keeps everything in memory.
-
-    Attributes
-    ----------
-    start_problem : str
-        A sentence for the user if the settings could not be read at the start; mostly empty.
+    After a failed write nothing more is written. If the settings could not be read at the start,
+    `start_problem` is a sentence for the user.
     """
 
     problem = Signal(str)
@@ -108,10 +99,7 @@ class Preferences(QObject):
     def refresh(self, fingerprint: str) -> str:
         """Take in what other windows have written of a volume, and their settings.
 
-        Returns
-        -------
-        str
-            A sentence for the user if the volume's file could not be read; mostly empty.
+        Return a sentence for the user if the volume's file could not be read; mostly empty.
         """
         file = self._volume(fingerprint)
         problem = file.problem
@@ -208,8 +196,8 @@ def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:
 def _with_recent(settings: Settings, kind: RecentKind, path: Path) -> Settings:
     """Put a file first among the recent ones.
 
-    Dialogs open where the last file was. A model is found with its volume, without anybody
-    having been in its folder.
+    Dialogs open where the last file was. A model is found with its volume: the user
+    need not have been in its folder.
     """
     name = f"recent_{kind}"
     changes: dict[str, Any] = {name: _first(str(path), getattr(settings, name))}

@@ -28,17 +28,7 @@ class SessionError(TfscopeError):
 
 @dataclass(frozen=True)
 class SessionContent:
-    """What a session holds of the window, but for files.
-
-    Attributes
-    ----------
-    memory : VolumeMemory
-        Of the open volume, without its path and models.
-    band : tuple of float or None
-        Lowest and highest of the pinned scalar values.
-    browsing : bool
-        Whether the latent browser is open.
-    """
+    """What a session holds of the window, but for files; the band is that of pinned values."""
 
     memory: VolumeMemory = field(default_factory=VolumeMemory)
     settings: SessionSettings = field(default_factory=SessionSettings)
@@ -51,16 +41,8 @@ class SessionContent:
 class Session:
     """All that a window shows.
 
-    Attributes
-    ----------
-    volume : Path
-        The volume's file or folder.
-    fingerprint : str
-        Checksum of its voxels.
-    model : Path or None
-        Folder of the open model.
-    wrong : tuple of str
-        Names of what was wrong in the session's file, and was left out.
+    The fingerprint is the checksum of the volume's voxels; `wrong` has the names of what was wrong
+    in the session's file, and was left out.
     """
 
     volume: Path
@@ -70,15 +52,10 @@ class Session:
     wrong: tuple[str, ...] = ()
 
     def save(self, path: Path) -> None:
-        """Write the file, whole or not at all.
+        """Write the file, whole or not at all; raise :class:`SessionError` if that fails.
 
-        Paths stand in it as they are, and relative to its folder, so that volume and session can
+        It has absolute paths and paths relative to its folder, so that volume and session can
         move together.
-
-        Raises
-        ------
-        SessionError
-            When it cannot be written.
         """
         data = {
             "tfscope_session": VERSION,
@@ -98,10 +75,7 @@ class Session:
     def load(cls, path: Path) -> Session:
         """Read the file; volume and model are where they are found now.
 
-        Raises
-        ------
-        SessionError
-            When it cannot be read, is no session, or of a newer version.
+        Raise :class:`SessionError` when it cannot be read, is no session, or of a newer version.
         """
         try:
             return cls._from_json(read_json(path), path)

@@ -54,19 +54,7 @@ class FigureSettings:
 class SessionSettings:
     """Settings that a session holds, too: how images are drawn, and what is shown over them.
 
-    Attributes
-    ----------
-    reference_size : None, int or "generator"
-        Pixels of the reference image; None for as many as its pane has.
-    denoises : bool
-        Whether path-traced pictures are denoised.
-    legend, scale_bar, cube, opacity_images : bool
-        Whether images have a colour legend, a scale bar, an orientation cube, and the opacity
-        image.
-    hidden_panes : tuple of str
-        Names of the images that are not shown.
-    swapped : bool
-        Whether the two images have changed places.
+    Without a size, the reference image has as many pixels as its pane.
     """
 
     drawing: Drawing = "auto"
@@ -86,22 +74,9 @@ class SessionSettings:
 class Settings(SessionSettings):
     """Everything that the window remembers, but for what belongs to one volume.
 
-    Attributes
-    ----------
-    trackball : bool
-        Whether dragging turns views freely.
-    last_folder : str
-        Folder of the last file; empty if there is none.
-    window_geometry : str
-        Qt's bytes in base64; empty if unknown.
-    splitters : dict of tuple of int
-        Sizes by the splitter's name.
-    figure : FigureSettings or None
-        None before one was saved.
-    recent_volumes, recent_models, recent_transfer_functions, recent_sessions : tuple of str
-        Absolute paths, the newest first.
-    places : dict of str
-        Fingerprints of volumes by the paths where they were opened, the newest at the end.
+    The window's geometry is Qt's bytes in base64. Recent files are absolute paths, the newest
+    first. Places are the fingerprints of volumes by the paths where they were opened, the newest
+    at the end.
     """
 
     trackball: bool = False

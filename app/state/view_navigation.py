@@ -33,10 +33,7 @@ CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)
 class ViewNavigation(QObject):
     """The view, with a home view, and the axis of the volume that points up.
 
-    Attributes
-    ----------
-    trackball : bool
-        Whether dragging turns freely; else it turns about the up axis.
+    With `trackball`, dragging turns freely; else it turns about the up axis.
     """
 
     viewChanged = Signal(object)
@@ -95,7 +92,7 @@ class ViewNavigation(QObject):
     def pivot(self) -> NDArray[np.float64]:
         """Point about which the view turns, float64, shape (3,): in the middle of what is shown.
 
-        Beside a model's image, whose pictures are not panned, it is the volume's centre.
+        Next to a model's image, which is not panned, it is the volume's centre.
         """
         return _middle_of(WHOLE) if self._reach == SQUARE else self._middle
 
@@ -143,26 +140,16 @@ class ViewNavigation(QObject):
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance.
 
         What is shown is in the middle of the image again.
-
-        Raises
-        ------
-        ViewError
-            When there is no such view.
         """
         distance, front = self._view.distance, self.front_axis
         view = standard_view(name, distance, self._up_axis, front=front)
         self.set_view(holding(self.pivot, np.zeros(2), view, self._proportions))
 
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
-        """Set what the home view has to fit.
+        """Set what the home view has to fit, see :data:`model.scene.region.Reach`.
 
-        Parameters
-        ----------
-        reach : tuple of float
-            That of the narrowest image, see :data:`model.scene.region.Reach`.
-        follow : bool
-            Whether who looks from the home view sees the new one. Else the image shows the same
-            as before, and so does a region in it.
+        A view that is the home view follows to the new one, if asked. Else the image shows the same
+        as before, and so does a region in it.
         """
         if reach != self._reach:
             self._reach = reach
@@ -176,11 +163,6 @@ class ViewNavigation(QObject):
         """Set the axis that points up, and stand the volume upright.
 
         The view keeps its angles, which are now about this axis; the home view stays one.
-
-        Raises
-        ------
-        ViewError
-            When there is no such axis.
         """
         axis_direction(up)
         if up == self._up_axis:
@@ -211,30 +193,9 @@ class ViewNavigation(QObject):
         reach: Reach = SQUARE,
         home_angles: tuple[float, float] | None = None,
     ) -> None:
-        """Look at another volume, from its home view.
+        """Look at another volume with these proportions, axes and shown places.
 
-        Parameters
-        ----------
-        proportions : tuple of float
-            The volume's.
-        up : str
-            Axis that points up; empty for the usual one.
-        axis_labels : tuple of str
-            The volume's.
-        view : View or None
-            Initial view; None for the home view.
-        shown : ndarray of float64, shape (n, 3)
-            Places around what the default TF shows, see
-            :func:`~model.scene.orientation.home_view`.
-        reach : tuple of float
-            See :meth:`set_reach`.
-        home_angles : tuple of float or None
-            Azimuth and elevation of the home view; None for where most is to be seen.
-
-        Raises
-        ------
-        ViewError
-            When there is no such axis.
+        Without a view, from its home view; without angles of that, from where most is to be seen.
         """
         up = up or DEFAULT_UP
         front = axis_labelled("A", axis_labels)
@@ -260,7 +221,7 @@ class ViewNavigation(QObject):
         )
 
     def _look(self, view: View) -> None:
-        """Show a view that nobody has chosen: at no time is it one of a drag."""
+        """Show a view that is no part of a drag."""
         if view != self._view:
             self._view = view
             self.viewChanged.emit(view)

@@ -31,18 +31,8 @@ EMPTY_TF = TransferFunction(
 class ViewerState(ViewNavigation):
     """View, light, crop box and TF of both images.
 
-    Every edit but the view's, which is :class:`ViewNavigation`'s, can be undone.
-
-    Attributes
-    ----------
-    tf_input : EditedInput of TransferFunction
-        The TF, over the volume's scalar range.
-    light_input : EditedInput of LightDirection or None
-        The light; None for the scene's.
-    crop_input : EditedInput of CropBox or None
-        Part of the volume that is shown; None for all of it.
-    edited : dict of str to EditedInput
-        All inputs but view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
+    Every edit but the view's, which is :class:`ViewNavigation`'s, can be undone. `edited` has all
+    inputs but view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
     """
 
     volumeStarting = Signal()
@@ -123,15 +113,8 @@ class ViewerState(ViewNavigation):
     ) -> None:
         """Start editing another volume's TF, clearing the undo stack.
 
-        Parameters
-        ----------
-        default : TransferFunction
-            TF that :meth:`reset_transfer_function` returns to.
-        current : TransferFunction or None
-            Initial TF, fitted to the scalar range; None for the default.
-        others : mapping of str
-            First values of other inputs, by name; None for those that are not named. The light
-            stays, see :meth:`start_light`.
+        Without a current TF, which is fitted to the scalar range, it is the default. Other inputs
+        have first values by name; the light stays, see :meth:`start_light`.
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
@@ -157,13 +140,7 @@ class ViewerState(ViewNavigation):
         self.tf_input.set(self._default, "reset")
 
     def save_transfer_function(self, path: Path) -> None:
-        """Write the current TF to a file.
-
-        Raises
-        ------
-        TransferFunctionError
-            When the file cannot be written.
-        """
+        """Write the current TF to a file; raise :class:`TransferFunctionError` if that fails."""
         self.transfer_function.save(path)
 
 

@@ -90,17 +90,8 @@ class Viewer(Protocol):
 class VolumeOpening(QObject):
     """Reads volumes, and computes what the open one is over another range.
 
-    The open volume stays until the next one is there.
-
-    Parameters
-    ----------
-    read_volume : callable
-        Reads a volume of a path, and of `raw` and `choice` where these are known.
-
-    Attributes
-    ----------
-    wanted : Wanted
-        How the volume that was asked for last is to be shown.
+    The open volume stays until the next one is there. `wanted` says how the volume that was asked
+    for last is to be shown.
     """
 
     reading = Signal(str)

@@ -20,23 +20,8 @@ from model.volume_files.choice import Choice
 class WindowStart:
     """Files, view and looks that the window starts with; None is what it would choose itself.
 
-    Attributes
-    ----------
-    model : Path or None
-        A model's folder.
-    scalar_range : RangeChoice or None
-        Range over which TFs lie.
-    choice : Choice or None
-        What to read of a volume's file that holds several.
-    session : Path or None
-        A session's file; its volume is `volume`.
-    size : tuple of int, or None
-        Width and height of the window in pixels.
-
-    Raises
-    ------
-    TfscopeError
-        For a light direction in an unlit image.
+    A session's volume is `volume`. Raises :class:`TfscopeError` for a light direction in an unlit
+    image.
     """
 
     volume: Path
