@@ -5,7 +5,7 @@ from __future__ import annotations
 from ramp import make_tf
 
 from app.state.sensitivity_state import NamedRegion
-from app.state.settings import Settings
+from app.state.settings import FigureSettings, Settings
 from app.state.volume_memory import VolumeMemory
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
@@ -36,6 +36,7 @@ SETTINGS = Settings(
     splitters={"main": (500, 290)},
     theme="light",
     single_keys=False,
+    figure=FigureSettings(longer_side=1000),
     recent_volumes=("/data/a.nrrd", "/data/ü \udce9.nrrd"),
     recent_models=("/data/model",),
     recent_transfer_functions=("/data/tf.json",),

@@ -58,7 +58,7 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerSt
     assert state.view == state.home == wide
     assert state.home.distance < square.distance
     # Once it has been seen, the image shows what it showed.
-    state.set_reach((0.6, 0.5))
+    state.set_reach((0.3, 0.5))
     assert state.view == wide != state.home
     # Whoever looks from elsewhere stays there.
     state.set_view(at(77))
