@@ -174,4 +174,8 @@ def _at_rest(request: Request, image: Image, whole: Raster) -> Fidelity:
         return Fidelity()
     if isinstance(request, ImageRequest) and image.error <= request.stop.error:
         return Fidelity(image.error, "", (MORE, ESTIMATED))
-    return Fidelity(image.error, "", (ENDS.format(image.samples), ESTIMATED))
+    ends = ENDS.format(image.samples)
+    if image.error == math.inf:
+        # Of one or two samples there is no estimate.
+        return Fidelity(None, "few samples", (ends,))
+    return Fidelity(image.error, "", (ends, ESTIMATED))

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -93,6 +94,9 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     assert "64 samples" in found.reasons[0] and "--samples" in found.reasons[0]
     errors.note(result(0.5, quality, 0.0029, samples=64), WHOLE)
     assert said(errors, settled=True) == ""
+    # Few samples have no estimate.
+    errors.note(result(0.5, error=math.inf, samples=2), WHOLE, False)
+    assert said(errors, settled=True) == "few samples"
 
 
 def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
