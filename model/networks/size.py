@@ -30,7 +30,7 @@ class NetworkSize:
         Whether the latent decoder has two hidden layers instead of the paper's one.
     color_attention : bool
         Whether pixels look their colours up in the colour TF
-        (:mod:`model.networks.paper.color_attention`), which the paper's network has as a code only.
+        (:mod:`model.networks.paper.translation`), which the paper's network has as a code only.
     """
 
     width: float = 1.0

@@ -31,7 +31,7 @@ BLOCKS = 8
 
 
 @dataclass(frozen=True)
-class Agreement:
+class HoldoutAgreement:
     """Similarity of learned and exact sensitivities per sample, arrays of shape (N,).
 
     Cosines and Spearman's rank correlations, -1 to 1, of the whole image's sensitivities over
@@ -62,7 +62,7 @@ def sensitivity_agreement(
     volume: Volume,
     samples: Sequence[SceneInputs],
     on_progress: Callable[[int], None] = lambda done: None,
-) -> Agreement:
+) -> HoldoutAgreement:
     """Compare a generator's sensitivities with the renderer's.
 
     Parameters
@@ -96,7 +96,7 @@ def sensitivity_agreement(
             on_progress(done)
     finally:
         renderer.close()
-    return Agreement(*np.array(rows).T)
+    return HoldoutAgreement(*np.array(rows).T)
 
 
 def rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
