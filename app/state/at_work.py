@@ -24,7 +24,7 @@ class AtWork(QObject):
         self._channels = tuple(channels)
         self._part: float | None = None
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(lambda: self._tell(0.0))
+        self._patience.timeout.connect(lambda: self._say(0.0))
         for channel in self._channels:
             channel.pendingChanged.connect(self._follow)
             channel.progressed.connect(self._note)
@@ -32,15 +32,15 @@ class AtWork(QObject):
     def _follow(self) -> None:
         if not any(channel.is_pending for channel in self._channels):
             self._patience.stop()
-            self._tell(None)
+            self._say(None)
         elif self._part is None and not self._patience.isActive():
             self._patience.start()
 
     def _note(self, part: float) -> None:
         if self._part is not None:
-            self._tell(part)
+            self._say(part)
 
-    def _tell(self, part: float | None) -> None:
+    def _say(self, part: float | None) -> None:
         if part != self._part:
             self._part = part
             self.changed.emit(part)

@@ -25,12 +25,8 @@ class Brightness(QObject):
 
     It is that of the light, where there is one, and changes neither the TF nor what is computed
     about it. Until it is chosen, it is the usual one of the light. Where model and reference have
-    different light, each has its own usual one, and both are changed by the same factor.
-
-    Parameters
-    ----------
-    state : ViewerState, optional
-        Has what is chosen undone among the edits.
+    different light, each has its own usual one, and both are changed by the same factor. A choice
+    is undone among the edits.
     """
 
     changed = Signal()

@@ -12,13 +12,7 @@ INTERVAL_S = 0.1
 
 
 class Calm(QObject):
-    """Refreshes together all that asks for it, so that what they share is painted once.
-
-    Parameters
-    ----------
-    moves : callable
-        Tells whether something moves.
-    """
+    """Refreshes together all that asks for it, so that what they share is painted once."""
 
     def __init__(self, moves: Callable[[], bool], parent: QObject) -> None:
         super().__init__(parent)

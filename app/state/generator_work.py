@@ -108,16 +108,9 @@ class GeneratorWork(QObject):
         return None if self.folder is None else recorded_agreement(self.folder)
 
     def open(self, folder: Path | None, promised: Scene | None, held: bool) -> None:
-        """Load a model in the background.
+        """Load a model in the background, whose card promises a scene; None for no model.
 
-        Parameters
-        ----------
-        folder : Path or None
-            None for no model.
-        promised : Scene or None
-            What its card says that it was trained on; None if that is not known yet.
-        held : bool
-            Whether to wait for :meth:`begin`: what loads a model takes the processor from others.
+        One that is held waits for :meth:`begin`: loading takes the processor from others.
         """
         self.scene, self._promised = None, promised
         self.draws_codes = False
@@ -146,12 +139,8 @@ class GeneratorWork(QObject):
     ) -> None:
         """Have the generator of path-traced light draw where the reference has that light.
 
-        A model that was trained under it draws itself.
-
-        Parameters
-        ----------
-        settings, coming : ReferenceSettings
-            Of the reference, now and once its kernels are compiled.
+        A model that was trained under it draws itself. The settings are the reference's, now and
+        once its kernels are compiled.
         """
         wanted, has_waited = self._path_of(opened, settings), self.awaits_path
         self.awaits_path = wanted is None and self._path_of(opened, coming) is not None
@@ -199,13 +188,7 @@ class GeneratorWork(QObject):
         return scene if (scene.scalar_range, scene.scale) == shown else None
 
     def match(self, opened: OpenedVolume | None, is_reading: bool) -> None:
-        """Pause the generator unless it was trained on the open volume.
-
-        Parameters
-        ----------
-        is_reading : bool
-            Whether a volume is on its way.
-        """
+        """Pause the generator unless it was trained on the open volume, or one is on its way."""
         if self.folder is None:
             self._client.pause(NO_MODEL)
         elif self.draws_path:
@@ -229,13 +212,7 @@ class GeneratorWork(QObject):
             self._client.resume()
 
     def hint(self, opened: OpenedVolume | None, inputs: SceneInputs, drawn: Lighting) -> str:
-        """Describe what is outside of what the model knows; empty if nothing is.
-
-        Parameters
-        ----------
-        drawn : {"none", "direct", "soft", "path"}
-            Lighting of the reference.
-        """
+        """Describe what is outside of what the model knows, where the reference has a lighting."""
         scene = self.scene_for(opened)
         if scene is None or self.draws_path:
             return ""

@@ -29,12 +29,8 @@ class Preparation(QObject):
     A group that cannot be compiled there counts as prepared: an engine compiles it
     when it first draws. So does each where nothing can be kept.
 
-    Parameters
-    ----------
-    command : sequence of str
-        Compiles groups whose names it is given, one a line, and writes each name back.
-    longest_s : float
-        Seconds of a group after which its process is ended.
+    The command is given the names of groups, one a line, and writes each name back. Its process is
+    ended if a group takes longer than `longest_s`.
     """
 
     prepared = Signal()
@@ -72,7 +68,7 @@ class Preparation(QObject):
             if not self._has_begun:
                 self._patience.start()
             self._go_on()
-            self._tell()
+            self._say_progress()
 
     def begin(self) -> None:
         """Begin: the first picture, which needs the processors, is there."""
@@ -116,7 +112,7 @@ class Preparation(QObject):
         """Note that a group is compiled, or can be compiled by an engine only."""
         self._usable.add(group)
         self._go_on()
-        self._tell()
+        self._say_progress()
         self.prepared.emit()
 
     def _take_end(self, worker: _Worker) -> None:
@@ -126,19 +122,13 @@ class Preparation(QObject):
         if worker.group is not None:
             self._take(worker.group)
 
-    def _tell(self) -> None:
+    def _say_progress(self) -> None:
         done = sum(map(self.is_prepared, self._wanted))
         self.progressed.emit(done, len(self._wanted))
 
 
 class _Worker(QProcess):
-    """A process that compiles one group after the other.
-
-    Attributes
-    ----------
-    group : KernelGroup or None
-        What it compiles; None while it waits for the next one.
-    """
+    """A process that compiles one group after the other; its group is None while it waits."""
 
     done = Signal(object)
     """Emitted with the group that is compiled."""
