@@ -101,7 +101,7 @@ def _from_the_click(path: Path) -> tuple[float | None, float | None]:
             seen.append((time.perf_counter() - begun, len(grid.images[0])))
 
     pictures.gridDrawn.connect(note)
-    window.browse.click()
+    window.top_bar.browse.click()
     run(PATIENCE_S, lambda: bool(seen) and seen[-1][1] >= CELL_SIZE)
     close_window(window)
     sharp = next((at for at, width in seen if width >= CELL_SIZE), None)

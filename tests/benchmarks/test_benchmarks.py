@@ -10,6 +10,7 @@ import pytest
 from tests.benchmarks import (
     accuracy,
     extremes,
+    grid,
     motion,
     networks,
     path_light,
@@ -44,6 +45,15 @@ def test_a_drag_is_measured(
     for what in ("view", "handle"):
         motion.main([*small[:2], "--lighting", "none", "--seconds", "0.5", "--drag", what])
         assert f"{what} dragged" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_the_grid_is_compared_and_timed(
+    small: list[str], capsys: pytest.CaptureFixture[str], qapp: object
+) -> None:
+    for options in ([], ["--window"]):
+        grid.main([*small, *options])
+        assert "ball" in capsys.readouterr().out
 
 
 def test_extremes_are_written_into_their_page(tmp_path: Path) -> None:
