@@ -228,7 +228,7 @@ class CropHandles(QObject):
     def _paint(self, painter: QPainter, _rect: QRect) -> None:
         if not self._active:
             return
-        # Beside a picture that is smaller than its pane there is no volume.
+        # Around a picture that is smaller than its pane there is no volume.
         painter.setClipRect(self._canvas.picture_rect)
         self._paint_edges(painter)
         handles = self.handles

@@ -76,11 +76,6 @@ class DragHandle(QGraphicsObject):
             self.update()
 
     @property
-    def is_selected_look(self) -> bool:
-        """True if the handle is highlighted as the selected one."""
-        return self._look[1]
-
-    @property
     def is_mark(self) -> bool:
         """True for a mark on a curve; False for a line."""
         return self._shape != "line"

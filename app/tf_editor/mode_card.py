@@ -22,7 +22,7 @@ from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.value_scale import ValueScale
 
 HEIGHT = 28
-BESIDE = 18
+GAP = 18
 """Distance from the handle, in pixels."""
 
 ROOM = 3
@@ -37,7 +37,7 @@ OWN = 9
 CURVE_PLACES = 129
 """Places of the opacity curve that the card keeps off."""
 
-BESIDE_PIN = 8
+PIN_GAP = 8
 """Distance to the side of a pin: it lies below the card, too."""
 
 VALUE_MEANING = "Scalar value (F2)"
@@ -262,7 +262,7 @@ class ModeCard(QFrame):
         corner = _free_corner(
             at,
             size,
-            BESIDE_PIN if is_pin else BESIDE,
+            PIN_GAP if is_pin else GAP,
             area.rect,
             (kept_clear, [*area.handle_boxes(), *area.label_boxes(), own], self._curve_boxes()),
         )
@@ -304,18 +304,18 @@ class ModeCard(QFrame):
 
 
 def _free_corner(
-    at: QPoint, size: QSize, beside: int, plot: QRect, layers: Sequence[Sequence[QRect]]
+    at: QPoint, size: QSize, gap: int, plot: QRect, layers: Sequence[Sequence[QRect]]
 ) -> QPoint:
     """Upper left corner of a card inside the plot, as near to its handle as may be.
 
     What lies in the layers is covered only where it must be, that in the first the least. The
-    card stands at least some pixels beside the handle, or above or below it.
+    card stands at least a gap to the side of the handle, or above or below it.
     """
     inside = plot.adjusted(ROOM, ROOM, -ROOM, -ROOM)
     rightmost = max(inside.right() + 1 - size.width(), inside.left())
     lowest = max(inside.bottom() + 1 - size.height(), inside.top())
     steps = np.arange(0, REACH, STEP)
-    sides = [at.x() + beside + steps, at.x() - beside - size.width() - steps]
+    sides = [at.x() + gap + steps, at.x() - gap - size.width() - steps]
     sides.append(at.x() - np.arange(0, size.width(), STEP))
     xs = np.unique(np.concatenate(sides).clip(inside.left(), rightmost))
     x, y = (each.ravel() for each in np.meshgrid(xs, np.arange(inside.top(), lowest + 1, DOWN)))
@@ -335,5 +335,5 @@ def _hidden(
     """Number of boxes that a card covers, for each of its corners."""
     edges = np.array([(b.left(), b.top(), b.right(), b.bottom()) for b in boxes]).reshape(-1, 4)
     left, top, right, bottom = edges.T[:, :, None]
-    beside = (right < x) | (left > x + size.width() - 1)
-    return np.sum(~(beside | (bottom < y) | (top > y + size.height() - 1)), axis=0)
+    apart = (right < x) | (left > x + size.width() - 1)
+    return np.sum(~(apart | (bottom < y) | (top > y + size.height() - 1)), axis=0)

@@ -46,7 +46,7 @@ def test_a_handle_that_was_added_elsewhere_is_selected_until_it_is_undone(qtbot)
     with qtbot.waitSignal(selection.changed):
         selection.fit(before)
     assert selection.selected == Selected("opacity", 0)
-    # Whoever removes what was selected by hand has nothing selected.
+    # After what was selected by hand is removed, nothing is selected.
     selection.fit(replace(before, opacity=opacity))
     selection.select("opacity", index)
     selection.fit(before)
