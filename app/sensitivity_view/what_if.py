@@ -130,6 +130,7 @@ class WhatIfQuestion(QObject):
         edit = self._edit()
         asker = self._asker
         if edit is None or not asker.engines:
+            self.end()
             return
         self._edited, inputs = (asker.asked.outline, edit), asker.state.inputs
         after = edited(inputs, edit, asker.asked.choices.height)
@@ -150,9 +151,12 @@ class WhatIfQuestion(QObject):
             self._changed()
 
     def forget(self) -> None:
-        """Say nothing of another region, image or measure."""
+        """Say nothing of another region, image or measure; while it is on, ask about that."""
+        self._channels.cancel()
         if self.result:
             self._say("")
+        if self.is_on:
+            self._band_rest.start()
 
     def follow_band(self) -> None:
         """Have what is asked for at another value rendered, and forget what was not."""

@@ -197,6 +197,17 @@ def test_what_if_shows_the_edit_while_the_key_is_held(qtbot, window):
     assert window.generator.canvas.cover is None
 
 
+def test_what_if_says_nothing_of_what_is_no_longer_asked(qtbot, window):
+    what_if, state = window.sensitivity.what_if, window.sensitivity_state
+    what_if.start()
+    state.choose(shown=False)
+    # Its answers are on their way by then.
+    qtbot.waitUntil(lambda: not what_if._channels.is_pending)
+    assert what_if.result == ""
+    qtbot.waitUntil(lambda: not what_if.is_on)
+    assert window.reference.canvas.cover is None
+
+
 def test_a_click_on_what_if_lasts_until_the_next_one(qtbot, window):
     button, exact = window.sensitivity.what_if.button, window.reference.canvas
     button.click()
