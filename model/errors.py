@@ -25,7 +25,9 @@ class TfscopeError(Exception):
 
 def first_line(error: Exception) -> str:
     """Return the first line of a library's error message, or the error's type if it has none."""
-    return next(iter(str(error).splitlines()), "") or type(error).__name__
+    # What a KeyError says of itself is in quotes.
+    said = error.args[0] if isinstance(error, KeyError) and error.args else error
+    return next(iter(str(said).splitlines()), "") or type(error).__name__
 
 
 EXTRAS = {

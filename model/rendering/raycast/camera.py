@@ -19,7 +19,7 @@ def camera_array(
     raster: Raster | None = None,
     crop: CropBox | None = None,
 ) -> NDArray[np.float64]:
-    """Return the camera of a view, for :func:`model.rendering.raycast.marching.make_ray`.
+    """Return the camera of a view, for :func:`model.rendering.raycast.rays.make_ray`.
 
     Parameters
     ----------

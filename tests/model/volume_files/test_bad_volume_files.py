@@ -444,3 +444,12 @@ def test_layouts_that_cannot_be():
         RawLayout((2, 2, 2), "complex64")
     with pytest.raises(VolumeError, match="'middle' is not a byte order"):
         RawLayout((2, 2, 2), "uint8", "middle")
+
+
+def test_what_a_library_says_is_in_quotes_once(tmp_path):
+    # A KeyError quotes its message itself.
+    with (
+        pytest.raises(VolumeError, match=r"h5py says 'no such name';"),
+        checks.errors_of(tmp_path, "h5py says '{}'"),
+    ):
+        raise KeyError("no such name")
