@@ -57,7 +57,7 @@ SIZES = {
 }
 
 DRAWINGS: dict[Any, str] = {
-    "auto": "Automatic: the faster one while moving; VTK at rest, with a graphics card",
+    "auto": "Automatic: the faster one while moving; VTK at rest, with a GPU",
     **{name: f"{text[:1].upper()}{text[1:]} only" for name, text in RENDERER_NAMES.items()},
 }
 

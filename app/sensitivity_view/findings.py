@@ -150,9 +150,9 @@ def findings_of(
         out = peaks.left_out
         note = "" if out is None else f"peak at {_value(asker, out)} left out: background"
     elif fresh:
-        # Or it only rises towards values that hardly any voxel has: see the curve.
+        # Or it only rises towards values that hardly any voxel has.
         flat = peaks.strongest is None
-        note = "no edit changes this region" if flat else "no peak: see the curve"
+        note = "no edit changes this region" if flat else "the curve has no peak"
     else:
         note = WAITING if asker.is_waiting else ""
     return Findings(
@@ -179,15 +179,15 @@ def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row
     words = {"change": "changes", "signed": "brighter" if change > 0 else "darker"}
     word = words[choices.measure]
     tip = EDIT_TIP.format(_value(asker, interval.low), _value(asker, interval.high))
-    row = Row((f"at {at}", f"{word} by {size}"), tip, badge=str(number))
-    name = f"Edit {number} at {at}, {word} by {size}; Enter adds it"
-    return row, (f"{word} {size}", name)
+    effect = f"{word} {size}"
+    row = Row((f"at {at}", effect), tip, badge=str(number))
+    return row, (effect, f"Edit {number} at {at}, {word} by {size}; Enter adds it")
 
 
 def change_text(change: float) -> str:
     """Write the size of a change of pixel values, 0 to 1, to a thousandth."""
     size = abs(change)
-    return "under .001" if size < LEAST_SAID else short(round(size, 3))
+    return "< .001" if size < LEAST_SAID else short(round(size, 3))
 
 
 def _value(asker: SensitivityAsker, value: float) -> str:

@@ -24,7 +24,7 @@ LET_GO = "The image is coarser while something moves."
 WAIT = "The image becomes finer from here on."
 ESTIMATED = "The error is estimated from the differences between samples."
 ENDS = (
-    "Refining ends at {} samples per pixel. Choose Exact in the bar above for more, or use the "
+    "Refining ends at {} per pixel. Choose Exact in the bar above for more, or use the "
     "command render with --samples or --error."
 )
 MORE = "Choose Exact in the bar above for a smaller error."
@@ -174,7 +174,7 @@ def _at_rest(request: Request, image: Image, whole: Raster) -> Fidelity:
         return Fidelity()
     if isinstance(request, ImageRequest) and image.error <= request.stop.error:
         return Fidelity(image.error, "", (MORE, ESTIMATED))
-    ends = ENDS.format(image.samples)
+    ends = ENDS.format("1 sample" if image.samples == 1 else f"{image.samples} samples")
     if image.error == math.inf:
         # Of one or two samples there is no estimate.
         return Fidelity(None, "few samples", (ends,))

@@ -83,7 +83,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     ),
     "Values and edits": (
         Gesture("▲, ▼ or Isolate in a row", "raise, lower or isolate its values", ("▲ ▼", "edit")),
-        Gesture("Add in a row", "add that edit to the TF", ("Add", "add an edit")),
+        Gesture("Add in a row", "add that mode to the TF", ("Add", "add a mode")),
         Gesture("Hold W", "what would a mode at the value under the mouse change?"),
         Gesture("F8, or Escape", "close the panel", ("F8", "close")),
     ),

@@ -97,6 +97,8 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     # Few samples have no estimate.
     errors.note(result(0.5, error=math.inf, samples=2), WHOLE, False)
     assert said(errors, settled=True) == "few samples"
+    errors.note(result(0.5, error=math.inf, samples=1), WHOLE, False)
+    assert "at 1 sample per" in errors.fidelity(INPUTS, False, True, WHOLE).reasons[0]
 
 
 def test_time_and_error_of_the_last_moving_image_are_measured() -> None:

@@ -89,6 +89,8 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
     dialog.search.setText("")
     assert dialog.found == everything
     boxes = {b.accessibleName(): b for b in dialog.findChildren(QComboBox)}
+    # No choice is cut off.
+    assert all(box.width() >= box.sizeHint().width() for box in boxes.values())
     row = boxes["Image size"].findText("512 × 512")
     boxes["Image size"].setCurrentIndex(row)
     boxes["Image size"].activated.emit(row)

@@ -89,7 +89,7 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     assert window.overlays.has("legend") and not window.overlays.has("cube")
     assert "a.tfscope" in window.windowTitle()
     # What was there before is a click away.
-    (notice,) = [text for text in texts_of(window) if "is kept" in text]
+    (notice,) = [text for text in texts_of(window) if "Go back" in text]
     assert "a.tfscope is open" in notice
     open_session(qtbot, window, tmp_path / "kept" / "before_session.tfscope")
     found = window.sessions.session()
