@@ -40,8 +40,14 @@ def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
 
 
 def remove_own_preset(folder: Path, name: str) -> None:
-    """Remove a saved TF, if it is there."""
-    (_place(folder) / f"{name}{SUFFIX}").unlink(missing_ok=True)
+    """Remove a saved TF, if it is there; raise :class:`TransferFunctionError` if that fails."""
+    path = _place(folder) / f"{name}{SUFFIX}"
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise TransferFunctionError(
+            f"{path}: the preset cannot be removed ({reason(error)}); check your permissions."
+        ) from error
 
 
 def _place(folder: Path) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QImage, QShowEvent
@@ -95,11 +95,10 @@ class PresetMenu(QMenu):
             self.hide()
         self.chosen.emit(self._listed[self.list.row(item)])
 
-    def set_pictures(self, pictures: Mapping[str, QImage]) -> None:
-        """Show how the volume looks under each preset, by name."""
-        for row, preset in enumerate(self._listed):
-            if preset.name in pictures:
-                self.list.item(row).setIcon(picture_icon(pictures[preset.name], PICTURE))
+    def set_pictures(self, pictures: Sequence[QImage]) -> None:
+        """Show how the volume looks under each preset, in the order of the list."""
+        for row, picture in enumerate(pictures):
+            self.list.item(row).setIcon(picture_icon(picture, PICTURE))
 
     def showEvent(self, event: QShowEvent) -> None:
         """Let the arrow keys choose among the pictures."""

@@ -15,8 +15,9 @@ from app.tf_editor.preset_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
 from model.errors import TransferFunctionError
-from model.scene.ranges import fit_to_range
+from model.scene.ranges import fit_to_range, stretch_to_range
 from model.scene.tf_presets import Preset
+from model.scene.transfer_function import TransferFunction
 
 KEY = "presets"
 """Of notices about presets."""
@@ -29,7 +30,6 @@ class Presets(QObject):
         super().__init__(menu)
         self._menu, self._context, self._state = menu, context, context.state
         self._folder = context.preferences.folder
-        self._names: tuple[str, ...] = ()
         self._pictures = SmallPictures("presets", PICTURE, context, self._show)
         menu.own = self._own
         menu.picturesWanted.connect(self._ask)
@@ -61,15 +61,25 @@ class Presets(QObject):
     def remove(self, name: str) -> None:
         """Remove one of the user's presets."""
         if self._folder is not None:
-            remove_own_preset(self._folder, name)
-            self._context.status.say(f"Removed the preset {name}.")
+            try:
+                remove_own_preset(self._folder, name)
+            except TransferFunctionError as error:
+                self._context.fail(str(error), KEY)
+            else:
+                self._context.status.say(f"Removed the preset {name}.")
 
     def _own(self) -> list[Preset]:
-        scale, scalar_range = self._state.scale, self._state.scalar_range
         return [
-            Preset(name, "Saved by you", fit_to_range(tf.on_scale(scale), scalar_range))
+            Preset(name, "Saved by you", self._fitted(tf))
             for name, tf in own_presets(self._folder).items()
         ]
+
+    def _fitted(self, tf: TransferFunction) -> TransferFunction:
+        scale, scalar_range = self._state.scale, self._state.scalar_range
+        if tf.scale == scale or tf.is_relative:
+            return fit_to_range(tf.on_scale(scale), scalar_range)
+        # Its numbers are of another scale; its shape can be kept.
+        return stretch_to_range(tf.on_scale(scale), scalar_range)
 
     def _fill_removal(self) -> None:
         self._removal.clear()
@@ -78,7 +88,6 @@ class Presets(QObject):
         self._removal.menuAction().setVisible(not self._removal.isEmpty())
 
     def _ask(self, listed: tuple[Preset, ...]) -> None:
-        self._names = tuple(preset.name for preset in listed)
         # The image may be wider than the pictures, and zoomed.
         shown = replace(self._state.inputs, view=self._state.for_picture(self._state.view))
         self._pictures.ask(
@@ -89,4 +98,4 @@ class Presets(QObject):
         )
 
     def _show(self, images: list[QImage]) -> None:
-        self._menu.set_pictures(dict(zip(self._names, images, strict=True)))
+        self._menu.set_pictures(images)

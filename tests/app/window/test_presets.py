@@ -1,11 +1,15 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 from ramp import make_tf
 
 from app.engines.requests import BatchRequest
+from app.state.own_presets import save_own_preset
 from app.tf_editor.preset_menu import PICTURE
+from model.scene.ranges import stretch_to_range
 
 
 def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, make_window, builders):
@@ -79,5 +83,25 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     (tmp_path / "presets" / "broken.json").write_text("{")
     assert names() == [*shipped, "Skull_ thin"]
     assert menu.listed()[-1].tf == make_tf(140.0)
-    entries["Remove preset"].menu().actions()[0].trigger()
+    removal = entries["Remove preset"].menu()
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "unlink", refuse)
+        removal.actions()[0].trigger()
+    assert "Skull_ thin.json: the preset cannot be removed (busy)" in window.notice.text
+    removal.actions()[0].trigger()
     assert names() == shipped
+
+
+def refuse(*_: object, **__: object) -> None:
+    raise OSError(16, "busy")
+
+
+def test_a_preset_of_another_scale_keeps_its_shape(make_window, tmp_path):
+    window = make_window(model=None, folder=tmp_path)
+    menu = window.editor.menu.presets
+    linear = stretch_to_range(make_tf(150.0), (0.0, 4000.0))
+    save_own_preset(tmp_path, "Default", linear.on_scale("log"))
+    menu.aboutToShow.emit()
+    own = menu.listed()[-1].tf
+    assert own.scale == "linear"
+    assert own.opacity == make_tf(150.0).opacity
