@@ -51,7 +51,7 @@ class BrowserBar(QWidget):
         self.band.setClearButtonEnabled(True)
         self.band.setAccessibleName("Shows values")
         self.band.setToolTip(
-            "Scalar values, such as 90 to 120 (Ctrl+F): TFs whose picture shows none of them fade"
+            "Type scalar values, such as 90 to 120 (Ctrl+F). Pictures that show none of them fade."
         )
         self.band.setMinimumWidth(BAND_WIDTH[0])
         self.band.setMaximumWidth(BAND_WIDTH[1])

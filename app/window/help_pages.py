@@ -8,6 +8,9 @@ from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
 
 from app.glosses import open_page
 
+KEYS_WIDTH = 310
+"""Pixels of the column of keys, the same in all areas."""
+
 
 @dataclass(frozen=True)
 class Gesture:
@@ -20,7 +23,9 @@ class Gesture:
 
 GESTURES: dict[str, tuple[Gesture, ...]] = {
     "Files": (
-        Gesture("Ctrl+O, or drop it on the window", "open a volume", ("Ctrl O", "open a volume")),
+        Gesture(
+            "Ctrl+O, or drop a file on the window", "open a volume", ("Ctrl O", "open a volume")
+        ),
     ),
     "Images": (
         Gesture("Drag, or arrow keys", "turn", ("Drag", "turn")),
@@ -89,7 +94,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
     ),
     "Map of TFs (B)": (
         Gesture("Move the mouse over the map", "picture and TF of that place"),
-        Gesture("Click", "apply its transfer function", ("Click", "apply this TF")),
+        Gesture("Click", "take its TF", ("Click", "take this TF")),
         Gesture("Wheel over the map", "zoom", ("Wheel", "zoom")),
         Gesture(
             "Drag outside the rectangle, or with Shift",
@@ -128,7 +133,7 @@ def help_text(wanted: str = "") -> str:
     parts = []
     for area, gestures in GESTURES.items():
         rows = [
-            f"<tr><td>{gesture.keys}</td><td>{gesture.effect}</td></tr>"
+            f"<tr><td width='{KEYS_WIDTH}'>{gesture.keys}</td><td>{gesture.effect}</td></tr>"
             for gesture in gestures
             if all(word in f"{area} {gesture.keys} {gesture.effect}".lower() for word in words)
         ]

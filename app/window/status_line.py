@@ -113,7 +113,7 @@ class StatusLine(QStatusBar):
             "is half the shorter side of the image)"
         )
         self._prepared = QProgressBar()
-        self._prepared.setFormat("Compiling the renderers, once per computer: %v of %m")
+        self._prepared.setFormat("Compiling, once per data type and light: %v of %m")
         self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
         self._prepared.hide()
         self.addWidget(self._left, 1)
