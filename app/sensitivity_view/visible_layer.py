@@ -113,7 +113,8 @@ class VisibleLayer:
     def place_labels(self) -> None:
         """Put each above its peak, or higher where it would cover a handle, a card or another."""
         area = self._area
-        taken = [*area.handle_boxes(), *area.card_boxes()]
+        cards, covered = area.card_boxes(), False
+        taken = [*area.handle_boxes(), *cards]
         for number, label in enumerate(self._labels):
             label.setVisible(number < len(self._peaks))
             if number >= len(self._peaks):
@@ -128,9 +129,13 @@ class VisibleLayer:
             while any(box.intersects(other) for other in taken) and box.top() > plot.top():
                 box.translate(0, -2)
             if label.isVisible():
+                covered |= any(box.intersects(card) for card in cards)
                 taken.append(box)
             corner = area.widget.mapToScene(QPoint(box.center().x(), box.bottom()))
             label.setPos(area.opacity.mapSceneToView(corner))
+        if covered:
+            # No room was left above the peak, so the card of numbers gives way.
+            area.flagsMoved.emit()
 
     def recolor(self) -> None:
         """Take the colours of the theme."""

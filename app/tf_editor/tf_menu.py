@@ -34,7 +34,7 @@ SWATCH = QSize(30, 14)
 
 PRESETS_TIP = "Transfer functions to start from, with pictures of this volume"
 
-HINT = "<br>".join(
+HINT = "\n".join(
     (
         "Range, axis and kind of the transfer function. In its plots:",
         "Double-click: add a mode or point; click the strip: add a colour",

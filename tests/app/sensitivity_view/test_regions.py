@@ -148,6 +148,16 @@ def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monke
     state.activate(None)
     qtbot.waitUntil(lambda: text() == "176.1 to 183.9   100 %")
     assert window.sensitivity.visible.peak_texts == ["180.0 · 100 %"]
+    # Where a label finds no room above its peak, the card of numbers gives way to it.
+    area, card = window.editor.area, window.editor.card
+    (label,) = area.label_boxes()
+    card.setFixedHeight(label.bottom())
+    card.move(label.left(), area.rect.top())
+    card.show()
+    with qtbot.waitSignal(area.flagsMoved):
+        window.sensitivity.visible.place_labels()
+    (label,) = area.label_boxes()
+    assert not card.geometry().intersects(label)
     # The list of a clicked place is of that.
     state.pick((0.5, 0.5))
     assert findings.values_heading.text() == "Values at the clicked place"

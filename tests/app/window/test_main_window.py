@@ -10,7 +10,7 @@ from pathlib import Path
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialog
+from PySide6.QtWidgets import QDialog, QWidget
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeEngine
@@ -347,3 +347,9 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp
     settle(qtbot, second)
     opened(second, "other")
     assert opened(second, "ramp")[0] == "soft" and second.state.crop is None
+
+
+def test_no_tooltip_shows_its_markup(make_window):
+    widgets = make_window().findChildren(QWidget)
+    tips = [tip for widget in widgets if "<" in (tip := widget.toolTip()) and "&lt;" not in tip]
+    assert all(Qt.mightBeRichText(tip) for tip in tips), tips
