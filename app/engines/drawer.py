@@ -205,8 +205,12 @@ class VtkElsewhere:
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None, watch: Watch
     ) -> Array:
         """Render one image, and do not wait for it once it is no longer wanted."""
-        render = self._opening.result().render
-        return _awaited(self._thread.submit(render, inputs, size, sample_distance), watch)
+        vtk = self._opening.result()
+        if vtk.by_raycast:
+            # VTK has failed since: the ray caster, which draws what moves, too, has one thread.
+            with vtk.asking(watch.go_on):
+                return vtk.render(inputs, size, sample_distance)
+        return _awaited(self._thread.submit(vtk.render, inputs, size, sample_distance), watch)
 
     def close(self) -> None:
         """Release VTK, once it has drawn what it was asked for."""

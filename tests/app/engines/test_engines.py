@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import threading
+from contextlib import nullcontext
 from dataclasses import replace
 from itertools import count
 from typing import Any, cast
@@ -13,7 +14,7 @@ from ramp import make_volume
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import drawer, path_tracing, renderer_engine
-from app.engines.drawer import Drawer
+from app.engines.drawer import Drawer, VtkElsewhere
 from app.engines.exactness import STOPS
 from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SCALES, SHARP_SECONDS
 from app.engines.path_tracing import PathAnalyst, PathTracingEngine
@@ -449,3 +450,25 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
     )
     for each in (engine, soft, unlit):
         each.close()
+
+
+def test_the_ray_caster_draws_in_one_thread_where_vtk_has_failed():
+    threads = []
+
+    class Fallback(RecordingRenderer):
+        by_raycast, sample_distance = False, 0.5
+
+        def asking(self, go_on):
+            return nullcontext()
+
+        def render(self, inputs, size, sample_distance):
+            threads.append(threading.current_thread())
+            self.by_raycast = True
+            return super().render(inputs, size, sample_distance)
+
+    vtk = VtkElsewhere(cast(Any, Fallback))
+    for _ in range(2):
+        vtk.render(cast(Any, None), Raster(4, 4), 0.5)
+    vtk.close()
+    assert threads[0] is not threading.current_thread()
+    assert threads[1] is threading.current_thread()
