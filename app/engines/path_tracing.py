@@ -35,6 +35,9 @@ from model.scene.volume import Volume
 MOVING, SAMPLE = "moving", "one sample of each pixel"
 """Kinds of images, whose times are measured."""
 
+LEAST_SAMPLES = 8
+"""Samples of each pixel of an image at rest that are drawn on the slowest machine, too."""
+
 FEW_CLEAN, FEW = 1, 16
 """Samples of each pixel of small pictures, where they are cleaned and where they are not."""
 
@@ -155,7 +158,8 @@ class PathTracingEngine(RendererEngine):
             details += f", {found.deed}" if found.deed else ""
             is_enough = found.samples >= stop.samples or found.error <= stop.error
             # The next one has twice the samples.
-            is_enough = is_enough or 2 * self._spent > stop.refining_seconds
+            is_late = 2 * self._spent > stop.refining_seconds
+            is_enough = is_enough or (is_late and found.samples >= LEAST_SAMPLES)
             yield replace(self._image(found, details), is_last=is_last and is_enough)
             if is_enough or not is_last:
                 return

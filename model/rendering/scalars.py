@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
 
 from model.scene.transfer_function import Range
 from model.scene.volume import Volume
@@ -125,6 +124,9 @@ def filled(voxels: NDArray[Any], missing: NDArray[np.bool_], elsewhere: float) -
     ndarray, shape (nz, ny, nx)
         Of the voxels' type: means of whole numbers are rounded.
     """
+    # A window opens before SciPy is loaded.
+    from scipy.ndimage import binary_dilation
+
     values = np.where(missing, voxels.dtype.type(elsewhere), voxels)
     known = ~missing
     for _ in range(LAYERS):

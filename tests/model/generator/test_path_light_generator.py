@@ -49,15 +49,17 @@ def test_pictures_of_few_samples_are_finished_and_those_of_many_denoised(file):
     tracer = PathTracer(volume, threads=1)
     cleaning, close = cleaning_of(volume, network=file)
     assert cleaning is not None
-    alone, found = (
-        refined(tracer, inputs, raster, 2 * MOST_SAMPLES, cleaning=each)
-        for each in (denoiser, cleaning)
-    )
-    for plain, picture in zip(alone, found, strict=True):
-        assert picture.rgba.shape == (30, 41, 4)
-        np.testing.assert_array_equal(picture.rgba[..., 3], plain.rgba[..., 3])
+    alone, finishing = (each(inputs, raster) for each in (denoiser, cleaning))
+    for traced in tracer.refine(inputs, raster, 2 * MOST_SAMPLES):
+        plain, found = (
+            each.clean(traced.radiance, traced, traced.samples) for each in (alone, finishing)
+        )
+        assert found.shape == (30, 41, 3)
+        assert np.array_equal(plain, found) == (traced.samples > MOST_SAMPLES)
+    # Nothing shines where nothing is.
+    for picture in refined(tracer, inputs, raster, MOST_SAMPLES, cleaning=cleaning):
+        np.testing.assert_array_equal(picture.rgba[..., 3], traced.rgba[..., 3])
         assert (picture.rgba[picture.rgba[..., 3] == 0] == 0).all()
-        assert np.array_equal(plain.rgba, picture.rgba) == (picture.samples > MOST_SAMPLES)
     close()
     tracer.close()
 
