@@ -264,7 +264,7 @@ def _fill_region(window: WindowParts, menu: QMenu) -> None:
         lambda: regions.choose(shown=not regions.choices.shown),
         "Ctrl+E",
     )
-    add_action(menu, "&Pin the values under the mouse", view.toggle_pin, "P")
+    add_action(menu, "&Keep the values under the mouse", view.toggle_pin, "P")
     save = window.files.save_sensitivity
     add_action(menu, "Sa&ve sensitivity as…", lambda: save(view.result()))
 

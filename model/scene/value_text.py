@@ -33,7 +33,7 @@ def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
         value = value_at(value, scale)
         bin_width = value * (value_at(bin_width, scale) - 1)
         low, high = value, value
-    place = math.floor(math.log10(bin_width))
+    place = math.floor(math.log10(2 * bin_width))
     if bin_width > PLAIN[1] and max(abs(low), abs(high)) < PLAIN[0]:
         text = f"{value:.{max(-place, 0)}f}"
     else:
