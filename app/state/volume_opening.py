@@ -117,6 +117,7 @@ class VolumeOpening(QObject):
         self._progressed.connect(self._say_progress)
         self._name = ""
         self.wanted = Wanted()
+        self._model_now = _ModelNow()
 
     @property
     def is_reading(self) -> bool:
@@ -133,9 +134,10 @@ class VolumeOpening(QObject):
         self._name, self.wanted = path.name, wanted or Wanted()
         self._viewer.say_progress(f"Reading {path.name} …")
         self.reading.emit(path.name)
+        self._model_now = self._present_model()
         task = _Task(
-            path, self.wanted, self._read_volume, self._preferences.recall, self._open_model(),
-            self._library,
+            path, self.wanted, self._read_volume, self._preferences.recall,
+            lambda: self._model_now, self._library,
         )  # fmt: skip
         self._reading.run(partial(self._run, task), self._take, self._refuse)
 
@@ -145,14 +147,15 @@ class VolumeOpening(QObject):
             self._reading.abandon()
             self._refuse(f"{self._name}: the reading was cancelled.")
 
-    def forget_model(self) -> None:
-        """Open no model with the volume that is read: another one was asked for since."""
+    def follow_model(self) -> None:
+        """Show the volume that is read with the model that is open: it was asked for since."""
         self.wanted = replace(self.wanted, model=None)
+        self._model_now = self._present_model()
 
     def model_for(self, fingerprint: str) -> Path | None:
         """Folder of the model to show with a volume."""
         memory = self._preferences.volume(fingerprint)
-        return _model_for(fingerprint, memory, self.wanted, self._open_model(), self._library)
+        return _model_for(fingerprint, memory, self._present_model(), self._library)
 
     def follow(self, transfer_function: TransferFunction) -> None:
         """Show the open volume over a TF's range and scale, where these were changed."""
@@ -193,11 +196,11 @@ class VolumeOpening(QObject):
     def _range(self, compute: Callable[[], OpenedVolume]) -> None:
         self._ranging.run(lambda _stop: compute(), self._viewer.show_range, self._viewer.refuse)
 
-    def _open_model(self) -> _OpenModel:
+    def _present_model(self) -> _ModelNow:
         folder = self._model.folder
         scene = None if folder is None else self._model.scene or self._library.scene_of(folder)
         is_shown = self._model.scene_for(self._viewer.opened) is not None
-        return _OpenModel(folder, scene, is_shown)
+        return _ModelNow(self.wanted.model, folder, scene, is_shown)
 
     def _run(self, task: _Task, stop: threading.Event) -> _Read:
         """Do a task in its thread, and report its progress at times."""
@@ -218,6 +221,10 @@ class VolumeOpening(QObject):
             self._viewer.say_progress(f"Reading {self._name}: {done} of {count} {what} …")
 
     def _take(self, read: _Read) -> None:
+        if read.model != self._model_now:
+            # Another one was opened meanwhile, and may have another range.
+            self._reading.run(lambda _stop: read.again(), self._take, self._refuse)
+            return
         self.reading.emit("")
         opened = read.opened
         self._ranging.abandon()
@@ -234,20 +241,29 @@ class VolumeOpening(QObject):
 
 
 @dataclass(frozen=True)
-class _OpenModel:
-    """The model that is open when a volume is asked for, and whether it is of the open volume."""
+class _ModelNow:
+    """The model that is wanted with a volume, the open one, and whether it is of the open volume.
 
-    folder: Path | None
-    scene: Scene | None
-    is_of_open_volume: bool
+    Another model may be opened while the volume is read.
+    """
+
+    wanted: Path | None = None
+    folder: Path | None = None
+    scene: Scene | None = None
+    is_of_open_volume: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """A volume as it is shown first, and what went wrong on the way."""
+    """A volume as it is shown first next to a model, and what went wrong on the way.
+
+    Where the model is another one by now, the volume is computed again for that.
+    """
 
     opened: OpenedVolume
     problems: tuple[str, ...]
+    model: _ModelNow
+    again: Callable[[], _Read]
 
 
 @dataclass(frozen=True, eq=False)
@@ -258,7 +274,7 @@ class _Task:
     wanted: Wanted
     read_volume: Callable[..., Volume]
     recall: Callable[[str], tuple[VolumeMemory, str]]
-    model: _OpenModel
+    model: Callable[[], _ModelNow]
     library: Library
 
     def run(self, listener: Listener) -> _Read:
@@ -282,11 +298,17 @@ class _Task:
                 shown = volume.drawing_missing(True)
         except TfscopeError as error:
             problems.append(error_sentence(error))
+        return self._opened(shown, memory, tuple(problems))
+
+    def _opened(self, volume: Volume, memory: VolumeMemory, problems: tuple[str, ...]) -> _Read:
+        """Compute what the window shows of a volume over the range that is wanted."""
+        model, again = self.model(), partial(self._opened, volume, memory, problems)
         try:
-            return _Read(OpenedVolume.of(self.path, self._over(shown, memory)), tuple(problems))
+            opened = OpenedVolume.of(self.path, self._over(volume, memory, model))
+            return _Read(opened, problems, model, again)
         except TfscopeError as error:
-            problems.append(error_sentence(error))
-        return _Read(OpenedVolume.of(self.path, shown), tuple(problems))
+            problems = (*problems, error_sentence(error))
+        return _Read(OpenedVolume.of(self.path, volume), problems, model, again)
 
     def _read(self) -> Volume:
         """Read what was chosen, or the largest volume if an old choice is no longer there."""
@@ -303,7 +325,7 @@ class _Task:
                 raise
         return self.read_volume(self.path, **options)
 
-    def _over(self, volume: Volume, memory: VolumeMemory) -> Volume:
+    def _over(self, volume: Volume, memory: VolumeMemory, model: _ModelNow) -> Volume:
         """Return the volume over the range and on the scale that are wanted, or remembered.
 
         The scale of the TF that is kept of it comes before that of a model.
@@ -317,8 +339,8 @@ class _Task:
         if wanted.scale is not None:
             return volume
         fingerprint = volume.fingerprint
-        folder = _model_for(fingerprint, memory, wanted, self.model, self.library)
-        scene = self.model.scene if folder == self.model.folder else None
+        folder = _model_for(fingerprint, memory, model, self.library)
+        scene = model.scene if folder == model.folder else None
         if scene is None and folder is not None:
             scene = self.library.scene_of(folder)
         belongs = scene is not None and scene.volume_fingerprint == fingerprint
@@ -331,15 +353,15 @@ class _Task:
 
 
 def _model_for(
-    fingerprint: str, memory: VolumeMemory, wanted: Wanted, model: _OpenModel, library: Library
+    fingerprint: str, memory: VolumeMemory, model: _ModelNow, library: Library
 ) -> Path | None:
     """Folder of the model to show with a volume: the open one, or one that is known to be of it.
 
     One that was asked for with it comes first. A model gives way if it was of the volume before;
     one that waits for its own stays.
     """
-    if wanted.model is not None:
-        return wanted.model
+    if model.wanted is not None:
+        return model.wanted
     if model.folder is not None:
         fits = model.scene is None or model.scene.volume_fingerprint == fingerprint
         if fits or not model.is_of_open_volume:

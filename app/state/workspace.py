@@ -143,10 +143,10 @@ class Workspace(QObject):
 
     def open_model(self, folder: Path | None) -> None:
         """Load a generator in the background; None for no model."""
-        # Asked for later than what was to come with the volume that is read.
-        self.opening.forget_model()
         scene = None if folder is None else self.library.scene_of(folder)
         self.model.open(folder, scene, held=self._reference_comes_first())
+        # Asked for later than what was to come with the volume that is read.
+        self.opening.follow_model()
         self.news.emit(self.model.worth)
         self._follow_scene()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
@@ -16,10 +17,12 @@ from rested_window import rested
 from window_fakes import FakeBuilders
 
 from app.engines.messages import Result
+from app.state.library import Library
 from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 from model.scene.ranges import fit_to_range
 from model.scene.region import Outline
+from model.scene.scene import Scene
 from model.scene.transfer_function import Range
 from model.scene.view import View
 
@@ -134,6 +137,25 @@ def test_a_file_that_is_dropped_while_another_is_read_replaces_it(
     QTest.qWait(0)
     assert set(seen) == {("flat", (100.0, 150.0))}
     assert window.workspace.is_settled and window.windowTitle().startswith("flat")
+
+
+def test_a_model_that_is_opened_while_its_volume_is_read_gives_its_range(
+    qtbot: QtBot,
+    window: MainWindow,
+    builders: FakeBuilders,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = builders.scene = Scene.of(builders.volumes["tall"].over((150.0, 250.0)), image_size=16)
+    monkeypatch.setattr(Library, "scene_of", lambda _self, _folder: scene)
+    builders.held["tall"] = threading.Event()
+    seen = seen_over(window)
+    drop(window, "tall")
+    window.workspace.open_model(Path("late"))
+    builders.held["tall"].set()
+    opened(qtbot, window, "tall")
+    assert set(seen) == {("tall", (150.0, 250.0))}
+    # That the model has another range is no edit.
+    assert window.state.edits.stack.undoText() == ""
 
 
 def test_a_reading_that_is_cancelled_leaves_all_as_it_was(
