@@ -70,8 +70,9 @@ class RawLayout:
     def parse(cls, text: str) -> RawLayout | None:
         """Parse a layout such as ``engine_256x256x110_uint8_be spacing=0.5,0.5,1 offset=512``.
 
-        None if the text lacks the dimensions or the scalar type. The byte order is little unless a
-        word after the dimensions is ``be``, ``big``, ``bigendian`` or ``msb``.
+        None if the text lacks the dimensions or the scalar type, or its spacing is no numbers. The
+        byte order is little unless a word after the dimensions is ``be``, ``big``, ``bigendian`` or
+        ``msb``.
         """
         found = list(_DIMENSIONS.finditer(text))
         if not found:
@@ -85,7 +86,10 @@ class RawLayout:
         spacing, skipped = _SPACING.search(text), _OFFSET.search(text)
         sizes: Triple | None = None
         if spacing is not None:
-            x, y, z = (float(number) for number in spacing.groups())
+            try:
+                x, y, z = (float(number) for number in spacing.groups())
+            except ValueError:
+                return None
             sizes = x, y, z
         return cls((nx, ny, nz), types[0], order, sizes, int(skipped[1]) if skipped else 0)
 

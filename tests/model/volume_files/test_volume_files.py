@@ -151,6 +151,7 @@ def test_integers_far_from_0_are_told_apart(tmp_path, dtype, low, step):
         ("a_7x5x6_int16 skip=352", RawLayout((7, 5, 6), "int16", offset=352), "a"),
         ("engine_256x256_uint8", None, "engine 256x256 uint8"),
         ("engine_256x256x110", None, "engine"),
+        ("a_7x5x6_int16 spacing=1,e,2", None, "a"),
     ],
 )
 def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
