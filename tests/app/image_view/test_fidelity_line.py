@@ -40,7 +40,7 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot: QtBot, line: FidelityLin
         pane.client.submit(request(line, 2))
     words = "error .012"
     assert not line.isHidden() and line.said == line.text() == line.accessibleName() == words
-    assert "1 samples per pixel" in line.toolTip() and "RMSE" in line.toolTip()
+    assert "1 sample per pixel" in line.toolTip() and "RMSE" in line.toolTip()
     line._passes = lambda: True
     pane.statusShown.emit()
     assert line.said == "error .012, refining"
