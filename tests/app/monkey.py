@@ -225,7 +225,9 @@ class Monkey:
         return self.rng.choice(seen) if seen else None
 
     def _point(self, widget: QWidget) -> QPoint:
-        return QPoint(self.rng.randrange(widget.width()), self.rng.randrange(widget.height()))
+        # What is folded meanwhile has no pixels.
+        width, height = (max(size, 1) for size in (widget.width(), widget.height()))
+        return QPoint(self.rng.randrange(width), self.rng.randrange(height))
 
     def _press(self) -> None:
         widget = self._widget()

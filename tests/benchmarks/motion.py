@@ -160,8 +160,11 @@ def grip(window: MainWindow, what: str) -> tuple[QWidget, QPoint, QPoint]:
         canvas = window.reference.canvas
         return canvas, canvas.rect().center(), QPoint(canvas.width() // 3, 12)
     area = window.editor.area
-    highest = min(area.handle_boxes(), key=lambda box: box.top())
-    return area.widget.viewport(), highest.center(), QPoint(24, 12)
+    plot = area.widget.viewport()
+    # One in the middle: at the border it would rest while the mouse goes on.
+    inner = [box.center() - plot.rect().center() for box in area.handle_boxes()]
+    nearest = min(inner, key=lambda place: place.manhattanLength())
+    return plot, plot.rect().center() + nearest, QPoint(40, 30)
 
 
 def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple[object, ...]:
