@@ -38,3 +38,14 @@ def test_a_module_has_at_most_500_lines(package: str) -> None:
     assert modules
     for path in modules:
         assert len(path.read_text(encoding="utf-8").splitlines()) <= 500, path
+
+
+def test_few_signals_and_short_constructors():
+    trees = {path: ast.parse(path.read_text("utf-8")) for path in (ROOT / "app").rglob("*.py")}
+    nodes = [(path, node) for path, tree in trees.items() for node in ast.walk(tree)]
+    made = [node for _, node in nodes if isinstance(node, ast.Call)]
+    assert 0 < sum(isinstance(m.func, ast.Name) and m.func.id == "Signal" for m in made) <= 120
+    for path, node in nodes:
+        if isinstance(node, ast.FunctionDef) and node.name == "__init__":
+            taken = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+            assert len(taken) <= 1 + 6, f"{path}:{node.lineno}"
