@@ -25,7 +25,7 @@ def main(names: Iterable[str]) -> int:
         group = KernelGroup.named(name.strip())
         if not group.is_prepared:
             # Late: other processes may have compiled all of them meanwhile.
-            from app.engines.preparation import prepare
+            from app.engines.compilation import prepare
 
             prepare(group)
             group.note_prepared()

@@ -1,4 +1,4 @@
-"""What a picture shows, in a line for its title, and fonts to write it with."""
+"""Titles of pictures: facts on what they show; and Qt's fonts to write them with."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ _Place = tuple[Volume, Lighting, LightDirection | None, float]
 """Volume, lighting, direction of the light and sample distance."""
 
 _Drawing = tuple[Callable[[View], NDArray[np.float32]], Callable[[], str], Callable[[], None]]
-"""What draws a view, names itself and closes."""
+"""Draws a view, with its own name and how it is closed."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -90,7 +90,6 @@ class Train:
         from model.training.job import TrainingJob
 
         job = TrainingJob(**options.same_named(self, TrainingJob) | self._usual())
-        self.volume.check()
         if self.resume and not self.out.is_dir():
             raise TrainingError(
                 f"{self.out}: there is no training run to resume; start one instead."

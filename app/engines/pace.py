@@ -1,4 +1,4 @@
-"""How many pixels there is time for, by the time that earlier images and answers took."""
+"""Sizes of images and answers for which there is time, by the time that earlier ones took."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What engines are asked and how they answer, as frozen data; and the interface of engines."""
+"""Requests to engines and their images, as frozen data; and the interface of engines."""
 
 from __future__ import annotations
 
@@ -277,7 +277,7 @@ class VisibilityRequest(Request):
         return engine.visibility(self, watch)
 
 
-class Engine:
+class Engine(ABC):
     """Base class of engines; each is built, used and closed in one thread.
 
     A method returns the array that its request's class describes. It may raise
@@ -308,37 +308,37 @@ class Engine:
         """One sentence on why this engine draws, and no other; empty if it was asked for."""
         return ""
 
+    @abstractmethod
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
         """Draw ever better images, up to one that is the last; fewer once none is wanted."""
-        raise NotImplementedError
 
     def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> Array:
         """Measure time and error of images while something moves; not offered by generators."""
         raise NotOfferedError("A generator's images have one size.")
 
+    @abstractmethod
     def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
         """Draw a picture to save."""
-        raise NotImplementedError
 
+    @abstractmethod
     def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Array:
         """Draw several images."""
-        raise NotImplementedError
 
     def latent_images(self, request: BatchRequest) -> Array:
         """Draw images from latent codes; not offered by renderers."""
         raise NotOfferedError("A renderer draws no latent codes; decode them to TFs first.")
 
+    @abstractmethod
     def region_sensitivity(
         self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate the image by each scalar value; not offered by VTK."""
-        raise NotImplementedError
 
+    @abstractmethod
     def value_sensitivity(
         self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
     ) -> Array:
         """Differentiate each pixel by some scalar values; not offered by VTK."""
-        raise NotImplementedError
 
     def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
         """Compute the visibility of each scalar value; offered by the ray caster only."""
@@ -348,5 +348,5 @@ class Engine:
         """Compute how much of each pixel shows some values; offered by the ray caster only."""
         raise NotOfferedError("A generator does not know where scalar values are visible.")
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027, many have nothing to release
         """Release the engine's resources."""

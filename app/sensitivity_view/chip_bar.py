@@ -236,7 +236,7 @@ class ChipBar(QWidget):
 
     @property
     def controls(self) -> list[QWidget]:
-        """What Tab reaches, in its order."""
+        """Widgets that Tab reaches, in its order."""
         return [self.region, self.change, self.more, self.visible, self.voxels, self.panel]
 
     def fill_regions(self) -> None:

@@ -76,7 +76,7 @@ class ColorBar(QToolButton):
 
     @property
     def said(self) -> str:
-        """What the bar says, from its left end on; empty while it is hidden."""
+        """Texts of the bar, from its left end on; empty while it is hidden."""
         low, high, meaning = self._texts
         return "" if self.isHidden() else f"{low} to {high} {meaning}"
 

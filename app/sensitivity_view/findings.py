@@ -1,4 +1,4 @@
-"""What the panel of findings says, as data: values of a region or place, edits that show most."""
+"""Findings of the panel, as data: values of a region or place, and edits that show most."""
 
 from __future__ import annotations
 

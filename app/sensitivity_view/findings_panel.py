@@ -101,7 +101,7 @@ class PanelRow(QWidget):
 
     @property
     def text(self) -> str:
-        """What the row says; empty if it is not there."""
+        """The row as it is read; empty if it is not there."""
         return "" if self.isHidden() else self._shown.text
 
     @property
@@ -233,7 +233,7 @@ class FindingsPanel(QFrame):
 
     @property
     def controls(self) -> list[QWidget]:
-        """What Tab reaches, in its order."""
+        """Widgets that Tab reaches, in its order."""
         values = [button for row in self.value_rows for button in row.buttons]
         adds = [button for row in self.edit_rows for button in row.buttons]
         what_if = self._what_if.button

@@ -259,9 +259,9 @@ class Stage(ABC):
         dtype = torch.bfloat16 if self._rounded else None
         return torch.autocast(self.device.type, dtype, self._rounded)
 
+    @abstractmethod
     def _real(self, batch: EncodedBatch) -> Tensor:
         """Rendered images of a batch, which the discriminator is shown."""
-        raise NotImplementedError
 
     def _judge(self, batch: EncodedBatch, image: Tensor) -> Tensor:
         """Discriminator's logits for images of a batch."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.engines import preparation
+from app.engines import compilation
 from app.engines.engines import REAL_BUILDERS, ReferenceSettings
 from model.kernel_cache import KernelGroup
 
@@ -21,7 +21,7 @@ CHEST = "resources/volumes/lidc_chest_256x256x133_uint8.nrrd"
 @pytest.mark.parametrize("lighting", ["direct", "path"])
 def test_what_is_prepared_is_not_compiled_again(tmp_path, lighting):
     settings = ReferenceSettings(lighting, renderer="raycast")
-    names = [group.name for group in REAL_BUILDERS.kernels(preparation._ball("uint8"), settings)]
+    names = [group.name for group in REAL_BUILDERS.kernels(compilation._ball("uint8"), settings)]
     _run(tmp_path, "-m", "app.prepare_kernels", *names)
     compiled = _kernels(tmp_path)
     assert compiled
@@ -38,7 +38,7 @@ def test_what_is_prepared_is_not_compiled_again(tmp_path, lighting):
     [("uint8", "uint8"), ("float32", "float32"), ("float64", "float32")],
 )
 def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels, kind):
-    volume = preparation._ball(voxels)
+    volume = compilation._ball(voxels)
     found = REAL_BUILDERS.kernels(volume, ReferenceSettings("soft"))
     assert found == (KernelGroup(kind, "soft", "images"), KernelGroup(kind, "soft", "questions"))
 

@@ -17,7 +17,6 @@ from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
 
-from app.latent_browser.browser_bar import parsed_band
 from app.latent_browser.cell_grid import caption_of, explanation_of
 from app.latent_browser.map_view import MapView
 from app.window.main_window import MainWindow
@@ -386,22 +385,6 @@ def test_a_filter_by_value(qtbot, window):
     assert "rubbish" in window.notice.text
     bar.band.setText("")
     assert session.wanted.all()
-
-
-@pytest.mark.parametrize(
-    ("text", "band"),
-    [
-        ("", None),
-        ("90 to 120", (90.0, 120.0)),
-        ("-5, 3.5", (-5.0, 3.5)),
-        ("90-120", (90.0, 120.0)),
-        ("-5--3", (-5.0, -3.0)),
-        ("120 – 90", (90.0, 120.0)),
-        ("1e3", (1000.0, 1000.0)),
-    ],
-)
-def test_bands_are_read(text, band):
-    assert parsed_band(text) == band
 
 
 def test_the_map_is_computed_shown_and_kept(qtbot, make_window, builders, tmp_path):

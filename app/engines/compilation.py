@@ -1,4 +1,4 @@
-"""What a window asks of a renderer, asked once so that its kernels are compiled."""
+"""Compilation of a group of kernels: what a window asks of a renderer, asked once."""
 
 from __future__ import annotations
 
