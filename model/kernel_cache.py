@@ -35,8 +35,7 @@ runs, where the user's cannot be written."""
 def kernel_folder() -> Path:
     """Return the folder of this state of the sources; it need not exist.
 
-    Numba itself detects changes only in a function's own file, not in the functions that it
-    calls.
+    Numba itself detects changes only in a function's own file, not in the functions that it calls.
     """
     digest = hashlib.sha256(version("numba").encode())
     for place in SOURCES:

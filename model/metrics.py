@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from skimage.metrics import structural_similarity
 
 from model.errors import require
-from model.scene.color_maps import rgb_to_lab
+from model.scene.inputs import rgb_to_lab
 
 EMD_BINS = (8, 12, 12)
 """Bins of the colour histogram along L, a and b."""
@@ -70,9 +70,8 @@ def ssim(image: Image, truth: Image) -> float:
 def color_emd(image: Image, truth: Image) -> float:
     """Earth mover's distance between colour histograms (paper, section 6.3).
 
-    The histograms have 8 x 12 x 12 bins over CIELAB; the ground distance is
-    Euclidean between bin indices, divided by its maximum, so that the result
-    lies in [0, 1].
+    The histograms have 8 x 12 x 12 bins over CIELAB; the ground distance is Euclidean between bin
+    indices, divided by its maximum, so that the result lies in [0, 1].
     """
     require("evaluate")
     import ot

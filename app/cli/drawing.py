@@ -25,9 +25,9 @@ from model.rendering.brightness import usual_brightness
 from model.rendering.movie_file import write_movie
 from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT, Scale
+from model.scene.hints import narrow_part
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
-from model.scene.narrow_part import narrow_part
 from model.scene.orientation import turntable
 from model.scene.ranges import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
@@ -260,8 +260,7 @@ def _check_for_lighting(asked: Render, lighting: Lighting) -> None:
 
 
 def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
-    from model.rendering.fallback import FallbackRenderer
-    from model.rendering.renderer import Renderer, open_renderer
+    from model.rendering.renderer import FallbackRenderer, Renderer, open_renderer
 
     name = cast(RendererName, asked.renderer)
     renderer: Renderer = FallbackRenderer(*place) if name == "vtk" else open_renderer(name, *place)

@@ -166,7 +166,7 @@ def _drawing(
     """Return what draws pictures of the view and the colours of the inputs, and what ends it."""
     if asked.model is not None:
         from model.generator.generator import Generator
-        from model.latent.code_pictures import draw_codes
+        from model.latent.latent_space import draw_codes
 
         generator = Generator.load(asked.model)
         return lambda codes: draw_codes(generator, space, codes, inputs, "code"), lambda: None

@@ -42,8 +42,7 @@ from model.paper.tables import (
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.training.job import TrainingJob
-from model.training.options import TrainingOptions
+from model.training.options import TrainingJob, TrainingOptions
 
 MAP_SAMPLES = 10_000
 QUICK_MAP_SAMPLES = 400

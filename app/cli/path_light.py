@@ -71,7 +71,7 @@ class TrainPathLight:
     def run(self) -> None:
         """Train on pairs, measure on others, and write the network with what is known about it."""
         from app.cli.console import print_table
-        from model.devices import choose_device
+        from model.networks.blocks import choose_device
         from model.networks.path_light_network import (
             PathLightCard,
             PathLightSize,

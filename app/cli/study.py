@@ -32,7 +32,7 @@ class Study:
 
     def run(self) -> None:
         """Run the study, or what is missing of it."""
-        from model.training.job import TrainingJob
+        from model.training.options import TrainingJob
 
         minutes = 10.0 if self.minutes is None and self.samples is None else self.minutes
         job = TrainingJob(**options.same_named(self, TrainingJob) | {"minutes": minutes})

@@ -7,7 +7,6 @@ from pathlib import Path
 from app.cli.console import console, counting, print_table
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.training_display import TrainingDisplay
-from model.devices import choose_device
 from model.errors import TfscopeError, require
 from model.evaluation.study import (
     STUDIES,
@@ -19,13 +18,13 @@ from model.evaluation.study import (
     study_pictures,
     study_table,
 )
+from model.networks.blocks import choose_device
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
 from model.scene.volume import Volume
-from model.training.job import TrainingJob
-from model.training.plan import TrainingPlan
-from model.training.precision import choose_precision
+from model.training.options import TrainingJob
+from model.training.plan import TrainingPlan, choose_precision
 from model.training.sources import StoredSource
 
 SENSITIVITIES = 20

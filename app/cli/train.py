@@ -87,7 +87,7 @@ class Train:
 
     def run(self) -> None:
         """Train, or go on with a run."""
-        from model.training.job import TrainingJob
+        from model.training.options import TrainingJob
 
         job = TrainingJob(**options.same_named(self, TrainingJob) | self._usual())
         if self.resume and not self.out.is_dir():

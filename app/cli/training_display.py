@@ -20,7 +20,7 @@ from rich.text import Text
 from app.cli.console import console
 from model.networks.card import recorded_errors
 from model.training import parallel
-from model.training.job import TrainingJob
+from model.training.options import TrainingJob
 from model.training.plan import TrainingReport
 from model.training.state import STATE_FILE
 from model.training.trainer import run_job

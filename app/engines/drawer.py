@@ -14,9 +14,8 @@ import numpy as np
 
 from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
-from model.rendering.fallback import FallbackRenderer
 from model.rendering.raster import Raster
-from model.rendering.renderer import Renderer
+from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
 

@@ -204,8 +204,7 @@ def _read_volume(path: Path, raw: RawLayout | None = None, choice: Choice | None
 
 
 def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
-    from model.rendering.fallback import FallbackRenderer
-    from model.rendering.renderer import open_renderer
+    from model.rendering.renderer import FallbackRenderer, open_renderer
 
     name, lighting = settings.renderer, settings.lighting
     place = volume, lighting, settings.light, settings.sample_distance

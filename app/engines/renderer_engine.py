@@ -31,8 +31,8 @@ from app.engines.requests import (
     Watch,
 )
 from model.errors import NotOfferedError
-from model.rendering.fallback import FallbackRenderer
 from model.rendering.raster import Raster
+from model.rendering.renderer import FallbackRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
 

@@ -19,7 +19,7 @@ from model.scene.tf_emphasis import (
     raise_value,
 )
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF
-from model.sensitivity.contributions import Contribution, is_same_value
+from model.sensitivity.peaks import Contribution, is_same_value
 
 Emphasis = Literal["raise", "lower", "isolate"]
 

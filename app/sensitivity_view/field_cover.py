@@ -25,8 +25,8 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
+from model.scene.ranges import range_text
 from model.scene.tf_perturbation import edit_over
-from model.scene.value_text import range_text
 from model.sensitivity.display import (
     FLOOR,
     LEAST_DIFFERENCE,

@@ -10,12 +10,18 @@ from numpy.typing import NDArray
 from app.short_numbers import short
 from app.state.sensitivity_answers import RegionAnswer, VisibilityAnswer, displayed
 from app.state.sensitivity_asker import SensitivityAsker
+from model.scene.ranges import range_text, value_text
 from model.scene.region import ImageRegion
 from model.scene.transfer_function import TF_SAMPLES
-from model.scene.value_text import range_text, value_text
-from model.sensitivity.contributions import Contribution, contributions, follow, percentages
 from model.sensitivity.display import FLOOR, SMALL_EDIT
-from model.sensitivity.peaks import Interval, strongest_intervals
+from model.sensitivity.peaks import (
+    Contribution,
+    Interval,
+    contributions,
+    follow,
+    percentages,
+    strongest_intervals,
+)
 
 ROWS = 3
 """Most values, and most edits."""

@@ -11,8 +11,8 @@ from app import theme
 from app.icons import IconButton
 from app.image_view.image_canvas import ImageCanvas
 from app.state.sensitivity_asker import SensitivityAsker
-from model.scene.value_text import range_text
-from model.sensitivity.contributions import contributions, percentages
+from model.scene.ranges import range_text
+from model.sensitivity.peaks import contributions, percentages
 
 AWAY = 14
 """Distance from the place to the right and downwards, in pixels."""

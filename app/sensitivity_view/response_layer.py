@@ -18,8 +18,8 @@ from app.sensitivity_view.findings import ROWS, Peaks, displayed_now, of_interes
 from app.short_numbers import short
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.plot_area import PlotArea
+from model.scene.ranges import value_text
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.scene.value_text import value_text
 from model.sensitivity.display import FLOOR
 
 STALE = 0.4

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QLabel
 from app import theme
 from app.glosses import explain, gloss, without_links
 from app.state.workspace import Workspace
-from model.sensitivity.cosine import Agreement
+from model.sensitivity.display import Agreement
 
 GOOD, FAIR = 0.9, 0.7
 """Least cosine of good and of fair agreement."""

@@ -17,10 +17,10 @@ from app.sensitivity_view.findings_panel import AddButton
 from app.sensitivity_view.response_layer import STALE
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.plot_area import PlotArea, label_font
+from model.scene.ranges import value_text
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
-from model.scene.value_text import value_text
-from model.sensitivity.contributions import contributions, percentages
+from model.sensitivity.peaks import contributions, percentages
 
 HEIGHT = 0.38
 """Height of the highest peak, as a fraction of the plot's."""

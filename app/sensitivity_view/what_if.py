@@ -22,10 +22,10 @@ from app.state.sensitivity_answers import Source
 from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker
 from app.tf_editor.mode_card import WIDTHS
 from model.rendering.brightness import brighten
+from model.scene.ranges import range_text
 from model.scene.region import Outline
 from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.transfer_function import TF_SAMPLES
-from model.scene.value_text import range_text
 from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
 CLICK_MS = 350

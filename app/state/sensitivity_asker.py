@@ -40,7 +40,7 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.region import Outline
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.cosine import Agreement, agreement
+from model.sensitivity.display import Agreement, agreement
 
 Question = Literal["region", "visibility", "field", "seen", "pick"]
 """A region's changes, what is visible in it, what an edit changes in each pixel, where values are

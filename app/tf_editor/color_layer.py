@@ -16,8 +16,8 @@ from app.tf_editor.handle import DragHandle
 from app.tf_editor.moves import HandleMoves
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
 from model.scene import tf_editing as edits
+from model.scene.ranges import value_text
 from model.scene.transfer_function import ColorTF
-from model.scene.value_text import value_text
 
 _PIXELS = 1024
 

@@ -20,8 +20,8 @@ from app.tf_editor.moves import HandleMoves, handle_name
 from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.unit_axis import ScalarAxis
 from model.scene import tf_editing as edits
+from model.scene.ranges import value_text
 from model.scene.transfer_function import TransferFunction
-from model.scene.value_text import value_text
 
 _FLANK = math.exp(-1.0)
 """Height of a mode one width away from its mean, as a fraction of its amplitude."""

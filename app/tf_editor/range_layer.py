@@ -14,9 +14,8 @@ from app import theme
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handle import DragHandle
 from app.tf_editor.plot_area import PlotArea
-from model.scene.ranges import fit_to_range, stretch_to_range
+from model.scene.ranges import fit_to_range, range_text, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_text import range_text
 
 SMALL_RANGE = 0.2
 """Share of all values below which a range is hard to edit while all of them are shown."""

@@ -24,9 +24,8 @@ from app.tf_editor.plot_area import PlotArea
 from app.tf_editor.preset_menu import PresetMenu
 from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
-from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.tf_editing import fitted_curve, fitted_modes
-from model.scene.tf_presets import Preset
+from model.scene.tf_presets import COLOR_MAPS, Preset, color_tf_of_map, map_colors, reversed_colors
 from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 from model.scene.value_scale import values_at
 

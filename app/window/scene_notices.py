@@ -14,10 +14,9 @@ from app.image_view.engine_pane import EnginePane
 from app.state.opened_volume import OpenedVolume
 from app.state.reference_choices import ReferenceChoices
 from app.window.context import Context
-from model.scene.narrow_part import NarrowPart, narrow_part
+from model.scene.hints import NarrowPart, narrow_part, nothing_visible, why_nothing
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import LOGARITHM_OFFER, suits_logarithm
-from model.scene.visibility_hint import nothing_visible, why_nothing
 
 NARROW, LIGHT, OFFER = "narrow part of the TF", "light", "logarithmic scale"
 """Keys of the notices."""

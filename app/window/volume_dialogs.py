@@ -25,8 +25,7 @@ from PySide6.QtWidgets import (
 )
 
 from model.errors import VolumeError
-from model.scene.file_facts import ChoiceKind, Content
-from model.scene.volume import Volume
+from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import Choice
 from model.volume_files.description import describe

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from model import metrics
 from model.errors import DatasetError, VolumeError, require
 from model.generator.generator import Generator
-from model.networks.encoding import decode_unit
+from model.networks.generator_network import decode_unit
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 from model.samples.sampling import draw_sample, sample_kind
@@ -209,12 +209,9 @@ def run_evaluation(
 ) -> dict[str, Any]:
     """Measure a model; call `on_note` with a sentence when its sensitivities are left out.
 
-    Returns
-    -------
-    dict
-        Plain data of :meth:`Evaluation.to_json`, with "kinds" (number of samples and RMSE by kind
-        of the opacity TF), and "sensitivity_agreement" where the volume is at hand and its light
-        has exact derivatives.
+    The result is that of :meth:`Evaluation.to_json`, with "kinds" (number of samples and RMSE by
+    kind of the opacity TF), and "sensitivity_agreement" where the volume is at hand and its light
+    has exact derivatives.
     """
     # By the backend that the window draws with: its images are what users see.
     generator = Generator.load(job.model, job.device, fastest=True)

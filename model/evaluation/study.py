@@ -1,11 +1,10 @@
 """The paper's studies (section 6.3) of losses, latent dimensions and loss weights.
 
-A study trains one model per variant, on the same stored samples and with the same
-budget, and measures all on the same hold-out samples. Each variant has its own
-folder: finished variants are not trained again, stopped ones are resumed, and
-variants shared by two studies in one folder are trained once. A collapsed variant
-also counts as a result: it is measured in its last good state, and the study
-continues.
+A study trains one model per variant, on the same stored samples and with the same budget, and
+measures all on the same hold-out samples. Each variant has its own folder: finished variants are
+not trained again, stopped ones are resumed, and variants shared by two studies in one folder are
+trained once. A collapsed variant also counts as a result: it is measured in its last good state,
+and the study continues.
 """
 
 from __future__ import annotations

@@ -29,8 +29,7 @@ TOGETHER = 4
 """Images that are one call of OpenVINO.
 
 On 2 cores, 4 of the paper's networks' images take less than 4 calls, and 16 of them in one call
-more than in 4. Each other number would take seconds
-to build.
+more than in 4. Each other number would take seconds to build.
 """
 
 

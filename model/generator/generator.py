@@ -15,15 +15,18 @@ from scipy.ndimage import shift
 from torch import Tensor
 from torch.nn.functional import interpolate
 
-from model.devices import choose_device
 from model.errors import LatentError
 from model.generator.backends import EAGER, Backend, candidates, library_version, make_decode
 from model.measurements import keep, kept
-from model.networks.blocks import place
+from model.networks.blocks import choose_device, place
 from model.networks.card import ModelCard
 from model.networks.checkpoint import load_model
-from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
-from model.networks.generator_network import GeneratorNetwork
+from model.networks.generator_network import (
+    EncodedInputs,
+    GeneratorNetwork,
+    decode_unit,
+    encode_unit,
+)
 from model.scene.inputs import SceneInputs, condition_numbers
 from model.scene.region import Mask
 from model.scene.scene import Scene

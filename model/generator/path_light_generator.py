@@ -14,9 +14,9 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from model.devices import choose_device
 from model.errors import CheckpointError
 from model.generator.catalog import PATH_LIGHT
+from model.networks.blocks import choose_device
 from model.networks.path_light_network import (
     MULTIPLE,
     PathLightNetwork,
@@ -92,14 +92,8 @@ class PathLightGenerator:
     ) -> NDArray[np.float32]:
         """Return what many samples would show, radiance times opacity (rows, columns, 3).
 
-        Parameters
-        ----------
-        denoised, traced, soft : ndarray of float32, shape (rows, columns, 3)
-            Radiance times opacity.
-        unlit : ndarray of float32, shape (rows, columns, 4)
-            The ray caster's unlit picture.
-        samples : int
-            Of each pixel of what was traced.
+        The pictures (rows, columns, 3) are radiance times opacity, the unlit one (rows, columns, 4)
+        is the ray caster's; `samples` are those of each pixel of what was traced.
         """
         colors = {"unlit": unlit[..., :3], "soft": soft, "denoised": denoised, "traced": traced}
         tensors = {name: self._tensor(image) for name, image in colors.items()}

@@ -1,6 +1,7 @@
 """Places of latent codes on a plane: principal components at once, t-SNE in its own process.
 
-The plane is for the eye: near codes are near one another, and far distances mean little.
+The plane is for the eye: near codes are near one another, and far distances mean little. The
+process is ``python -m model.latent.embedding CODES PLACES SEED``.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class EmbeddingProcess:
             source, target = Path(folder) / "codes.npy", Path(folder) / "places.npy"
             np.save(source, self._scaled)
             command = [
-                sys.executable, "-u", "-m", "model.latent.tsne_worker",
+                sys.executable, "-u", "-m", "model.latent.embedding",
                 str(source), str(target), str(self._seed),
             ]  # fmt: skip
             root = Path(__file__).parents[2]
@@ -123,3 +124,33 @@ def normalized(places: NDArray[np.floating]) -> Places:
     lowest, highest = places.min(axis=0), places.max(axis=0)
     half = max(float((highest - lowest).max()) / 2, 1e-30)
     return ((places - (lowest + highest) / 2) / half).astype(np.float32)
+
+
+def main(source: str, target: str, seed: str) -> None:
+    """Compute the map of a `.npy` file of standardized codes (n, d), and write that of places.
+
+    scikit-learn prints its progress every 50 iterations.
+    """
+    from sklearn.manifold import TSNE
+
+    codes = np.load(source)
+    # A finite start of tiny spread: with equal points, scikit-learn's own divides by zero.
+    _, _, axes = np.linalg.svd(codes, full_matrices=False)
+    start = np.zeros((len(codes), 2))
+    start[:, : len(axes[:2])] = codes @ axes[:2].T
+    start *= 1e-4 / max(float(start[:, 0].std()), 1e-12)
+    if not start[:, 1].any():
+        start[:, 1] = np.random.default_rng(int(seed)).normal(0, 1e-6, len(codes))
+    tsne = TSNE(
+        perplexity=min(PERPLEXITY, (len(codes) - 1) / 3),
+        init=start.astype(np.float32),
+        max_iter=ITERATIONS,
+        random_state=int(seed),
+        verbose=2,
+        n_jobs=-1,
+    )
+    np.save(target, tsne.fit_transform(codes.astype(np.float32)))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

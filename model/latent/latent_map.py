@@ -107,21 +107,15 @@ def _means(values: NDArray[np.float32], cell: NDArray[np.int64], count: NDArray[
 
 @dataclass(frozen=True, eq=False)
 class LatentMap:
-    """Samples of codes on a plane, which new codes are placed on without moving it.
-
-    Attributes
-    ----------
-    places : ndarray of float32, shape (n, 2)
-    is_final : bool
-        False while principal components are shown in place of the t-SNE map.
-    whole : float, optional
-        Radius of the disc on the map that these samples are a part of.
-    """
+    """Samples of codes on a plane, which new codes are placed on without moving it."""
 
     samples: CodeSamples
     places: Places
+    """Shape (n, 2)."""
     is_final: bool
+    """False while principal components are shown in place of the t-SNE map."""
     whole: float | None = None
+    """Radius of the disc on the map that these samples are a part of."""
 
     @property
     def codes(self) -> Codes:

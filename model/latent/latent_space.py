@@ -6,7 +6,8 @@ import hashlib
 import io
 import json
 import zipfile
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +15,23 @@ from numpy.typing import NDArray
 
 from model.errors import LatentError, reason
 from model.files import cache_folder, write_atomically
-from model.latent.codec_folder import SHIPPED_CODEC, load_codec
-from model.latent.codes import SAMPLES, Codes, NetworkCodec, TFCodec, sample_codes, samples_of
+from model.generator.generator import Generator
+from model.latent.codes import (
+    SAMPLES,
+    SHIPPED_CODEC,
+    Codes,
+    NetworkCodec,
+    PictureOf,
+    TFCodec,
+    checked_codes,
+    load_codec,
+    sample_codes,
+    samples_of,
+)
 from model.latent.embedding import ITERATIONS, PERPLEXITY, Places, principal_places
-from model.latent.latent_map import LatentMap
+from model.latent.latent_map import Cells, LatentMap
 from model.samples.sampling import draw_opacity_tfs
+from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, check_range
 from model.scene.value_scale import ValueScale
@@ -209,3 +222,47 @@ def load_map(path: Path, key: str) -> tuple[Codes, Places]:
     if not (fits and np.isfinite(codes).all() and np.isfinite(places).all()):
         raise LatentError(f"{path}: the map is damaged: codes {codes.shape}, {places.shape}.")
     return codes, places
+
+
+Images = NDArray[np.float32]
+
+
+def draw_codes(
+    generator: Generator,
+    space: LatentSpace,
+    codes: Codes,
+    inputs: SceneInputs,
+    of: PictureOf = "code",
+) -> Images:
+    """Draw pictures (n, S, S, 4) of latent codes (n, d), in one pass.
+
+    View, light and colours are those of the inputs, whose opacity TF is not used. For pictures of
+    codes the space is the generator's own. Raises :class:`LatentError` for codes that are not
+    finite or not of the generator.
+    """
+    codes = checked_codes(codes)
+    if of == "tf":
+        return _of_tfs(generator, space.tfs_of(codes), inputs)
+    return generator.render_latent(codes, inputs)
+
+
+def draw_cells(
+    generator: Generator,
+    space: LatentSpace,
+    cells: Cells,
+    inputs: SceneInputs,
+) -> Images:
+    """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells.
+
+    They are NaN in cells without samples. Raises :class:`LatentError` as :func:`draw_codes` does,
+    and when no cell has samples.
+    """
+    filled = cells.count > 0
+    drawn = draw_codes(generator, space, cells.codes[filled], inputs)
+    images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
+    images[filled] = drawn
+    return images
+
+
+def _of_tfs(generator: Generator, tfs: Sequence[OpacityTF], inputs: SceneInputs) -> Images:
+    return generator.render_batch([replace(inputs, opacity_tf=tf) for tf in tfs])

@@ -1,8 +1,7 @@
 """Layers shared by the networks.
 
-All network inputs and images lie in [-1, 1]. Generators use ReLU inside
-residual blocks; linear layers, 1-D convolutions and discriminators use
-LeakyReLU(0.2) (paper, section 4.1).
+All network inputs and images lie in [-1, 1]. Generators use ReLU inside residual blocks; linear
+layers, 1-D convolutions and discriminators use LeakyReLU(0.2) (paper, section 4.1).
 """
 
 from __future__ import annotations
@@ -13,6 +12,8 @@ from typing import TypeVar
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import conv_transpose2d, interpolate, pad
+
+from model.errors import DeviceError
 
 Network = TypeVar("Network", bound=nn.Module)
 
@@ -190,9 +191,8 @@ def initialize(module: nn.Module) -> None:
 def kaiming_init(module: nn.Module) -> None:
     """Apply Kaiming initialization to layers without batch norm (He et al. 2015).
 
-    With N(0, 0.02) a narrow 1-D convolution attenuates its input to an eighth,
-    and six of them suppress the TF altogether: a generator of quarter width
-    then learns to ignore colours.
+    With N(0, 0.02) a narrow 1-D convolution attenuates its input to an eighth, and six of them
+    suppress the TF altogether: a generator of quarter width then learns to ignore colours.
     """
     for layer in module.modules():
         if isinstance(layer, nn.Conv1d | nn.Linear):
@@ -221,3 +221,20 @@ def parameter_count(module: nn.Module) -> int:
 def concatenate(*features: Tensor) -> Tensor:
     """Concatenate features along the channel axis."""
     return torch.cat(features, dim=1)
+
+
+def choose_device(name: str) -> torch.device:
+    """Return the available device for "auto", "cpu" or "cuda".
+
+    Raises :class:`DeviceError` when the name is unknown or the machine has no such device.
+    """
+    if name == "auto":
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    if name not in ("cpu", "cuda"):
+        raise DeviceError(f"The device '{name}' is unknown; choose auto, cpu or cuda.")
+    if name == "cuda" and not torch.cuda.is_available():
+        raise DeviceError(
+            "The device 'cuda' is not there: torch sees no NVIDIA GPU; "
+            "choose cpu, or install torch's CUDA build and the driver."
+        )
+    return torch.device(name)

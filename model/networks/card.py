@@ -20,26 +20,18 @@ MODEL_FILE = "model.json"
 
 @dataclass(frozen=True)
 class ModelCard:
-    """All that is known about a trained model besides its weights.
-
-    Attributes
-    ----------
-    preset : str
-        Name of the preset that the size came from.
-    training : dict
-        Options, budget and course of the training.
-    metrics : dict
-        Hold-out metrics at the end of the training.
-    versions : dict
-        Versions of the software that trained it.
-    """
+    """All that is known about a trained model besides its weights."""
 
     scene: Scene
     preset: str
+    """Name of the preset that the size came from."""
     size: NetworkSize
     training: dict[str, Any] = field(default_factory=dict)
+    """Options, budget and course of the training."""
     metrics: dict[str, Any] = field(default_factory=dict)
+    """Hold-out metrics at the end of the training."""
     versions: dict[str, str] = field(default_factory=dict)
+    """Versions of the software that trained it."""
 
     def to_json(self) -> dict[str, Any]:
         """The card as plain data."""

@@ -1,8 +1,7 @@
 """The model folder: weights as safetensors, everything else as JSON.
 
-``model.json`` names the weights' file and its SHA-256 and is written last, so
-a folder holds either the old model or the new one, never a mixture. Loading
-only reads data and executes no code.
+``model.json`` names the weights' file and its SHA-256 and is written last, so a folder holds either
+the old model or the new one, never a mixture. Loading only reads data and executes no code.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from model.errors import CheckpointError, reason
 from model.files import write_atomically
 from model.networks.card import ModelCard, card_of, read_header, read_weights, write_header
 from model.networks.generator_network import GeneratorNetwork
-from model.networks.paper.two_stage import build_generator
+from model.networks.paper import build_generator
 from model.scene.scene import FORMAT_VERSION
 
 _N = TypeVar("_N", bound=nn.Module)

@@ -1,15 +1,67 @@
-"""The interface of networks that generate images, and the codec of opacity TFs in them."""
+"""The interface of networks that generate images: their inputs, in [-1, 1], and their codec.
+
+Scene inputs are encoded by :mod:`model.scene.inputs`; opacities and image values are scaled
+linearly.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
+import numpy as np
+import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from model.networks.blocks import LEAK, TFEncoder, mlp
-from model.networks.encoding import EncodedInputs
 from model.networks.size import NetworkSize
+from model.scene.inputs import Arrays, SceneInputs, encode_inputs, store_inputs
+from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
+
+
+class EncodedInputs(NamedTuple):
+    """Scene inputs of N images as network inputs, in [-1, 1]."""
+
+    conditions: Tensor
+    """The five view parameters (:meth:`model.scene.view.View.vector`), then those of the scene's
+    other inputs, such as a movable light. Shape (N, C)."""
+    opacity_tf: Tensor
+    """Shape (N, 256)."""
+    color_tf: Tensor
+    """In scaled CIELAB. Shape (N, 3, 256)."""
+
+    @classmethod
+    def of(cls, inputs: Sequence[SceneInputs], scene: Scene) -> EncodedInputs:
+        """Encode the inputs of a scene's images."""
+        return cls.stored(store_inputs(inputs, scene), scene)
+
+    @classmethod
+    def stored(cls, arrays: Arrays, scene: Scene) -> EncodedInputs:
+        """Encode inputs given in the stored form of samples."""
+        return cls.encoded(encode_inputs(arrays, scene))
+
+    @classmethod
+    def encoded(cls, arrays: Arrays) -> EncodedInputs:
+        """Return inputs that :func:`model.scene.inputs.encode_inputs` has encoded."""
+        return cls(**{name: torch.from_numpy(array) for name, array in arrays.items()})
+
+    def map(self, function: Callable[[Tensor], Tensor]) -> EncodedInputs:
+        """Apply a function to each tensor."""
+        return EncodedInputs(*map(function, self))
+
+
+def encode_unit(values: NDArray[np.float32]) -> Tensor:
+    """Scale values of any shape from [0, 1] to [-1, 1]."""
+    return torch.from_numpy(np.ascontiguousarray(values)) * 2 - 1
+
+
+def decode_unit(values: Tensor) -> Tensor:
+    """Scale values of any shape from [-1, 1] to [0, 1]."""
+    # At least float32 precision; float64 is kept for checks of derivatives.
+    return values.to(torch.promote_types(values.dtype, torch.float32)) / 2 + 0.5
 
 
 class LatentCodec(nn.Module):

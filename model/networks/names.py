@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 DeviceChoice = Literal["auto", "cpu", "cuda"]
-"""Devices that networks run on; see :func:`model.devices.choose_device`."""
+"""Devices that networks run on; see :func:`model.networks.blocks.choose_device`."""
 
 BackendName = Literal["eager", "openvino"]
 """Libraries that draw a generator's images; see :mod:`model.generator.backends`."""

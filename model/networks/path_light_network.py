@@ -94,13 +94,8 @@ class PathLightNetwork(nn.Module):
 def network_inputs(colors: dict[str, Tensor], opacity: Tensor, samples: int) -> Tensor:
     """Return the network's input (N, CHANNELS, h, w).
 
-    Parameters
-    ----------
-    colors : dict of Tensor, shape (N, 3, h, w)
-        By name, those of :data:`COLORS`.
-    opacity : Tensor, shape (N, 1, h, w)
-    samples : int
-        Of each pixel of the path-traced picture.
+    The colours (N, 3, h, w) are those of :data:`COLORS` by name, the opacity is (N, 1, h, w), and
+    `samples` are those of each pixel of the path-traced picture.
     """
     found = [colors[name] for name in COLORS]
     found[-1] = found[-1].clamp(max=BRIGHTEST)
@@ -137,19 +132,13 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class PathLightCard:
-    """All that is known about a path-light network besides its weights.
-
-    Attributes
-    ----------
-    training : dict
-        Volumes, pairs, steps and time of the training.
-    errors : dict
-        RMSE on held-out pairs by the number of samples: denoised alone, and by the network.
-    """
+    """All that is known about a path-light network besides its weights."""
 
     size: PathLightSize
     training: dict[str, Any] = field(default_factory=dict)
+    """Volumes, pairs, steps and time of the training."""
     errors: dict[str, Any] = field(default_factory=dict)
+    """RMSE on held-out pairs by the number of samples: denoised alone, and by the network."""
 
 
 def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) -> None:

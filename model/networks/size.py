@@ -12,35 +12,26 @@ class NetworkSize:
     """Size of the paper's networks, and what is added to them.
 
     Raises :class:`TfscopeError` for values that no network can be built from.
-
-    Attributes
-    ----------
-    width : float
-        Number of channels as a fraction of the paper's, above 0 and up to 4.
-    opacity_size, image_size : int
-        Width and height of the opacity and of the colour image: powers of two from 16, the second
-        not below the first.
-    latent_dim : int
-        Length of the latent code of an opacity TF.
-    modulation, opacity_modulation : bool
-        Whether the codes of view and TFs also scale and shift the features of the translation
-        decoder, and of the opacity generator, at every resolution. The paper's network has only the
-        tiled codes; small networks then learn colours very slowly.
-    deep_codec : bool
-        Whether the latent decoder has two hidden layers instead of the paper's one.
-    color_attention : bool
-        Whether pixels look their colours up in the colour TF
-        (:mod:`model.networks.paper.translation`), which the paper's network has as a code only.
     """
 
     width: float = 1.0
+    """Number of channels as a fraction of the paper's, above 0 and up to 4."""
     opacity_size: int = 64
     image_size: int = 256
+    """Width and height of the opacity and of the colour image: powers of two from 16, the second
+    not below the first."""
     latent_dim: int = 8
+    """Length of the latent code of an opacity TF."""
     modulation: bool = False
     opacity_modulation: bool = False
+    """Whether the codes of view and TFs also scale and shift the features of the translation
+    decoder, and of the opacity generator, at every resolution. The paper's network has only the
+    tiled codes; small networks then learn colours very slowly."""
     deep_codec: bool = False
+    """Whether the latent decoder has two hidden layers instead of the paper's one."""
     color_attention: bool = False
+    """Whether pixels look their colours up in the colour TF (:mod:`model.networks.paper`), which
+    the paper's network has as a code only."""
 
     def __post_init__(self) -> None:
         for name in ("opacity_size", "image_size"):

@@ -83,27 +83,20 @@ LEAST_BRIGHTNESS = 0.35
 
 @dataclass(frozen=True, eq=False)
 class RegionStep:
-    """One row of Fig. 8; the last has no region, and shows what the second edit did.
-
-    Attributes
-    ----------
-    drawn, truth : ndarray, shape (S, S, 3)
-        The model's image and the true one.
-    responses : ndarray of float64, shape (256,), or None
-        The region's sensitivity, as :func:`model.sensitivity.display.shown_responses` returns it.
-    mode : GaussianMode or None
-        The mode that is then added.
-    changes : tuple of 2 float, or None
-        RMS change of the region's colours by it, in the model's images and in the true ones.
-    """
+    """One row of Fig. 8; the last has no region, and shows what the second edit did."""
 
     inputs: SceneInputs
     drawn: Image
     truth: Image
+    """The model's image and the true one. Shape (S, S, 3)."""
     region: Region | None = None
     responses: NDArray[np.float64] | None = None
+    """The region's sensitivity, as :func:`model.sensitivity.display.shown_responses` returns it.
+    Shape (256,)."""
     mode: GaussianMode | None = None
+    """The mode that is then added."""
     changes: tuple[float, float] | None = None
+    """RMS change of the region's colours by it, in the model's images and in the true ones."""
 
 
 def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
@@ -166,27 +159,20 @@ PAPER_R = 16
 
 @dataclass(frozen=True, eq=False)
 class ValueField:
-    """The field of one scalar value, as the paper shows it and with every pixel.
-
-    Attributes
-    ----------
-    band : ndarray of float64, shape (256,)
-        The Gaussian by which fields of neighbouring values count, at most 1.
-    responses : ndarray of float64, shape (256,)
-        Sensitivity of the whole image, in the displayed unit.
-    blocks, pixels : ndarray of float64, shape (S, S, 3)
-        The field in r x r blocks, and for each pixel, coloured over the dim image.
-    scale, whole : float
-        Ends of the scales of opacity and of colour, in the displayed unit.
-    """
+    """The field of one scalar value, as the paper shows it and with every pixel."""
 
     value: float
     band: NDArray[np.float64]
+    """The Gaussian by which fields of neighbouring values count, at most 1. Shape (256,)."""
     responses: NDArray[np.float64]
+    """Sensitivity of the whole image, in the displayed unit. Shape (256,)."""
     blocks: NDArray[np.float64]
     pixels: NDArray[np.float64]
+    """The field in r x r blocks, and for each pixel, coloured over the dim image. Shape (S, S,
+    3)."""
     scale: float
     whole: float
+    """Ends of the scales of opacity and of colour, in the displayed unit."""
 
 
 @dataclass(frozen=True, eq=False)

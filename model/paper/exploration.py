@@ -1,6 +1,6 @@
 """The latent space explored: overview, detail, and a walk (paper, sections 5.2, 6.2, Figs. 10, 11).
 
-Every picture is of a latent code itself; see :mod:`model.latent.code_pictures`.
+Every picture is of a latent code itself; see :mod:`model.latent.latent_space`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from model.latent.code_pictures import draw_cells, draw_codes
 from model.latent.codes import Codes, Opacities
 from model.latent.embedding import EmbeddingProcess
 from model.latent.latent_map import Brush, LatentMap
+from model.latent.latent_space import draw_cells, draw_codes
 from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
 

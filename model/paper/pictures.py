@@ -8,9 +8,7 @@ import numpy as np
 
 from model.evaluation.holdout import generator_errors
 from model.metrics import clearly_seen
-from model.networks.paper.opacity import OpacityDiscriminator
-from model.networks.paper.translation import TranslationDiscriminator
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.paper import OpacityDiscriminator, TranslationDiscriminator, TwoStageGenerator
 from model.paper.subject import Image, Subject
 from model.samples.sample_rendering import render_samples
 from model.samples.sampling import draw_sample

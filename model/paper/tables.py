@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.evaluation.holdout import generator_errors, neighbor_errors
-from model.latent.code_pictures import draw_codes
+from model.latent.latent_space import draw_codes
 from model.paper.edits import PAPER_R
 from model.paper.subject import Subject
 from model.samples.sample_rendering import make_renderer, render_samples

@@ -18,15 +18,8 @@ SUFFIXES = (".mp4", ".gif")
 def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_second: float) -> Path:
     """Write frames (H, W, 3), of even height and width, as a movie; return its path.
 
-    Parameters
-    ----------
-    frames : iterable of ndarray
-        Taken one by one; whatever it raises ends the movie, of which nothing is left then.
-
-    Raises
-    ------
-    RenderError
-        When the format is unknown, or the file cannot be written.
+    Frames are taken one by one; whatever this raises ends the movie, of which nothing is left then.
+    Raises :class:`RenderError` when the format is unknown, or the file cannot be written.
     """
     import imageio.v2 as imageio
 

@@ -26,23 +26,17 @@ class Raster:
     The picture's shorter side spans the view's angle: a wider or higher picture has the square
     one in its middle, and shows more on both sides of it. Its parts, rendered apart, are those of
     the whole.
-
-    Attributes
-    ----------
-    width, height : int
-        The whole picture, in pixels.
-    left, top : int
-        First pixel of the part.
-    columns, rows : int
-        Size of the part in pixels; 0 for all that is to the right of and below the first pixel.
     """
 
     width: int
     height: int
+    """The whole picture, in pixels."""
     left: int = 0
     top: int = 0
+    """First pixel of the part."""
     columns: int = 0
     rows: int = 0
+    """Size of the part in pixels; 0 for all that is to the right of and below the first pixel."""
 
     def __post_init__(self) -> None:
         if not self.columns:

@@ -1,12 +1,15 @@
-"""The interface of renderers, and their creation by name."""
+"""The interface of renderers, their creation by name, and VTK with the ray caster behind it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import CannotDrawError
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -18,27 +21,18 @@ SMOOTH = 5
 
 
 class Renderer(Protocol):
-    """Renders images of one volume under one lighting.
-
-    Attributes
-    ----------
-    sample_distance : float
-        Default distance between samples along a ray, in voxels.
-    """
+    """Renders images of one volume under one lighting."""
 
     sample_distance: float
+    """Default distance between samples along a ray, in voxels."""
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
     ) -> NDArray[np.float32]:
         """Render RGBA, float32 (rows, columns, 4) in [0, 1], premultiplied, row 0 at the top.
 
-        Parameters
-        ----------
-        size : int or Raster
-            Width and height in pixels, or the pixels of a wider image or of a part.
-        sample_distance : float, optional
-            In voxels; the renderer's own by default.
+        The size is width and height in pixels, or the pixels of a wider image or of a part; the
+        sample distance, in voxels, is by default the renderer's own.
         """
 
     def close(self) -> None:
@@ -55,17 +49,8 @@ def open_renderer(
 ) -> Renderer:
     """Create a renderer by name, importing only the libraries that it needs.
 
-    Parameters
-    ----------
-    name : {"vtk", "raycast"}
-    threads : int, optional
-        Number of the ray caster's CPU threads, one per processor by default;
-        ignored by VTK.
-
-    Raises
-    ------
-    RenderError
-        When the renderer cannot run on this machine.
+    The ray caster has so many CPU threads, one per processor by default. Raises
+    :class:`RenderError` when the renderer cannot run on this machine.
     """
     if name == "vtk":
         from model.rendering.vtk_renderer import VtkRenderer
@@ -83,14 +68,94 @@ def open_renderer(
 def smooth_distance(distance: float, lighting: Lighting) -> float:
     """Return the sample distance of the ray caster's final pictures, in voxels.
 
-    Thin layers of a TF show rings where samples are half a voxel apart, in VTK's pictures, too.
-    The ray caster's can do without, as close samples take little time.
-
-    Parameters
-    ----------
-    distance : float
-        Of VTK's pictures of the scene, of models' training images and of derivatives.
-    lighting : {"none", "direct", "soft", "path"}
-        Paths have no steps: it is kept.
+    `distance` is that of VTK's pictures of the scene, of models' training images and of
+    derivatives. Thin layers of a TF show rings where samples are half a voxel apart, in VTK's
+    pictures, too. The ray caster's can do without, as close samples take little time. Paths have no
+    steps: there it is kept.
     """
     return distance if lighting == "path" else distance / SMOOTH
+
+
+class FallbackRenderer:
+    """Draws by VTK until that fails, and by the ray caster from then on.
+
+    Where no graphics card draws for VTK, the ray caster may do so from the start: by the processor
+    it is many times as fast, and draws the same. Soft light is the ray caster's, which may be given
+    and is opened when needed otherwise.
+
+    For whoever looks at pictures, not for data sets, whose images are all of one renderer.
+
+    `reason` says in a sentence what VTK failed in, `remark` why the ray caster draws though VTK did
+    not fail, such as that no graphics card is there; both are "" if VTK draws.
+    """
+
+    def __init__(
+        self,
+        volume: Volume,
+        lighting: Lighting = "none",
+        light: LightDirection | None = None,
+        sample_distance: float = 0.5,
+        spares_processor: bool = False,
+        ray_caster: Renderer | None = None,
+    ) -> None:
+        self.sample_distance = sample_distance
+        self.reason = self.remark = ""
+        self._place = volume, lighting, light, sample_distance
+        self._ray_caster = ray_caster
+        self._renderer: Renderer
+        if lighting in ("soft", "path"):
+            self.remark = {
+                "soft": "Soft light is the ray caster's.",
+                "path": "The path tracer draws.",
+            }[lighting]
+            self._renderer = self._opened_ray_caster()
+            return
+        if spares_processor:
+            from model.rendering.opengl import software_name
+
+            software = software_name()
+            if software:
+                self.remark = (
+                    f"No graphics card draws here ({software} does), so the ray caster draws at "
+                    "rest, too: VTK would take many times as long. Choose VTK to see its image."
+                )
+                self._renderer = self._opened_ray_caster()
+                return
+        try:
+            self._renderer = open_renderer("vtk", *self._place)
+        except CannotDrawError as error:
+            self._fall_back(error)
+
+    @property
+    def by_raycast(self) -> bool:
+        """Whether the ray caster draws."""
+        return bool(self.reason or self.remark)
+
+    def render(
+        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+    ) -> NDArray[np.float32]:
+        """Render one image; see :class:`model.rendering.renderer.Renderer`."""
+        try:
+            return self._renderer.render(inputs, size, sample_distance)
+        except CannotDrawError as error:
+            if self.by_raycast:
+                raise
+            self._renderer.close()
+            self._fall_back(error)
+            return self._renderer.render(inputs, size, sample_distance)
+
+    def asking(self, go_on: Callable[[], object]) -> AbstractContextManager[None]:
+        """Call this before each part that the ray caster draws meanwhile; it may raise."""
+        asking = getattr(self._renderer, "asking", None)
+        return asking(go_on) if asking else nullcontext()
+
+    def close(self) -> None:
+        """Release the renderer's threads and memory; it cannot be used afterwards."""
+        self._renderer.close()
+
+    def _fall_back(self, error: CannotDrawError) -> None:
+        self.reason = f"{str(error).rstrip('.')}; the ray caster draws instead."
+        self._renderer = self._opened_ray_caster()
+
+    def _opened_ray_caster(self) -> Renderer:
+        return self._ray_caster or open_renderer("raycast", *self._place)

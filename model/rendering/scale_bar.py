@@ -31,41 +31,27 @@ _METRIC = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 
 @dataclass(frozen=True)
 class ScaleBar:
-    """A bar of a round length.
-
-    Attributes
-    ----------
-    share : float
-        Its length relative to the picture's shorter side.
-    text : str
-        Its length in the volume, such as "20 mm".
-    """
+    """A bar of a round length."""
 
     share: float
+    """Its length relative to the picture's shorter side."""
     text: str
+    """Its length in the volume, such as "20 mm"."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Lengths of a volume, and the middle of what is shown of it.
-
-    Attributes
-    ----------
-    proportions : tuple of float
-        The volume's lengths along x, y and z, relative to its diagonal.
-    radius : float
-        Half the diagonal, in the unit.
-    unit : str
-        Of lengths; empty if unknown.
-    low, high : tuple of float
-        Corners of the box around what is shown, in fractions of the volume's lengths.
-    """
+    """Lengths of a volume, and the middle of what is shown of it."""
 
     proportions: Triple
+    """The volume's lengths along x, y and z, relative to its diagonal."""
     radius: float
+    """Half the diagonal, in the unit."""
     unit: str
+    """Of lengths; empty if unknown."""
     low: Triple
     high: Triple
+    """Corners of the box around what is shown, in fractions of the volume's lengths."""
 
     @classmethod
     def of(cls, volume: Volume, shown: NDArray[np.float64] = WHOLE) -> Scale:

@@ -1,12 +1,11 @@
 """The reference renderer: VTK's ray caster, off screen.
 
-It needs no display: images are drawn through EGL, or through OSMesa if EGL is
-missing. The ray caster composites front to back (paper, Eqs. 2 and 3) and
-corrects each opacity for the sample distance, so that a homogeneous slab of
-length l has opacity 1 - (1 - a)^(l / voxel size).
+It needs no display: images are drawn through EGL, or through OSMesa if EGL is missing. The ray
+caster composites front to back (paper, Eqs. 2 and 3) and corrects each opacity for the sample
+distance, so that a homogeneous slab of length l has opacity 1 - (1 - a)^(l / voxel size).
 
-An OpenGL context belongs to the thread that created it: create, use and close a
-renderer in one thread.
+An OpenGL context belongs to the thread that created it: create, use and close a renderer in one
+thread.
 """
 
 from __future__ import annotations
@@ -53,10 +52,9 @@ NORMAL_CORRECTION = (
 )
 """Shader replacement that corrects surface normals.
 
-VTK scales normals by the volume's extents along the axes of the view; with this
-replacement they are only rotated. The items are the text to replace, whether to
-do so before VTK's own replacements, the new text, and whether to replace every
-occurrence.
+VTK scales normals by the volume's extents along the axes of the view; with this replacement they
+are only rotated. The items are the text to replace, whether to do so before VTK's own replacements,
+the new text, and whether to replace every occurrence.
 """
 
 NOISE = 3.0
@@ -276,12 +274,11 @@ def _table_range(texture_range: Range, tf_range: Range) -> Range:
 def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, str, bool]:
     """Return a shader replacement that spreads VTK's look-up tables over another range.
 
-    VTK spreads them over the range of the voxels: few entries, if any, would be left for TFs
-    over a small part of it. They are filled as if TFs lay over the voxels' range; with this
-    replacement, they are read as if they lay over the TFs' one, from the middle of the first
-    entry to that of the last. Beyond these, VTK reads the outermost entries, which are the TFs'
-    ends: half an entry of the range less, and all that lies beyond would look as 1/8 of a bin
-    further inside.
+    VTK spreads them over the range of the voxels: few entries, if any, would be left for TFs over a
+    small part of it. They are filled as if TFs lay over the voxels' range; with this replacement,
+    they are read as if they lay over the TFs' one, from the middle of the first entry to that of
+    the last. Beyond these, VTK reads the outermost entries, which are the TFs' ends: half an entry
+    of the range less, and all that lies beyond would look as 1/8 of a bin further inside.
     """
     (first, last), (lo, hi) = texture_range, tf_range
     share = (TABLE_ENTRIES - 1) / TABLE_ENTRIES

@@ -1,19 +1,17 @@
 """The sample store: rendered samples of one scene in a Zarr folder.
 
-A store has one group per split, ``train`` and ``holdout``, each with arrays
-of equal length N:
+A store has one group per split, ``train`` and ``holdout``, each with arrays of equal length N:
 
 - the scene inputs declared in :mod:`model.scene.inputs`: ``view`` (N, 4) float64
   (azimuth, elevation, roll, distance), ``opacity_tf`` (N, 256) and ``color_tf``
   (N, 256, 3) float32 (over the scalar range), and the scene's other varying inputs;
 - ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
 
-Sample i of a split depends only on the scene, the seed and i, so that a store does
-not depend on the number of processes. Samples are written in blocks of one Zarr
-chunk; a block is marked in ``complete`` once all of its arrays are on disk. A
-killed run loses unfinished blocks, which the next run renders again. Every chunk
-has a checksum and is written even if it is all zero, so that lost or altered
-samples are found out: Zarr would take a lost chunk for zeros.
+Sample i of a split depends only on the scene, the seed and i, so that a store does not depend on
+the number of processes. Samples are written in blocks of one Zarr chunk; a block is marked in
+``complete`` once all of its arrays are on disk. A killed run loses unfinished blocks, which the
+next run renders again. Every chunk has a checksum and is written even if it is all zero, so that
+lost or altered samples are found out: Zarr would take a lost chunk for zeros.
 """
 
 from __future__ import annotations

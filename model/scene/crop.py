@@ -19,19 +19,13 @@ LEAST_LENGTH = 0.005
 class CropBox:
     """Six planes parallel to the volume's faces, between which it is shown.
 
-    Attributes
-    ----------
-    low, high : tuple of float
-        Planes along x, y and z as fractions of the volume's extent, 0 <= low < high <= 1.
-
-    Raises
-    ------
-    TfscopeError
-        For planes outside the volume, or a box thinner than :data:`LEAST_LENGTH`.
+    Along x, y and z, as fractions of the volume's extent, 0 <= low < high <= 1. Raises
+    :class:`TfscopeError` for others, or a box thinner than :data:`LEAST_LENGTH`.
     """
 
     low: Triple = (0.0, 0.0, 0.0)
     high: Triple = (1.0, 1.0, 1.0)
+    """Planes along x, y and z as fractions of the volume's extent, 0 <= low < high <= 1."""
 
     def __post_init__(self) -> None:
         for axis, low, high in zip("xyz", self.low, self.high, strict=True):
@@ -49,13 +43,7 @@ class CropBox:
 
     @classmethod
     def parse(cls, text: str) -> CropBox:
-        """Parse ``"X0,X1,Y0,Y1,Z0,Z1"``.
-
-        Raises
-        ------
-        TfscopeError
-            When the text is not a crop box.
-        """
+        """Parse ``"X0,X1,Y0,Y1,Z0,Z1"``; raise :class:`TfscopeError` for anything else."""
         try:
             x0, x1, y0, y1, z0, z1 = (float(part) for part in text.split(","))
         except ValueError:
@@ -75,14 +63,8 @@ class CropBox:
     ) -> CropBox:
         """Return the box with one plane moved, as far as the volume and its opposite allow.
 
-        Parameters
-        ----------
-        axis : int
-            0, 1 or 2 for a plane along x, y or z.
-        side : int
-            0 for the lower plane, 1 for the upper one.
-        place : float
-            As a fraction of the volume's extent.
+        The axis is 0, 1 or 2 for x, y or z; the side is 0 for the lower plane, 1 for the upper one;
+        the place is a fraction of the volume's extent.
         """
         low, high = self.low[axis], self.high[axis]
         if side == 0:
@@ -90,13 +72,7 @@ class CropBox:
         return self.with_span(axis, low, max(min(place, 1.0), min(low + least, 1.0)))
 
     def with_span(self, axis: int, low: float, high: float) -> CropBox:
-        """Return the box with both planes along an axis moved.
-
-        Raises
-        ------
-        TfscopeError
-            As for a new box.
-        """
+        """Return the box with both planes along an axis moved; errors are those of a new box."""
         lows, highs = list(self.low), list(self.high)
         lows[axis], highs[axis] = low, high
         (x0, y0, z0), (x1, y1, z1) = lows, highs

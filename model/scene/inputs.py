@@ -15,7 +15,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.color_maps import rgb_to_lab
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection, LightRange
 from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
@@ -23,27 +22,38 @@ from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
 from model.scene.view import VIEW_PARAMETERS, View, upright_frame
 
+_LAB_LOW = np.array([0.0, -86.185, -107.863])
+_LAB_HIGH = np.array([100.0, 98.254, 94.482])
+"""Extent of the RGB cube in CIELAB (L, a, b)."""
+
+
+def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Convert sRGB (..., 3) to CIELAB, each channel scaled so that the RGB cube fills [-1, 1].
+
+    Values outside [0, 1] are clipped first: CIELAB is undefined there.
+    """
+    # Imported here: it takes most of a second, and few commands need it.
+    from skimage.color import rgb2lab
+
+    lab = rgb2lab(np.clip(rgb, 0.0, 1.0))
+    return (2 * (lab - _LAB_LOW) / (_LAB_HIGH - _LAB_LOW) - 1).astype(np.float32)
+
+
 Arrays = dict[str, NDArray[Any]]
 """Stored inputs of N images by name, each of shape (N, ...)."""
 
 
 @dataclass(frozen=True)
 class SceneInputs:
-    """Everything that one image of a scene depends on.
-
-    Attributes
-    ----------
-    light : LightDirection or None
-        Light direction of a lit scene; None is the scene's fixed light.
-    crop : CropBox or None
-        Part of the volume that is shown; None for all of it.
-    """
+    """Everything that one image of a scene depends on."""
 
     view: View
     opacity_tf: OpacityTF
     color_tf: ColorTF
     light: LightDirection | None = None
+    """Light direction of a lit scene; None is the scene's fixed light."""
     crop: CropBox | None = None
+    """Part of the volume that is shown; None for all of it."""
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -58,43 +68,29 @@ class SceneInputs:
 
 @dataclass(frozen=True)
 class InputField:
-    """Definition of one scene input for sampler, store and networks.
-
-    Attributes
-    ----------
-    name : str
-        Name of the field of :class:`SceneInputs` and of the stored array.
-    shape : tuple of int
-        Shape of one stored value.
-    dtype : str
-        Data type of stored values.
-    network : {"condition", "tf"}
-        Whether networks receive it as part of the condition vector or as a TF.
-    numbers : int
-        Length of its part of the condition vector; 0 for TFs.
-    varies : callable
-        Returns True if the input varies among images of a scene; otherwise it is
-        neither drawn, stored nor encoded.
-    draw : callable
-        Draws a value, given a random generator, the scene and the inputs drawn before.
-    store : callable
-        Converts a value to an array of `shape`.
-    encode : callable
-        Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges.
-    outside : callable
-        Describes the parts of a value outside the training range, as a list of strings.
-    """
+    """Definition of one scene input for sampler, store and networks."""
 
     name: str
+    """Name of the field of :class:`SceneInputs` and of the stored array."""
     shape: tuple[int, ...]
+    """Shape of one stored value."""
     dtype: str
+    """Data type of stored values."""
     network: Literal["condition", "tf"]
+    """Whether networks receive it as part of the condition vector or as a TF."""
     numbers: int
+    """Length of its part of the condition vector; 0 for TFs."""
     varies: Callable[[Scene], bool]
+    """Returns True if the input varies among images of a scene; otherwise it is neither drawn,
+    stored nor encoded."""
     draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
+    """Draws a value, given a random generator, the scene and the inputs drawn before."""
     store: Callable[[Any, Scene], NDArray[Any]]
+    """Converts a value to an array of `shape`."""
     encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
+    """Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges."""
     outside: Callable[[Any, Scene], list[str]]
+    """Describes the parts of a value outside the training range, as a list of strings."""
 
 
 def _view_outside(view: View, scene: Scene) -> list[str]:
@@ -236,18 +232,10 @@ def store_inputs(inputs: Sequence[SceneInputs], scene: Scene) -> Arrays:
 
 
 def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]]:
-    """Encode stored inputs for the networks.
+    """Encode inputs, as :func:`store_inputs` returns them, for the networks.
 
-    Parameters
-    ----------
-    arrays : dict of ndarray
-        Result of :func:`store_inputs`, or part of a sample store.
-
-    Returns
-    -------
-    dict of ndarray of float32
-        In [-1, 1] inside the scene's ranges: "conditions" (N, C), the view parameters
-        followed by other conditions, and each TF under its name.
+    The result, in [-1, 1] inside the scene's ranges, has "conditions" (N, C), the view parameters
+    followed by other conditions, and each TF under its name.
     """
     encoded = {f.name: f.encode(arrays[f.name], scene) for f in varying(scene)}
     conditions = [encoded.pop(f.name) for f in varying(scene) if f.network == "condition"]

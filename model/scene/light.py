@@ -62,11 +62,6 @@ class LightDirection:
 class LightRange:
     """Training range of the light direction in a scene with a movable light, in degrees.
 
-    Attributes
-    ----------
-    max_azimuth, max_elevation : float
-        Limits of the angles' absolute values, above 0 and up to 90, so that the
-        light stays on the viewer's side.
 
     Raises
     ------
@@ -76,6 +71,8 @@ class LightRange:
 
     max_azimuth: float = 80.0
     max_elevation: float = 70.0
+    """Limits of the angles' absolute values, above 0 and up to 90, so that the light stays on the
+    viewer's side."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

@@ -54,16 +54,9 @@ OUTLINE = 32
 def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple[float, float]:
     """Azimuth and elevation of the usual view, or of a neighbour that shows much more.
 
-    A slab that lies is seen from further above.
-
+    The offsets (n, 3) lie around what is shown, in lengths along x, y and z; for the axes see
+    :func:`upright_frame`, an empty front is unknown. A slab that lies is seen from further above.
     What is compared is the area within the outline of what is shown, without perspective.
-
-    Parameters
-    ----------
-    offsets : ndarray of float64, shape (n, 3)
-        Around what is shown, in lengths along x, y and z.
-    up, front : str
-        See :func:`upright_frame`; an empty front for one that is not known.
     """
     turned = offsets @ upright_frame(up, front).T
     azimuths = FACING if front else AROUND
@@ -150,10 +143,7 @@ def view_in(
 ) -> View:
     """Return the view with these angles about an up axis; for ``"+z"``, exactly these numbers.
 
-    Parameters
-    ----------
-    up, front : str
-        See :func:`upright_frame`.
+    For the axes see :func:`upright_frame`.
     """
     view = View(azimuth, elevation, roll, distance, pan_x, pan_y)
     return view.in_frame(upright_frame(up, front).T)
@@ -172,22 +162,11 @@ def fit_distance(
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> float:
-    """Smallest distance at which places of the volume lie inside the image.
+    """Smallest distance, in a view's units, at which places of the volume lie inside the image.
 
-    Parameters
-    ----------
-    view : View or ndarray of float64, shape (3, 3)
-        Only its axes matter: rows right, up and back.
-    points : ndarray of float64, shape (n, 3)
-        The places, as fractions of the volume's lengths along x, y and z; by default, its
-        corners. The view is aimed at the volume's centre.
-    reach : tuple of float
-        The image's, see :data:`model.scene.region.Reach`; by default a square one's.
-
-    Returns
-    -------
-    float
-        In a view's units; up to 1 without a margin.
+    Of the view, or its basis (3, 3), only the axes matter: it is aimed at the volume's centre. The
+    points (n, 3), by default the volume's corners, are fractions of its lengths along x, y and z;
+    the image's reach (:data:`model.scene.region.Reach`) is by default a square one's.
     """
     basis = view.basis() if isinstance(view, View) else view
     right, up, back = basis @ _in_radii(points, proportions).T
@@ -208,18 +187,11 @@ def home_view(
 ) -> View:
     """Initial view of a volume: upright, with what is shown as high as the image allows.
 
-    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. In an image
-    of all shapes but a square, it is in the middle; the square is what models draw, whose
-    pictures are not panned.
-
-    Parameters
-    ----------
-    up, front : str
-        See :func:`upright_frame`.
-    points : ndarray of float64, shape (n, 3)
-        Around what is shown; by default, all of the volume.
-    angles : tuple of float or None
-        Azimuth and elevation; None for :func:`~model.scene.orientation.home_angles`.
+    It fills :data:`FILLED` of the image's height, or the width up to :data:`MARGIN`. In an image of
+    all shapes but a square, it is in the middle; the square is what models draw, whose pictures are
+    not panned. The points (n, 3) lie around what is shown, by default all of the volume. For the
+    axes see :func:`upright_frame`; azimuth and elevation are by default those of
+    :func:`home_angles`.
     """
     angles = angles or home_angles(_in_radii(points, proportions), up, front)
     view = view_in(up, *angles, front=front)
@@ -236,13 +208,7 @@ def centred(
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> View:
-    """Pan a view to the middle of some places, and come as near as the home view does.
-
-    Parameters
-    ----------
-    view : View
-        Its direction, and how far away it is at most.
-    """
+    """Pan a view to the middle of some places, and come as near as the home view does, or stay."""
     distance = _nearest(view, proportions, points, reach, view.distance)
     low, high = _ends(view, proportions, points, distance)
     pan_x, pan_y = map(float, -(low + high) / 2)
@@ -293,13 +259,7 @@ def _in_radii(
 
 
 def standard_view(name: str, distance: float, up: str, *, front: str = "") -> View:
-    """Return one of :data:`STANDARD_VIEWS`, in the middle of the image.
-
-    Raises
-    ------
-    ViewError
-        When there is no such view.
-    """
+    """Return one of :data:`STANDARD_VIEWS` in the middle of the image; others are a `ViewError`."""
     if name not in STANDARD_VIEWS:
         raise ViewError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
     azimuth, elevation = STANDARD_VIEWS[name]
@@ -318,12 +278,8 @@ def turntable(
 ) -> list[View]:
     """Return the views of one turn, in which what is shown seems to turn to the right.
 
-    The last one is a step before the first, so that the movie can be repeated without a stop.
-
-    Parameters
-    ----------
-    pivot : tuple of float
-        Point that keeps its place in the image, in fractions of the volume's lengths.
+    The last one is a step before the first, so that the movie can be repeated without a stop. The
+    pivot, in fractions of the volume's lengths, keeps its place in the image.
     """
     azimuth, elevation, roll = angles_in(up, view)
     point = np.array(pivot)

@@ -25,15 +25,11 @@ class Projection:
 
     Points are fractions of the volume's extent along x, y and z. Places in the image are
     to the right and up from its middle, in halves of its shorter side.
-
-    Attributes
-    ----------
-    proportions : tuple of float
-        The volume's.
     """
 
     view: View
     proportions: Triple
+    """The volume's."""
 
     @property
     def eye(self) -> NDArray[np.float64]:
@@ -71,12 +67,9 @@ class Projection:
         start: NDArray[np.float64],
         end: NDArray[np.float64],
     ) -> float | None:
-        """Return how far along a line its image comes nearest to a place.
+        """How far along a line its image comes nearest to a place: 0 at the start, 1 at the end.
 
-        Returns
-        -------
-        float or None
-            0 at the start, 1 at the end; None if the line cannot be seen, or only as a point.
+        None if the line cannot be seen, or only as a point.
         """
         part = self.seen_part(start, end)
         if part is None:
@@ -105,19 +98,10 @@ class Projection:
 def holding(
     point: NDArray[np.float64], place: NDArray[np.float64], view: View, proportions: Triple
 ) -> View:
-    """Pan a view so that a point is at a place in the image.
+    """Pan a view so that a point is at a place in the image, if it is in front of the eye.
 
-    Parameters
-    ----------
-    point : ndarray of float64, shape (3,)
-        Fractions of the volume's extent along x, y and z.
-    place : ndarray of float64, shape (2,)
-        To the right and up from the image's middle, in halves of its shorter side.
-
-    Returns
-    -------
-    View
-        The same view where the point is not in front of the eye.
+    The point (3,) is in fractions of the volume's extent along x, y and z; the place (2,) is to the
+    right and up from the image's middle, in halves of its shorter side.
     """
     projection = Projection(view, proportions)
     if projection.depths(point[None])[0] < NEAREST_DEPTH:

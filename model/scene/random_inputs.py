@@ -1,9 +1,8 @@
 """Random views, lights and TFs: the paper's (section 4.3.1), and TFs that people draw.
 
-Every draw takes an explicit :class:`numpy.random.Generator` and is a function of its
-arguments only. The family "paper" has mixtures of Gaussian modes alone; the family "drawn"
-has also ramps, plateaus, steps, bands, free curves, and TFs that show little or
-nothing.
+Every draw takes an explicit :class:`numpy.random.Generator` and is a function of its arguments
+only. The family "paper" has mixtures of Gaussian modes alone; the family "drawn" has also ramps,
+plateaus, steps, bands, free curves, and TFs that show little or nothing.
 """
 
 from __future__ import annotations
@@ -78,14 +77,11 @@ def draw_opacity_tf(rng: np.random.Generator, scene: Scene) -> OpacityTF:
 def opacity_tf_of(kind: OpacityKind, rng: np.random.Generator, scene: Scene) -> OpacityTF:
     """Draw an opacity TF of one kind.
 
-    Parameters
-    ----------
-    kind : str
-        "modes": a mixture of 1 to 5 Gaussian modes; "ramp": from nothing at one value to an
-        opacity at another, that holds from there on; "plateau": the same with an opacity
-        that is log-uniform from .01; "step": a ramp over :data:`MIN_WIDTH_BINS`; "band": a
-        trapezoid; "curve": straight lines between 3 to 8 points; "constant": one opacity,
-        log-uniform from .001 to 1; "nearly empty": modes of at most .01; "empty".
+    "modes": a mixture of 1 to 5 Gaussian modes; "ramp": from nothing at one value to an opacity at
+    another, that holds from there on; "plateau": the same with an opacity that is log-uniform from
+    .01; "step": a ramp over :data:`MIN_WIDTH_BINS`; "band": a trapezoid; "curve": straight lines
+    between 3 to 8 points; "constant": one opacity, log-uniform from .001 to 1; "nearly empty":
+    modes of at most .01; "empty".
     """
     if kind == "modes":
         return _modes(rng, scene)

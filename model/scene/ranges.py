@@ -1,4 +1,4 @@
-"""Scalar ranges: robust ones, those that a user chooses, and transfer functions (TFs) over them."""
+"""Scalar ranges: robust or chosen ones, transfer functions (TFs) over them, values as text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from model.scene.transfer_function import (
     Range,
     TransferFunction,
 )
-from model.scene.value_scale import place_of
+from model.scene.value_scale import ValueScale, place_of, value_at
 from model.scene.volume import Volume
 
 TAIL = 0.001
@@ -34,17 +34,9 @@ ROOM = 1.0
 def percentile_range(volume: Volume, low: float, high: float) -> Range:
     """Return the values below which `low` and `high` per cent of the voxels lie.
 
-    Parameters
-    ----------
-    volume : Volume
-        All its voxels count but the missing ones, also those beyond its scalar range.
-    low, high : float
-        0 to 100; these two give the smallest and the largest voxel.
-
-    Raises
-    ------
-    VolumeError
-        When the percentages are out of order, or the two values are the same.
+    All voxels count but the missing ones, also those beyond the scalar range; 0 and 100 are the
+    smallest and the largest. Raises :class:`VolumeError` when the percentages are out of order, or
+    the two values are the same.
     """
     if not 0 <= low < high <= 100:
         raise VolumeError(
@@ -67,22 +59,17 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
 def robust_range(volume: Volume) -> Range:
     """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
 
-    It is that of all voxels in most volumes: in all where the voxels but for a thousandth at
-    either end take at least an eighth of it, 32 of a TF's 256 bins. Otherwise an end that lies
-    farther out than the width of these voxels' range is moved in, to the outermost voxel
-    within that distance. So even thin tails are kept where there is room for them, and most of
-    a narrowed range is used.
+    All voxels count but the missing ones, also those beyond the scalar range. It is that of all
+    voxels in most volumes: in all where the voxels but for a thousandth at either end take at least
+    an eighth of it, 32 of a TF's 256 bins. Otherwise an end that lies farther out than the width of
+    these voxels' range is moved in, to the outermost voxel within that distance. So even thin tails
+    are kept where there is room for them, and most of a narrowed range is used.
 
     The most frequent value, mostly air or what is written where nothing was measured, does not
     count among the voxels of which a thousandth is left out: there may be few others. The range
-    holds it all the same unless it lies so far off that the others would fill less than an
-    eighth of the range. Then an eighth of the others' width is left free on its side, so that
-    it remains something else than the outermost of them.
-
-    Parameters
-    ----------
-    volume : Volume
-        All its voxels count but the missing ones, also those beyond its scalar range.
+    holds it all the same unless it lies so far off that the others would fill less than an eighth
+    of the range. Then an eighth of the others' width is left free on its side, so that it remains
+    something else than the outermost of them.
     """
     lowest, highest = volume.data_range
     values, counts = volume.distribution.frequencies
@@ -153,30 +140,20 @@ for them: 40 HU in a CT are, [0, 1] is not."""
 def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> TransferFunction:
     """Convert a TF made for any volume to the one that shows it in another volume.
 
+    Its range and scale are those to show the volume over, see
+    :meth:`model.scene.volume.Volume.over`; the volume is given over the range that it has without
+    this TF.
+
     A TF keeps its values and its range where these fit the volume: so a TF over a part of the
     values, or over those of another CT, shows the same tissue as where it was made. It keeps its
-    scale, too: the volume is to be shown on that. It fits if
-    its range has at least 1/64 of itself in common with the volume's scalar range, its robust
-    range or the range of its voxels, and that is 1/1024 of these, or 8 steps of whole numbers.
-    A TF over far more than that, such as all values of 16 bits, is cut to the volume's scalar
-    range if it has something to say there. Any other, such as one over [0, 1] in a CT, is
-    stretched to that range, as a relative TF is.
+    scale, too. It fits if its range has at least 1/64 of itself in common with the volume's scalar
+    range, its robust range or the range of its voxels, and that is 1/1024 of these, or 8 steps of
+    whole numbers. A TF over far more than that, such as all values of 16 bits, is cut to the
+    volume's scalar range if it has something to say there. Any other, such as one over [0, 1] in a
+    CT, is stretched to that range, as a relative TF is.
 
-    Parameters
-    ----------
-    volume : Volume
-        Over the range that it has without this TF.
-
-    Returns
-    -------
-    TransferFunction
-        Its range and scale are those to show the volume over:
-        :meth:`model.scene.volume.Volume.over`.
-
-    Raises
-    ------
-    VolumeError
-        When the TF is over logarithms, which the volume's values do not have.
+    Raises :class:`VolumeError` when the TF is over logarithms, which the volume's values do not
+    have.
     """
     if transfer_function.is_relative:
         return stretch_to_range(transfer_function.on_scale(volume.scale), volume.scalar_range)
@@ -201,11 +178,10 @@ def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> Transf
 def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> TransferFunction:
     """Convert a TF made for any scalar range to one over a given scalar range.
 
-    Values keep their positions in the data's units, so that a TF made for one CT
-    shows the same tissue in another. Only if the TF is relative, or the two ranges are
-    disjoint, is the TF mapped linearly from its range to the new one. Colour stops, and the
-    points of a free curve, are cut or extended to span the range exactly; inside it the TF is
-    unchanged. The scale remains the TF's.
+    Values keep their positions in the data's units, so that a TF made for one CT shows the same
+    tissue in another. Only if the TF is relative, or the two ranges are disjoint, is the TF mapped
+    linearly from its range to the new one. Colour stops, and the points of a free curve, are cut or
+    extended to span the range exactly; inside it the TF is unchanged. The scale remains the TF's.
     """
     lo, hi = scalar_range
     own_lo, own_hi = transfer_function.scalar_range
@@ -288,21 +264,15 @@ def stretch_to_range(transfer_function: TransferFunction, scalar_range: Range) -
 
 @dataclass(frozen=True)
 class RangeChoice:
-    """Scalar range over which to look at a volume.
+    """Scalar range over which to look at a volume, in its units, or per cent of its voxels, 0 to
+    100.
 
-    Attributes
-    ----------
-    low, high : float
-        In the data's own units, or per cent of the voxels, 0 to 100; low < high.
-
-    Raises
-    ------
-    TfscopeError
-        For numbers that do not increase, or percentages beyond 0 to 100.
+    Raises :class:`TfscopeError` for numbers that do not increase, or percentages beyond 0 to 100.
     """
 
     low: float
     high: float
+    """In the data's own units, or per cent of the voxels, 0 to 100; low < high."""
     are_percentiles: bool = False
 
     def __post_init__(self) -> None:
@@ -319,13 +289,7 @@ class RangeChoice:
 
     @classmethod
     def parse(cls, text: str) -> RangeChoice:
-        """Parse ``"LO,HI"``, or ``"LO%,HI%"`` for percentiles.
-
-        Raises
-        ------
-        TfscopeError
-            When the text is not a range.
-        """
+        """Parse ``"LO,HI"``, or ``"LO%,HI%"``; raise :class:`TfscopeError` for anything else."""
         parts = [part.strip() for part in text.split(",")]
         are_percentiles = all(part.endswith("%") for part in parts)
         try:
@@ -340,11 +304,8 @@ class RangeChoice:
     def of(self, volume: Volume) -> Range:
         """Return the range on a volume's scale.
 
-        Raises
-        ------
-        VolumeError
-            When the percentiles are the same value, or a value has no logarithm that the volume's
-            scale needs.
+        Raises :class:`VolumeError` when the percentiles are the same value, or a value has no
+        logarithm that the volume's scale needs.
         """
         if self.are_percentiles:
             return percentile_range(volume, self.low, self.high)
@@ -354,3 +315,38 @@ class RangeChoice:
                 "logarithm; give one above zero, or the linear scale."
             )
         return place_of(self.low, volume.scale), place_of(self.high, volume.scale)
+
+
+PLAIN = 1e6, 1e-6
+"""Numbers below the first, of bins above the second, are written without a power of ten."""
+
+
+def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:
+    """Write a scalar value to within one bin of a TF over its range, such as "-612" or "2.33e-08".
+
+    Value and range lie on the scale; the text is in the data's units.
+    """
+    low, high = scalar_range
+    bin_width = (high - low) / (TF_SAMPLES - 1)
+    if scale == "log":
+        value = value_at(value, scale)
+        bin_width = value * (value_at(bin_width, scale) - 1)
+        low, high = value, value
+    place = math.floor(math.log10(2 * bin_width))
+    if bin_width > PLAIN[1] and max(abs(low), abs(high)) < PLAIN[0]:
+        text = f"{value:.{max(-place, 0)}f}"
+    else:
+        digits = 1 if value == 0 else math.floor(math.log10(abs(value))) - place + 1
+        text = f"{value:.{max(digits, 1)}g}"
+    return text.removeprefix("-") if float(text) == 0 else text
+
+
+def range_text(values: Range, scalar_range: Range, scale: ValueScale) -> str:
+    """Write two values on a scale as a range, such as ``"260 to 1,900"``; equal ones as one."""
+    low, high = (_with_thousands(value_text(value, scalar_range, scale)) for value in values)
+    return low if low == high else f"{low} to {high}"
+
+
+def _with_thousands(text: str) -> str:
+    whole, point, rest = text.partition(".")
+    return f"{int(whole):,}{point}{rest}" if whole.lstrip("-").isdigit() and whole != "-0" else text

@@ -44,13 +44,7 @@ class Region:
 
     @classmethod
     def parse(cls, text: str) -> Region:
-        """Parse ``"LEFT,TOP,RIGHT,BOTTOM"`` in pixels.
-
-        Raises
-        ------
-        RenderError
-            When the text is not four integers.
-        """
+        """Parse ``"LEFT,TOP,RIGHT,BOTTOM"`` in pixels; raise :class:`RenderError` for others."""
         try:
             return cls(*(int(part) for part in text.split(",")))
         except (ValueError, TypeError):
@@ -65,13 +59,7 @@ class Region:
         return cls(0, 0, size, size)
 
     def mask(self, shape: Shape) -> Mask:
-        """Return the region's pixels in an image of this shape.
-
-        Raises
-        ------
-        RenderError
-            When the region is empty or not inside the image.
-        """
+        """Return the region's pixels in an image of this shape, which it must lie in."""
         rows, columns = _rows_and_columns(shape)
         if not (0 <= self.left < self.right <= columns and 0 <= self.top < self.bottom <= rows):
             raise RenderError(
@@ -85,17 +73,12 @@ class Region:
 
 @dataclass(frozen=True)
 class Outline:
-    """Polygon in an image of any size, such as a rectangle or a lasso.
-
-    Attributes
-    ----------
-    points : tuple of (x, y)
-        Corners in order, to the right and down, as fractions of the side of the square in the
-        image's middle; they may lie outside the square, and outside the image. Without points
-        it is the whole image.
-    """
+    """Polygon in an image of any size, such as a rectangle or a lasso."""
 
     points: tuple[tuple[float, float], ...] = ()
+    """Corners in order, to the right and down, as fractions of the side of the square in the
+    image's middle; they may lie outside the square, and outside the image. Without points it is the
+    whole image."""
 
     @classmethod
     def rectangle(cls, left: float, top: float, right: float, bottom: float) -> Outline:
@@ -124,12 +107,8 @@ class Outline:
     def mask(self, shape: Shape) -> Mask:
         """Return the pixels whose centres lie inside, in an image of this shape.
 
-        An outline that is smaller than a pixel has the one nearest to its middle.
-
-        Raises
-        ------
-        RenderError
-            When the whole outline lies outside the image.
+        An outline that is smaller than a pixel has the one nearest to its middle. Raises
+        :class:`RenderError` when the whole outline lies outside the image.
         """
         if not self.points:
             return np.ones(_rows_and_columns(shape), dtype=bool)
@@ -155,12 +134,9 @@ def _rows_and_columns(shape: Shape) -> tuple[int, int]:
 
 
 def windows_of(mask: Mask) -> NDArray[np.int64]:
-    """Divide a mask into rectangles: the runs of pixels in each row.
+    """Divide a mask into rectangles, the runs of pixels in each row.
 
-    Returns
-    -------
-    ndarray of int64, shape (n, 4)
-        First row, row after the last, first column, column after the last.
+    Each row (4,) of the result: first row, row after the last, first column, column after the last.
     """
     padded = np.zeros((len(mask), mask.shape[1] + 2), dtype=np.int8)
     padded[:, 1:-1] = mask
@@ -173,10 +149,7 @@ def windows_of(mask: Mask) -> NDArray[np.int64]:
 def block_edges(size: int, block: int) -> list[int]:
     """Return the blocks' first pixels along an axis, and `size`; the last block may be smaller.
 
-    Raises
-    ------
-    RenderError
-        For a block size outside 1 to `size`.
+    Raises :class:`RenderError` for a block size outside 1 to `size`.
     """
     if not 1 <= block <= size:
         raise RenderError(f"Blocks of {block} pixels do not fit into {size}; give 1 to {size}.")

@@ -51,61 +51,39 @@ RENDERER_NAMES: dict[RendererName, str] = {"vtk": "VTK", "raycast": "ray caster"
 class Scene:
     """Everything that is fixed while a generator is trained.
 
-    Attributes
-    ----------
-    volume_name : str
-        Display name; volumes are identified by the fingerprint.
-    volume_fingerprint : str
-        :attr:`model.scene.volume.Volume.fingerprint` of the volume.
-    scalar_range : tuple of float
-        Range over which TFs lie, on the scale:
-        :attr:`model.scene.volume.Volume.scalar_range`. Voxels may lie beyond it; they look as
-        those at its ends do.
-    scalar_window : tuple of float
-        Range of the means of random opacity modes, on the scale.
-    image_size : int
-        Width and height of the colour image in pixels, 16 to 4096.
-    lighting : {"none", "direct", "soft", "path"}
-    light : LightDirection or None
-        None exactly when the lighting is "none".
-    light_range : LightRange or None
-        Range of a movable light; None for a fixed light or no light.
-    sample_distance : float
-        Distance between samples along a ray in voxels, 0.01 to 10.
-    renderer : {"vtk", "raycast"}
-        Renderer of the training images.
-    proportions : tuple of float
-        Lengths of the volume along x, y and z, relative to the diameter of its
-        bounding sphere. Scenes of earlier versions lack them and take the
-        sphere's bounding cube.
-    dimensions : tuple of int, or None
-        Voxels along x, y and z. Scenes of earlier versions lack them.
-    tf_family : {"paper", "drawn"}
-        Random TFs of the scene, see :mod:`model.scene.random_inputs`.
-    scale : {"linear", "log"}
-        Scale of the volume, of both ranges and of TFs.
-
-    Raises
-    ------
-    TfscopeError
-        For values that are out of range or inconsistent.
+    Raises :class:`TfscopeError` for values that are out of range or inconsistent.
     """
 
     volume_name: str = field(compare=False)
+    """Display name; volumes are identified by the fingerprint."""
     volume_fingerprint: str
+    """:attr:`model.scene.volume.Volume.fingerprint` of the volume."""
     scalar_range: Range
+    """Range over which TFs lie, on the scale: :attr:`model.scene.volume.Volume.scalar_range`.
+    Voxels may lie beyond it; they look as those at its ends do."""
     scalar_window: Range
+    """Range of the means of random opacity modes, on the scale."""
     image_size: int
+    """Width and height of the colour image in pixels, 16 to 4096."""
     lighting: Lighting = "none"
     light: LightDirection | None = None
+    """None exactly when the lighting is "none"."""
     light_range: LightRange | None = None
+    """Range of a movable light; None for a fixed light or no light."""
     sample_distance: float = 0.5
+    """Distance between samples along a ray in voxels, 0.01 to 10."""
     view_range: ViewRange = field(default_factory=ViewRange)
     renderer: RendererName = "vtk"
+    """Renderer of the training images."""
     proportions: Triple = (1.0, 1.0, 1.0)
+    """Lengths of the volume along x, y and z, relative to the diameter of its bounding sphere.
+    Scenes of earlier versions lack them and take the sphere's bounding cube."""
     dimensions: tuple[int, int, int] | None = None
+    """Voxels along x, y and z. Scenes of earlier versions lack them."""
     tf_family: TFFamily = "drawn"
+    """Random TFs of the scene, see :mod:`model.scene.random_inputs`."""
     scale: ValueScale = "linear"
+    """Scale of the volume, of both ranges and of TFs."""
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
@@ -173,17 +151,9 @@ class Scene:
     ) -> Scene:
         """Create the scene of a volume.
 
-        Parameters
-        ----------
-        scalar_window : tuple of float, or None
-            In the data's units; None for :func:`default_scalar_window`.
-        up : str
-            The view range's; empty for the volume's own, or the usual one.
-
-        Raises
-        ------
-        TfscopeError
-            For values that are out of range or inconsistent.
+        The window is in the data's units, by default that of :func:`default_scalar_window`; the up
+        axis of the view range is by default the volume's, or the usual one. Raises
+        :class:`TfscopeError` for values that are out of range or inconsistent.
         """
         return cls(
             volume_name=volume.name,
@@ -210,13 +180,7 @@ class Scene:
 
     @classmethod
     def from_json(cls, data: Any) -> Scene:
-        """Rebuild a scene from :meth:`to_json`'s data.
-
-        Raises
-        ------
-        TfscopeError
-            When the data is not a scene.
-        """
+        """Rebuild a scene from :meth:`to_json`'s data; raise :class:`TfscopeError` for other."""
         try:
             return build(cls, data, exact=True)
         except MalformedError as error:

@@ -63,13 +63,10 @@ def opacity_limits(opacity: OpacityTF, index: int) -> tuple[float, float]:
 def move_opacity_handles(
     opacity: OpacityTF, indices: Sequence[int], shift: float, lift: float
 ) -> OpacityTF:
-    """Move handles together, as far as all of them can go; see :func:`move_opacity_handle`.
+    """Move handles together by differences in value and opacity, as far as all of them can go.
 
-    Parameters
-    ----------
-    shift, lift : float
-        Differences in value and opacity. The ends of a free curve are not shifted where they
-        lie at an end of the range, or beyond it.
+    The ends of a free curve are not shifted where they lie at an end of the range, or beyond it.
+    See :func:`move_opacity_handle`.
     """
     handles = opacity_handles(opacity)
     lift = _within(lift, [(-handles[i][1], 1.0 - handles[i][1]) for i in indices])

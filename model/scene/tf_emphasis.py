@@ -40,14 +40,9 @@ TINY = 1e-12
 
 
 def add_mode(opacity: OpacityTF, value: float, width: float, height: float) -> OpacityTF:
-    """Add a mode; to a curve of points, add its shape.
+    """Add a mode of a height, 0 to 1; to a curve of points, add its shape.
 
-    Parameters
-    ----------
-    value, width : float
-        Mean and standard deviation of the mode, in the data's units.
-    height : float
-        Opacity at the mean, 0 to 1.
+    The width is its standard deviation, in the data's units.
     """
     mode = _mode(value, width, min(max(height, 0.0), 1.0))
     if not opacity.points:
@@ -64,18 +59,8 @@ def add_striking_mode(
     """Add a mode whose colour stands out from what an image region shows.
 
     What is opaque already keeps its colour: the mode's is mixed into that of the TF by their
-    opacities, so that an image changes by what the mode adds, and not by new colours.
-
-    Parameters
-    ----------
-    value : float
-        Mean of the mode, in the data's units.
-    width : float
-        Standard deviation of the mode, in the data's units.
-    height : float
-        Opacity at the mean, 0 to 1.
-    shown : ndarray, shape (n, 3)
-        Colours that the region shows now, in [0, 1].
+    opacities, so that an image changes by what the mode adds, and not by new colours. For value,
+    width and height see :func:`add_mode`; `shown` (n, 3) are the colours in the region, in [0, 1].
     """
     stops = _values_in_reach(tf.color, value, width)
     added = height * np.exp(-(((stops - value) / width) ** 2) / 2)
@@ -121,15 +106,10 @@ def _recolored(color: ColorTF, values: NDArray[np.float64], colors: NDArray[np.f
 
 
 def raise_value(opacity: OpacityTF, value: float, width: float) -> OpacityTF:
-    """Double the opacity around a value.
+    """Double the opacity around a value, with a standard deviation of a width in the data's units.
 
     Modes are raised whole, each by how much it contributes at the value, to 1 at most. Where no
     mode is near, one of opacity .05 is added.
-
-    Parameters
-    ----------
-    value, width : float
-        Middle and standard deviation of what is raised, in the data's units.
     """
     is_there = float(opacity(value)) > TINY if opacity.points else _is_near(opacity, value, width)
     if not is_there:
@@ -150,16 +130,11 @@ def raised(opacity: OpacityTF, factor: float) -> OpacityTF:
 
 
 def isolate_value(opacity: OpacityTF, value: float, width: float, reach: Range) -> OpacityTF:
-    """Keep the opacity of some values only.
+    """Keep the opacity of the values within reach only, with flanks of a width in the data's units.
 
-    Modes stay modes: those that lie among the values are kept as they are, the others as they
-    are between the values, where they are narrower modes. Of a curve the part between the
-    values is kept. Where there is nothing to keep, there is one mode.
-
-    Parameters
-    ----------
-    value, width : float
-        Among the values, and the width of a flank, in the data's units.
+    Modes stay modes: those that lie among the values are kept as they are, the others as they are
+    between the values, where they are narrower modes. Of a curve the part between the values is
+    kept. Where there is nothing to keep, there is one mode at the value.
     """
     if opacity.points and opacity(np.linspace(*reach, TF_SAMPLES)).max() > 0:
         return replace(opacity, points=_between(opacity, reach, width))

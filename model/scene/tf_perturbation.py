@@ -26,20 +26,11 @@ to the renderer's sensitivities rose from 0.19 for single bins to 0.61.
 
 
 def edit_around(value: float, scalar_range: Range, width: float) -> NDArray[np.float32]:
-    """Return a smooth edit around a scalar value, whose opacities add up to 1.
+    """Return a smooth edit (256,) around a scalar value, whose opacities add up to 1.
 
-    Parameters
-    ----------
-    value : float
-        In the data's units.
-    width : float
-        Standard deviation in bins; 0 for the nearest bin alone.
-
-    Returns
-    -------
-    ndarray of float32, shape (256,)
-        Cut off at the ends of the TF. A derivative along it is the entry, at the value's
-        bin, of :func:`response_to_edits`.
+    The width is a standard deviation in bins, 0 for the nearest bin alone. It is cut off at the
+    ends of the TF. A derivative along it is the entry, at the value's bin, of
+    :func:`response_to_edits`.
     """
     return edit_over((value, value), scalar_range, width)
 
@@ -47,19 +38,11 @@ def edit_around(value: float, scalar_range: Range, width: float) -> NDArray[np.f
 def edit_over(
     values: tuple[float, float], scalar_range: Range, width: float
 ) -> NDArray[np.float32]:
-    """Return a smooth edit over an interval of scalar values, whose opacities add up to 1.
+    """Return a smooth edit (256,) that has an interval of values in full; its opacities add up to
+    1.
 
-    Parameters
-    ----------
-    values : tuple of float
-        Lowest and highest value that the edit has in full, in the data's units.
-    width : float
-        Standard deviation of the flanks in bins; 0 for the interval's bins alone.
-
-    Returns
-    -------
-    ndarray of float32, shape (256,)
-        Cut off at the ends of the TF.
+    The width is the flanks' standard deviation in bins, 0 for the interval's bins alone. It is cut
+    off at the ends of the TF.
     """
     first, last = (_bin(value, scalar_range) for value in values)
     flat = np.zeros(TF_SAMPLES, dtype=np.float32)
@@ -70,16 +53,8 @@ def edit_over(
 def spaced_edits(width: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return smooth edits close enough for the responses between them to be interpolated.
 
-    Parameters
-    ----------
-    width : float
-        Standard deviation in bins; the edits are 2/3 of it apart, in whole bins.
-
-    Returns
-    -------
-    bins : ndarray of int64, shape (n,)
-        The edits' places, from the first bin of the TF to the last.
-    edits : ndarray of float32, shape (n, 256)
+    They are their places (n,), from the TF's first bin to its last, and opacities (n, 256). The
+    width is their standard deviation in bins; they are 2/3 of it apart, in whole bins.
     """
     spacing = max(1, math.ceil(2 * width / 3))
     count = -(-(TF_SAMPLES - 1) // spacing) + 1
@@ -105,20 +80,10 @@ def at_all_bins(bins: NDArray[np.int64], values: NDArray[np.floating]) -> NDArra
 
 
 def response_to_edits(slopes: NDArray[np.float32], width: float) -> NDArray[np.float32]:
-    """Convert derivatives by single bins to responses to smooth edits around each value.
+    """Convert derivatives (..., 256) by single bins to responses to smooth edits around each value.
 
-    Parameters
-    ----------
-    slopes : ndarray of float32, shape (..., 256)
-        Derivatives by each sample of the opacity TF.
-    width : float
-        Standard deviation of the edits in bins; 0 for single bins.
-
-    Returns
-    -------
-    ndarray of float32, shape (..., 256)
-        Responses to edits whose opacities add up to 1. Edits are cut off at the
-        ends of the TF.
+    The width is the edits' standard deviation in bins, 0 for single bins. Their opacities add up to
+    1; they are cut off at the ends of the TF.
     """
     if width == 0:
         return slopes

@@ -1,4 +1,4 @@
-"""Transfer functions to begin with, one per kind of data.
+"""Transfer functions to begin with, one per kind of data, and colour maps as colour TFs.
 
 Those for CT are given in Hounsfield units (HU). Where a volume's values are not HU, and
 for the other kinds, they are placed by the histogram: the peak of the background, and
@@ -37,19 +37,13 @@ _Stop = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Preset:
-    """A TF to begin with.
-
-    Attributes
-    ----------
-    name, explanation : str
-        For users.
-    tf : TransferFunction
-        Over the scalar range asked for.
-    """
+    """A TF to begin with."""
 
     name: str
     explanation: str
+    """For users."""
     tf: TransferFunction
+    """Over the scalar range asked for."""
 
 
 @dataclass(frozen=True)
@@ -154,16 +148,8 @@ def presets(
 ) -> list[Preset]:
     """Return TFs to begin with over a volume's scalar range, always in the same order.
 
-    Parameters
-    ----------
-    counts : ndarray of int64, shape (bins,)
-        Histogram of the volume.
-    edges : ndarray of float64, shape (bins + 1,)
-        Increasing.
-    units : str
-        Unit of the scalars; "HU" says that values are Hounsfield units.
-    scale : {"linear", "log"}
-        Scale of range and edges; on a logarithmic one no value is taken for HU.
+    The histogram has counts (bins,) between increasing edges (bins + 1,). The unit "HU" says that
+    values are Hounsfield units; on a logarithmic scale none is taken for HU.
     """
     marks = _landmarks(counts, edges)
     is_hu = scale == "linear" and looks_like_hu((float(edges[0]), float(edges[-1])), units)
@@ -199,29 +185,20 @@ def looks_like_hu(data_range: Range, units: str = "") -> bool:
 
 @dataclass(frozen=True)
 class _Landmarks:
-    """Values found in a histogram.
-
-    Attributes
-    ----------
-    peak, low : float
-        The background's most frequent value, and its end.
-    middle, high : float
-        Middle and almost largest value of the voxels above the background.
-    tissue : float
-        The highest value of those that are frequent above the background.
-    dense : float
-        The least value of the densest voxels: a fraction :data:`DENSE_SHARE` of all.
-    highest : float
-        The largest value of all.
-    """
+    """Values found in a histogram."""
 
     peak: float
     low: float
+    """The background's most frequent value, and its end."""
     middle: float
     high: float
+    """Middle and almost largest value of the voxels above the background."""
     tissue: float
+    """The highest value of those that are frequent above the background."""
     dense: float
+    """The least value of the densest voxels: a fraction :data:`DENSE_SHARE` of all."""
     highest: float
+    """The largest value of all."""
 
 
 def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landmarks:
@@ -273,3 +250,49 @@ def _tf(
     opacity = OpacityTF((min(lo, own[0]), max(hi, own[1])), points=points, scale=scale)
     color = ColorTF(opacity.scalar_range, stops)
     return fit_to_range(TransferFunction(opacity, color), scalar_range)
+
+
+COLOR_MAPS: dict[str, str] = {
+    "Viridis": "bids:viridis",
+    "Magma": "bids:magma",
+    "Inferno": "bids:inferno",
+    "Plasma": "bids:plasma",
+    "Cividis": "cividis:cividis",
+    "Batlow": "crameri:batlow",
+    "Grey": "matlab:gray",
+    "Blue, white, red (diverging)": "matplotlib:coolwarm",
+}
+"""Names of colour maps in `cmap`, by the names that users see."""
+
+MAP_STOPS = 9
+"""Number of stops of a colour TF made from a map: as many as a user can move."""
+
+
+def map_colors(name: str, count: int) -> NDArray[np.float64]:
+    """Return colours (count, 3), in [0, 1], spread evenly over a map of :data:`COLOR_MAPS`."""
+    # Imported here: the window is to start without it.
+    from cmap import Colormap
+
+    colors = Colormap(COLOR_MAPS[name])(np.linspace(0.0, 1.0, count))
+    return np.asarray(colors, dtype=np.float64)[:, :3].clip(0.0, 1.0)
+
+
+def color_tf_of_map(name: str, scalar_range: Range) -> ColorTF:
+    """Return a colour TF of nine stops, evenly over a range."""
+    lo, hi = scalar_range
+    values = [lo, *np.linspace(lo, hi, MAP_STOPS)[1:-1].tolist(), hi]
+    colors = map_colors(name, MAP_STOPS).tolist()
+    stops = tuple((v, r, g, b) for v, (r, g, b) in zip(values, colors, strict=True))
+    return ColorTF(scalar_range, stops)
+
+
+def reversed_colors(color: ColorTF) -> ColorTF:
+    """Return the colour TF mirrored in the middle of its range."""
+    lo, hi = color.scalar_range
+    # The ends stay exact; in a narrow range far from zero, lo + hi - hi would be rounded.
+    mirrored = {lo: hi, hi: lo}
+    stops = tuple(
+        (mirrored.get(value, min(max(lo + (hi - value), lo), hi)), *rgb)
+        for value, *rgb in reversed(color.stops)
+    )
+    return ColorTF(color.scalar_range, stops)  # type: ignore[arg-type]

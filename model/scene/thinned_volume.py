@@ -39,20 +39,15 @@ _OPAQUE = 1 - 1e-6
 
 @dataclass(frozen=True, eq=False)
 class ThinnedVolume:
-    """Every n-th voxel of a volume along each axis.
-
-    Attributes
-    ----------
-    levels : ndarray of uint16, shape (nz, ny, nx)
-        Scalar values as :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
-        once for each of these; hidden voxels have :data:`LEVELS` itself, which is transparent.
-    steps : tuple of float
-        Distance between two voxels along z, y and x, in units of the volume's voxel size.
-    """
+    """Every n-th voxel of a volume along each axis."""
 
     levels: NDArray[np.uint16]
+    """Scalar values as :data:`LEVELS` even steps over the scalar range, so that a TF is evaluated
+    once for each of these; hidden voxels have :data:`LEVELS` itself, which is transparent. Shape
+    (nz, ny, nx)."""
     scalar_range: Range
     steps: tuple[float, ...]
+    """Distance between two voxels along z, y and x, in units of the volume's voxel size."""
 
     @classmethod
     def of(cls, volume: Volume) -> ThinnedVolume:
@@ -105,16 +100,11 @@ class ThinnedVolume:
         return CropBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
 
     def shown_points(self, opacity: OpacityTF) -> NDArray[np.float64]:
-        """Return places around what an opacity TF shows: the ends of each row along x.
+        """Return places (n, 3) around what an opacity TF shows: the ends of each row along x.
 
-        A voxel is shown if it is not transparent, and lies in rays along at least two axes
-        that are not, either.
-
-        Returns
-        -------
-        ndarray of float64, shape (n, 3)
-            Fractions of the volume's lengths along x, y and z, without stray voxels: within
-            :meth:`shown_box`. The volume's corners where the TF shows nothing.
+        They are fractions of the volume's lengths along x, y and z, without stray voxels: within
+        :meth:`shown_box`; the volume's corners where the TF shows nothing. A voxel is shown if it
+        is not transparent, and lies in rays along at least two axes that are not, either.
         """
         box = self.shown_box(opacity)
         voxels = self._of_levels(opacity)[self.levels]

@@ -59,32 +59,18 @@ def values_at(places: ArrayLike, scale: ValueScale) -> NDArray[np.float64]:
 
 
 def place_of(value: float, scale: ValueScale) -> float:
-    """Return the place on a scale of a value in the data's own units.
-
-    Raises
-    ------
-    ValueError
-        For a value that has no logarithm, on a logarithmic scale.
-    """
+    """Return the place on a scale of a value in the data's own units; ValueError if it has none."""
     return value if scale == "linear" else math.log10(value)
 
 
 def logarithms(
     voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None
 ) -> NDArray[np.floating] | None:
-    """Return the decimal logarithms of voxels; None where fewer than two values have one.
+    """Decimal logarithms of voxels (nz, ny, nx), as floats; None where fewer than two values have
+    one.
 
-    Voxels of zero or below, which have none, get that of the smallest positive voxel.
-
-    Parameters
-    ----------
-    voxels : ndarray, shape (nz, ny, nx)
-    missing : ndarray of bool, shape (nz, ny, nx), or None
-        Voxels that do not count as the smallest.
-
-    Returns
-    -------
-    ndarray of float32 or float64, shape (nz, ny, nx), or None
+    Voxels of zero or below, which have none, get that of the smallest positive voxel that is not
+    missing.
     """
     lowest = math.inf
     for measured in Distribution(voxels, missing).planes():
@@ -131,12 +117,8 @@ def logarithmic_ticks(places: tuple[float, float], count: int = 6) -> list[tuple
     """Choose round values to label between two places on a logarithmic scale.
 
     Powers of ten where there are three of them, also 2 and 5 times these where there are three,
-    else values that are evenly spaced.
-
-    Returns
-    -------
-    list of (place, text)
-        Places from 0 at the lower end to 1 at the upper one, and the values there as text.
+    else values that are evenly spaced; each as its place, from 0 at the lower end to 1 at the upper
+    one, and its text.
     """
     lo, hi = places
     powers = np.arange(math.ceil(lo - 1e-9), math.floor(hi + 1e-9) + 1)

@@ -1,8 +1,7 @@
 """The view: its numbers, their camera basis, the networks' 5-vector, and upright frames.
 
-Every renderer takes its camera from :meth:`View.basis`, which is computed in
-closed form, without a cross product with an "up" vector, and is therefore not
-degenerate at the poles.
+Every renderer takes its camera from :meth:`View.basis`, which is computed in closed form, without a
+cross product with an "up" vector, and is therefore not degenerate at the poles.
 """
 
 from __future__ import annotations
@@ -30,13 +29,7 @@ def axis_labelled(label: str, labels: tuple[str, ...]) -> str:
 
 
 def axis_direction(axis: str) -> NDArray[np.float64]:
-    """Unit vector of an axis such as ``"-y"``, shape (3,).
-
-    Raises
-    ------
-    ViewError
-        When the text is not one of :data:`AXES`.
-    """
+    """Unit vector (3,) of an axis such as ``"-y"``; others than :data:`AXES` are a `ViewError`."""
     if axis not in AXES:
         raise ViewError(f"'{axis}' is not an axis; give one of {', '.join(AXES)}.")
     direction = np.zeros(3)
@@ -46,19 +39,10 @@ def axis_direction(axis: str) -> NDArray[np.float64]:
 
 @cache
 def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
-    """Axes in which the volume stands upright.
+    """Axes (3, 3) in which the volume stands upright; the identity for ``"+z"``.
 
-    Parameters
-    ----------
-    front : str
-        The axis that faces the camera at azimuth 0; where it is empty or along the up
-        axis, a usual one.
-
-    Returns
-    -------
-    ndarray of float64, shape (3, 3)
-        Rows are the upright frame's x, y and z in volume coordinates, determinant 1; the
-        identity for ``"+z"``.
+    Rows are the upright frame's x, y and z in volume coordinates, determinant 1. The front is the
+    axis that faces the camera at azimuth 0; where it is empty or along the up axis, a usual one.
     """
     z = axis_direction(up)
     if not front or front[1:] == up[1:]:
@@ -91,26 +75,18 @@ _IDENTITY = np.eye(3)
 
 @dataclass(frozen=True)
 class ViewRange:
-    """Range of views that generators are trained for.
-
-    Attributes
-    ----------
-    max_elevation : float
-        Elevations run over +- this angle, in degrees.
-    max_roll : float
-        Rolls run over +- this angle, in degrees.
-    nearest, farthest : float
-        Limits of the distance; at 1 the whole volume is in view.
-    up : str
-        The volume's axis that the angles are about, one of :data:`model.scene.view.AXES`:
-        without a roll, it points up in every image.
-    """
+    """Range of views that generators are trained for."""
 
     max_elevation: float = 80.0
+    """Elevations run over +- this angle, in degrees."""
     max_roll: float = 10.0
+    """Rolls run over +- this angle, in degrees."""
     nearest: float = 0.4
     farthest: float = 1.0
+    """Limits of the distance; at 1 the whole volume is in view."""
     up: str = DEFAULT_UP
+    """The volume's axis that the angles are about, one of :data:`model.scene.view.AXES`: without a
+    roll, it points up in every image."""
 
     def __post_init__(self) -> None:
         axis_direction(self.up)
@@ -129,38 +105,25 @@ class ViewRange:
 class View:
     """Position and roll of a camera that looks at the volume's centre.
 
-    At azimuth 0 and elevation 0 the camera is on the negative y axis with z up
-    (for a CT in patient coordinates, it faces the patient).
-
-    Attributes
-    ----------
-    azimuth : float
-        Rotation about the z axis, degrees, any finite value; 360 equals 0.
-    elevation : float
-        Angle above the xy plane, degrees, -90..90.
-    roll : float
-        Rotation about the line of sight, degrees; positive turns the camera
-        counter-clockwise, so that the image turns clockwise.
-    distance : float
-        Distance to the centre in units of the distance at which the volume's
-        bounding sphere just fills the image; > 0.
-    pan_x, pan_y : float
-        Place of the volume's centre in the image, to the right and up from its middle,
-        in halves of the image's shorter side. The picture is moved as a whole, without
-        turning the camera.
-
-    Raises
-    ------
-    ViewError
-        For values that are not finite or out of range.
+    At azimuth 0 and elevation 0 the camera is on the negative y axis with z up (for a CT in patient
+    coordinates, it faces the patient). Raises :class:`ViewError` for values that are not finite or
+    out of range.
     """
 
     azimuth: float = 0.0
+    """Rotation about the z axis, degrees, any finite value; 360 equals 0."""
     elevation: float = 0.0
+    """Angle above the xy plane, degrees, -90..90."""
     roll: float = 0.0
+    """Rotation about the line of sight, degrees; positive turns the camera counter-clockwise, so
+    that the image turns clockwise."""
     distance: float = 1.0
+    """Distance to the centre in units of the distance at which the volume's bounding sphere just
+    fills the image; > 0."""
     pan_x: float = 0.0
     pan_y: float = 0.0
+    """Place of the volume's centre in the image, to the right and up from its middle, in halves of
+    the image's shorter side. The picture is moved as a whole, without turning the camera."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -180,10 +143,7 @@ class View:
     def parse(cls, text: str) -> View:
         """Parse ``"AZ,EL,ROLL,DIST,X,Y"``; trailing numbers may be left out for their defaults.
 
-        Raises
-        ------
-        ViewError
-            When the text is not a view.
+        Raises :class:`ViewError` for anything else.
         """
         try:
             numbers = [float(part) for part in text.split(",")]
@@ -197,13 +157,9 @@ class View:
         return cls(*numbers)
 
     def basis(self) -> NDArray[np.float64]:
-        """Orthonormal camera axes.
+        """Orthonormal camera axes (3, 3), determinant 1.
 
-        Returns
-        -------
-        ndarray of float64, shape (3, 3)
-            Rows right, up and back (from the centre to the camera), in volume
-            coordinates, determinant 1.
+        Rows right, up and back (from the centre to the camera), in volume coordinates.
         """
         return _basis(self.azimuth, self.elevation, self.roll).copy()
 
@@ -215,15 +171,10 @@ class View:
         pan_x: float = 0.0,
         pan_y: float = 0.0,
     ) -> View:
-        """Rebuild a view from its camera axes; the inverse of :meth:`basis`.
+        """Rebuild a view from its camera axes (3, 3); the inverse of :meth:`basis`.
 
-        Angles are rounded to 1e-10 degrees, so that upright views have round numbers. At a
-        pole, where only azimuth and roll together are defined, the roll is 0.
-
-        Parameters
-        ----------
-        basis : ndarray of float64, shape (3, 3)
-            Rows right, up and back, orthonormal with determinant 1.
+        Angles are rounded to 1e-10 degrees, so that upright views have round numbers. At a pole,
+        where only azimuth and roll together are defined, the roll is 0.
         """
         right, _, back = basis
         level = math.hypot(back[0], back[1])
@@ -263,13 +214,10 @@ class View:
         return max(self.camera_distance(radius) - 1.01 * radius, 0.01 * radius)
 
     def vector(self, view_range: ViewRange) -> NDArray[np.float32]:
-        """Encode the view for the networks (paper, section 4).
+        """Encode the view for the networks (paper, section 4), shape (5,).
 
-        Returns
-        -------
-        ndarray of float32, shape (5,)
-            Elevation, cos azimuth, sin azimuth and roll about the range's up axis, and
-            distance, each in [-1, 1] over `view_range`. Views outside are not clipped.
+        Elevation, cos azimuth, sin azimuth and roll about the range's up axis, and distance, each
+        in [-1, 1] over `view_range`. Views outside are not clipped.
         """
         view = self.in_frame(upright_frame(view_range.up))
         sin_a, cos_a = _sin_cos(view.azimuth)

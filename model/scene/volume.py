@@ -12,27 +12,60 @@ import math
 import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
-from model.scene.file_facts import FileFacts
 from model.scene.value_scale import ValueScale, logarithms, value_at
+
+ChoiceKind = Literal["series", "array", "time", "channel", "component"]
+"""Along what a file holds more than one volume."""
+
+
+@dataclass(frozen=True)
+class Content:
+    """One of the volumes that a file or folder holds."""
+
+    kind: ChoiceKind
+    """What sets it apart from the others of the same kind."""
+    name: str
+    """The file's own name of it, or its number among those of its kind, from 0."""
+    dimensions: tuple[int, ...]
+    """Number of voxels along x, y and z."""
+    scalar_type: str
+    """NumPy's name of the type, for example ``"uint16"``."""
+    nbytes: int
+    """Size of the voxels, uncompressed."""
+    is_read: bool = False
+    """Whether it is the one that was read."""
+
+
+@dataclass(frozen=True)
+class FileFacts:
+    """What the file of a volume says about it; each part is empty where the file is silent."""
+
+    format: str = ""
+    """Name of the format, for example ``"NIfTI-1"``."""
+    spacing_unit: str = ""
+    """Unit of spacing and origin, for example ``"mm"``."""
+    directions: tuple[tuple[float, float, float], ...] = ()
+    """Unit vectors along the grid's axes x, y and z in the file's space."""
+    space: str = ""
+    """Directions of that space's axes in the patient, such as ``"LPS"``; empty for others."""
+    contents: tuple[Content, ...] = ()
+    """All that the file or folder holds, where that is more than one volume."""
+    is_labels: bool = False
+    """Whether the file declares its values to be labels, between which nothing lies."""
+
 
 Triple = tuple[float, float, float]
 
 
 class Geometry(Protocol):
-    """Geometry of values on a regular grid; a :class:`Volume` is one.
-
-    Attributes
-    ----------
-    dimensions : tuple of int
-        Number of values along x, y and z.
-    """
+    """Geometry of values on a regular grid, so many of them along x, y and z; a `Volume` is one."""
 
     @property
     def dimensions(self) -> tuple[int, int, int]: ...  # noqa: D102
@@ -57,66 +90,47 @@ LEAST_BIN = 1e-305
 class Volume:
     """A scalar field sampled on a regular, axis-aligned grid.
 
-    Attributes
-    ----------
-    voxels : ndarray, shape (nz, ny, nx)
-        Finite values of any real numeric type, x fastest, native byte order; as the file has
-        them. Renderers interpolate between them, and clamp to the scalar range afterwards.
-    spacing : tuple of float
-        Distance between voxel centres along x, y and z, each > 0.
-    origin : tuple of float
-        Position of the centre of voxel (0, 0, 0).
-    name : str
-        Display name, usually the file's stem.
-    units : str
-        Unit of the scalars, empty when unknown.
-    notes : tuple of str
-        Changes made by the file reader, each a sentence for the user.
-    up : str
-        Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown.
-    axis_labels : tuple of str
-        The patient's direction (R, L, A, P, S or I) that each of
-        :data:`~model.scene.view.AXES` points to; empty when unknown.
-    file : FileFacts
-        What the volume's file says beyond its voxels.
-    chosen_range : tuple of float, or None
-        A scalar range other than that of the voxels, see :meth:`over`.
-    missing : ndarray of bool, shape (nz, ny, nx), or None
-        True where nothing was measured; None where every voxel was. The voxels there are finite
-        numbers that mean nothing: no range, histogram, statistic or TF has them, and they are
-        transparent, see :attr:`hidden`. An array without True becomes None.
-    draws_missing : bool
-        Whether missing voxels are drawn all the same, as the numbers that are stored there;
-        see :meth:`drawing_missing`.
-    scale : {"linear", "log"}
-        "log" where the voxels are the logarithms of those of `linear`, see :meth:`on_scale`. All
-        that is said of voxels and ranges then holds on that scale.
-    stored : Volume or None
-        The same volume as it was read, of one whose scale is "log".
-
-    Raises
-    ------
-    VolumeError
-        When the array is not 3-D, has an axis shorter than two voxels, is not
-        numeric, not finite or constant, when the spacing is not positive, when all voxels are
-        missing or the missing ones have another shape, or when the chosen range does not
-        increase or holds none of the voxels' values.
+    Raises :class:`VolumeError` when the array is not 3-D, has an axis shorter than two voxels, is
+    not numeric, not finite or constant, when the spacing is not positive, when all voxels are
+    missing or the missing ones have another shape, or when the chosen range does not increase or
+    holds none of the voxels' values.
     """
 
     voxels: NDArray[np.generic]
+    """Finite values of any real numeric type, x fastest, native byte order; as the file has them.
+    Renderers interpolate between them, and clamp to the scalar range afterwards. Shape (nz, ny,
+    nx)."""
     spacing: Triple = (1.0, 1.0, 1.0)
+    """Distance between voxel centres along x, y and z, each > 0."""
     origin: Triple = (0.0, 0.0, 0.0)
+    """Position of the centre of voxel (0, 0, 0)."""
     name: str = "volume"
+    """Display name, usually the file's stem."""
     units: str = ""
+    """Unit of the scalars, empty when unknown."""
     notes: tuple[str, ...] = field(default=())
+    """Changes made by the file reader, each a sentence for the user."""
     up: str = ""
+    """Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown."""
     axis_labels: tuple[str, ...] = field(default=())
+    """The patient's direction (R, L, A, P, S or I) that each of :data:`~model.scene.view.AXES`
+    points to; empty when unknown."""
     file: FileFacts = field(default=FileFacts())
+    """What the volume's file says beyond its voxels."""
     chosen_range: Range | None = None
+    """A scalar range other than that of the voxels, see :meth:`over`."""
     missing: NDArray[np.bool_] | None = None
+    """True where nothing was measured; None where every voxel was. The voxels there are finite
+    numbers that mean nothing: no range, histogram, statistic or TF has them, and they are
+    transparent, see :attr:`hidden`. An array without True becomes None. Shape (nz, ny, nx)."""
     draws_missing: bool = False
+    """Whether missing voxels are drawn all the same, as the numbers that are stored there; see
+    :meth:`drawing_missing`."""
     scale: ValueScale = "linear"
+    """It is "log" where the voxels are the logarithms of those of `linear`, see :meth:`on_scale`.
+    All that is said of voxels and ranges then holds on that scale."""
     stored: Volume | None = None
+    """The same volume as it was read, of one whose scale is "log"."""
 
     def __post_init__(self) -> None:
         voxels = self.voxels
@@ -162,21 +176,11 @@ class Volume:
     def over(self, scalar_range: Range, scale: ValueScale | None = None) -> Volume:
         """Return the same volume over another scalar range, and on another scale on demand.
 
-        TFs then lie over that range, and values beyond it look as those at its ends do. The
-        voxels are shared, and so is what was computed of them, such as the fingerprint.
-
-        Parameters
-        ----------
-        scalar_range : tuple of float
-            Lowest and highest value, on the scale. It may reach beyond the voxels'
-            range; :attr:`data_range` gives back what the volume was at first.
-        scale : {"linear", "log"} or None
-            See :meth:`on_scale`; None for the present one.
-
-        Raises
-        ------
-        VolumeError
-            When the range is not increasing, not finite, or holds none of the voxels' values.
+        TFs then lie over that range, and values beyond it look as those at its ends do. It may
+        reach beyond the voxels' range; :attr:`data_range` gives back what the volume was at first.
+        The voxels are shared, and so is what was computed of them, such as the fingerprint. Raises
+        :class:`VolumeError` when the range is not increasing, not finite, or holds none of the
+        voxels' values.
         """
         if scale is not None and scale != self.scale:
             return self.on_scale(scale).over(scalar_range)
@@ -198,12 +202,8 @@ class Volume:
 
         On a logarithmic one the voxels are floating-point numbers: the decimal logarithms of the
         values. Zero and what lies below it have none; they look as the smallest positive voxel
-        does, at the range's start.
-
-        Raises
-        ------
-        VolumeError
-            When no two different values have a logarithm.
+        does, at the range's start. Raises :class:`VolumeError` when no two different values have a
+        logarithm.
         """
         if scale == self.scale:
             return self
@@ -339,20 +339,10 @@ class Volume:
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Count voxels per scalar value, over the scalar range, without those that are missing.
 
-        Parameters
-        ----------
-        bins : int
-            Number of equal bins over the scalar range; the most there are where the voxels are
-            whole numbers, as each bin then holds equally many of these.
-        beyond : bool
-            Whether to go on beyond the scalar range to the smallest and largest voxel, by up to
-            so many bins on each side again. These may be wider than those over the range.
-
-        Returns
-        -------
-        counts : ndarray of int64, shape (n,)
-        edges : ndarray of float64, shape (n + 1,)
-            In the data's own units.
+        There are so many equal bins over the range; fewer where the voxels are whole numbers, as
+        each bin then holds equally many of these. Beyond the range, to the smallest and largest
+        voxel, there may be up to so many on each side again, and wider ones. Returns counts (n,)
+        and edges (n + 1,), in the data's own units.
         """
         edges = self.distribution.edges(self.scalar_range, bins, beyond)
         return self.distribution.histogram(edges), edges

@@ -22,7 +22,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import EDIT_WIDTH, response_to_edits
 from model.scene.volume import Volume
-from model.sensitivity.cosine import cosine
+from model.sensitivity.display import cosine
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
 from model.sensitivity.learned import Sensitivity
 
@@ -63,16 +63,10 @@ def sensitivity_agreement(
     samples: Sequence[SceneInputs],
     on_progress: Callable[[int], None] = lambda done: None,
 ) -> HoldoutAgreement:
-    """Compare a generator's sensitivities with the renderer's.
+    """Compare a generator's sensitivities with the renderer's, on samples not used for training.
 
-    Parameters
-    ----------
-    generator : Generator
-        Of a scene whose images have an exact derivative; others raise :class:`RenderError`.
-    samples : sequence of SceneInputs
-        Views and TFs that were not used for training.
-    on_progress : callable
-        Called with the number of samples compared so far.
+    A scene whose images have no exact derivative is a :class:`RenderError`. `on_progress` is called
+    with the number of samples compared so far.
     """
     scene = generator.scene
     size = scene.image_size

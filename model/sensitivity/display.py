@@ -7,6 +7,7 @@ diverging one; both are perceptually uniform and safe for the colour-blind.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
 
@@ -69,14 +70,8 @@ def shown_responses(
 ) -> NDArray[np.float64]:
     """Convert a region's responses to the displayed unit: the change of its pixels' RMS value.
 
-    Parameters
-    ----------
-    responses : ndarray, shape (256,)
-        Change of a norm over the region's colours, per unit of opacity.
-    pixels : int
-        Number of the region's pixels.
-    width : float
-        Standard deviation of the edits in bins.
+    Responses (256,) are changes of a norm over the colours of so many pixels, per unit of opacity;
+    the width is the edits' standard deviation in bins.
     """
     middle = edit_around(0.5, (0.0, 1.0), width)
     return np.asarray(responses, dtype=np.float64) * per_small_edit(middle) / np.sqrt(3 * pixels)
@@ -177,16 +172,9 @@ def overlay_globally(
 
     Section 5.1.2 of the paper colours the field of a selected value by the range over the fields of
     all values, so that colours compare between selections, and maps the field's own range to
-    opacity, so that where a weak field is strongest can be seen.
-
-    Parameters
-    ----------
-    field : ndarray, shape (S, S)
-        Of changes or signed ones, whose size is shown; in the displayed unit.
-    scale : float
-        Value of full opacity: the end of the selected field's scale.
-    whole : float
-        Value of the last colour; see :func:`global_scale`.
+    opacity, so that where a weak field is strongest can be seen. So full opacity is at `scale`, the
+    end of the selected field's, and the last colour at `whole`, see :func:`global_scale`; all are
+    in the displayed unit, of which the size is shown.
     """
     strength = np.abs(np.nan_to_num(field))
     table = _table("all values")
@@ -201,3 +189,32 @@ def _over_gray(
 ) -> NDArray[np.float64]:
     gray = BACKDROP * np.clip(image, 0, 1).mean(axis=-1, keepdims=True)
     return np.asarray(gray * (1 - alpha) + colors * alpha)
+
+
+NEGLIGIBLE = 1e-10
+"""Norm of displayed responses up to which they are rounding."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """Cosine of two responses, 1 for one shape, and the learned one's norm in units of the exact
+    one's.
+    """
+
+    cosine: float
+    strength: float
+
+
+def cosine(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:
+    """Cosine similarity of two vectors; 0 if either is zero."""
+    a, b = one.astype(np.float64), other.astype(np.float64)
+    norms = np.linalg.norm(a) * np.linalg.norm(b)
+    return float(a @ b / norms) if norms > 0 else 0.0
+
+
+def agreement(learned: NDArray[np.float64], exact: NDArray[np.float64]) -> Agreement | None:
+    """Compare responses in the displayed unit; None where they are but rounding."""
+    own, true = float(np.linalg.norm(learned)), float(np.linalg.norm(exact))
+    if max(own, true) < NEGLIGIBLE:
+        return None
+    return Agreement(cosine(learned, exact), own / true if true > 0 else np.inf)

@@ -1,8 +1,7 @@
 """Exact sensitivity of rendered images to the opacity TF, a reference for generators.
 
-Sensitivity is the derivative of the l2 norm of an image region's colours by
-the 256 values of the opacity TF (paper, Eq. 11, with the renderer in place of
-the network).
+Sensitivity is the derivative of the l2 norm of an image region's colours by the 256 values of the
+opacity TF (paper, Eq. 11, with the renderer in place of the network).
 """
 
 from __future__ import annotations
@@ -38,11 +37,6 @@ def region_sensitivity(
     It is per unit of opacity; 0 for a black region, whose norm has no derivative. With sample
     distances below one voxel, opacities are clamped to 1 - 1/510, as the derivative diverges at 1.
     Raises :class:`RenderError` for a region outside the image, or a light without exact derivative.
-
-    Parameters
-    ----------
-    size : int or Raster
-        Width and height of the image in pixels, or the pixels of a wider one.
     """
     windows = windows_of(region.mask(Raster.of(size).shape))
     gradient, energy = renderer.differentiate_together(inputs, size, windows)

@@ -22,7 +22,7 @@ from torch.autograd import forward_ad
 from torch.autograd.functional import jacobian
 
 from model.generator.generator import Generator, panned, unpanned
-from model.networks.encoding import EncodedInputs, decode_unit
+from model.networks.generator_network import EncodedInputs, decode_unit
 from model.scene.inputs import SceneInputs
 from model.scene.region import ImageRegion, Mask, Region, block_edges
 from model.scene.tf_perturbation import (

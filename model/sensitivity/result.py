@@ -25,51 +25,36 @@ NUMBER_SUFFIXES = (".npz", ".csv")
 
 @dataclass(frozen=True, eq=False)
 class SensitivityResult:
-    """The sensitivity of one image, for edits whose 256 opacities add up to 1.
-
-    Attributes
-    ----------
-    scalar_window : tuple of float
-        Values of interest; those of the background may be 100 times as sensitive.
-    units : str
-        Unit of the scalars; may be empty.
-    opacity : ndarray of float32, shape (256,)
-        The opacity TF, at scalar values evenly spaced over the range.
-    image : ndarray of float32, shape (S, S, 3)
-    sensitivity : ndarray of float32
-        Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI.
-    width : float
-        Standard deviation of the edits in bins.
-    source : str
-        Who computed it, for titles, such as "exact, by the ray caster".
-    place : str
-        The region or the values, for titles.
-    pixels : int
-        Number of the region's or of a block's pixels.
-    edit : ndarray of float32, shape (256,), optional
-        The edit of a value's sensitivity.
-    colors : ndarray of float32, shape (256, 3), optional
-        The colour TF, for figures.
-    whole_scale : float, optional
-        End of the scale of all values' fields, where a value's field is to be coloured by it;
-        see :func:`model.sensitivity.display.global_scale`.
-    """
+    """The sensitivity of one image, for edits whose 256 opacities add up to 1."""
 
     kind: Kind
     scalar_range: Range
     scalar_window: Range
+    """Values of interest; those of the background may be 100 times as sensitive."""
     units: str
+    """Unit of the scalars; may be empty."""
     opacity: NDArray[np.float32]
+    """The opacity TF, at scalar values evenly spaced over the range. Shape (256,)."""
     image: NDArray[np.float32]
+    """Shape (S, S, 3)."""
     sensitivity: NDArray[np.float32]
+    """Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI."""
     width: float
+    """Standard deviation of the edits in bins."""
     measure: Measure
     source: str
+    """Who computed it, for titles, such as "exact, by the ray caster"."""
     place: str
+    """The region or the values, for titles."""
     pixels: int
+    """Number of the region's or of a block's pixels."""
     edit: NDArray[np.float32] | None = None
+    """The edit of a value's sensitivity. Shape (256,)."""
     colors: NDArray[np.floating] | None = None
+    """The colour TF, for figures. Shape (256, 3)."""
     whole_scale: float | None = None
+    """End of the scale of all values' fields, where a value's field is to be coloured by it; see
+    :func:`model.sensitivity.display.global_scale`."""
     scale: ValueScale = "linear"
 
     @property

@@ -15,22 +15,15 @@ from model.sensitivity.display import SMALL_EDIT, shown_field
 
 @dataclass(frozen=True, eq=False)
 class WhatIf:
-    """An edit, rendered.
-
-    Attributes
-    ----------
-    image, difference : ndarray of float32, shape (S, S, 3)
-        With the edit, and its difference from the image without it.
-    rmse : float
-        Of the difference, over the region that was asked for.
-    predicted : float or None
-        `rmse` to first order; None if unknown.
-    """
+    """An edit, rendered."""
 
     image: NDArray[np.float32]
     difference: NDArray[np.float32]
+    """With the edit, and its difference from the image without it. Shape (S, S, 3)."""
     rmse: float
+    """Of the difference, over the region that was asked for."""
     predicted: float | None = None
+    """`rmse` to first order; None if unknown."""
 
 
 def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import adaptive_avg_pool2d
 
-from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import EncodedInputs
 from model.samples.sample_store import SampleBatch
 from model.scene.scene import Scene
 

@@ -13,8 +13,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from model.networks.encoding import decode_unit
-from model.networks.generator_network import LatentCodec
+from model.networks.generator_network import LatentCodec, decode_unit
 from model.samples.sampling import EDIT_HEIGHT, draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch

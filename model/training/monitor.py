@@ -1,7 +1,8 @@
-"""Records of a training run for users: hold-out metrics, learning curve and image sheets."""
+"""What is measured in a training run: hold-out metrics, curve, image sheets, and collapse."""
 
 from __future__ import annotations
 
+import copy
 import csv
 import io
 import math
@@ -13,15 +14,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from skimage.io import imsave
-from torch import Tensor
+from torch import Tensor, nn
 from torch.nn.functional import adaptive_avg_pool2d
+from torch.optim.swa_utils import update_bn
 
 from model import metrics
 from model.files import write_atomically
-from model.networks.encoding import decode_unit
-from model.networks.generator_network import GeneratorNetwork
+from model.networks.generator_network import GeneratorNetwork, decode_unit
 from model.networks.size import NetworkSize
-from model.training.batch import encode_batch
+from model.training.batch import EncodedBatch, encode_batch
 from model.training.sources import SampleSource
 from model.training.stage import Losses, Stage, StepResult
 from model.training.state import Progress
@@ -264,3 +265,41 @@ def _alike(stage: Stage, metrics: dict[str, float]) -> Trouble | None:
 def _slower(stage: Stage) -> str:
     """Return a setting of the recipe with a quarter of the stage's learning rate."""
     return f"{stage.name}.learning_rate={stage.stage.learning_rate / 4:g}"
+
+
+NORM_SAMPLES = 64
+"""Number of training samples; with thousands of pixels each, more made no difference."""
+
+NORM_BATCH = 16
+
+
+class BatchNormRecalibration:
+    """Recomputes a generator's batch-norm statistics on a fixed set of training samples.
+
+    During training the weights fluctuate about their average, which adds to the variance of layer
+    outputs. The averaged network lacks this variance, but averaged statistics include it and
+    scale its outputs down too far, the more so the higher the learning rate.
+    """
+
+    def __init__(self, source: SampleSource, size: NetworkSize, device: torch.device) -> None:
+        samples = source.first("train", NORM_SAMPLES)
+        batch = encode_batch(samples, source.scene, size.opacity_size, device)
+        self._batches = batch.parts(-(-len(batch) // NORM_BATCH))
+
+    def of(self, generator: GeneratorNetwork) -> GeneratorNetwork:
+        """Return a recalibrated copy of a generator, in evaluation mode."""
+        own = copy.deepcopy(generator)
+        update_bn(self._batches, _Decoding(own))
+        return own.eval()
+
+
+class _Decoding(nn.Module):
+    """Adapter that calls a generator with a whole batch, as :func:`update_bn` does."""
+
+    def __init__(self, generator: GeneratorNetwork) -> None:
+        super().__init__()
+        self.generator = generator
+
+    def forward(self, batch: EncodedBatch) -> tuple[torch.Tensor, torch.Tensor]:
+        images: tuple[torch.Tensor, torch.Tensor] = self.generator(batch.inputs)
+        return images

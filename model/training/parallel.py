@@ -1,9 +1,8 @@
 """Data-parallel training of one generator by several processes started by ``torchrun``.
 
-Each rank renders its own samples and has its own networks; gradients are
-averaged before every step, so that the weights stay equal. The first rank
-decides, measures and writes. Without a process group there is one rank, and
-these functions have no effect.
+Each rank renders its own samples and has its own networks; gradients are averaged before every
+step, so that the weights stay equal. The first rank decides, measures and writes. Without a process
+group there is one rank, and these functions have no effect.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from model.networks.path_light_network import (
     permuted,
 )
 from model.samples.path_light_pairs import FEW, Pairs
-from model.training.averaging import EMA
+from model.training.stage import EMA
 
 SHARES = (0.5, 0.25, 0.25)
 """Of the numbers of samples in :data:`model.samples.path_light_pairs.FEW` among what is learned."""

@@ -6,12 +6,13 @@ gradient does not vanish where a sigmoid saturates.
 
 from __future__ import annotations
 
+import copy
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic
 
 import torch
 from torch import Tensor, nn
@@ -19,14 +20,40 @@ from torch.nn.functional import binary_cross_entropy_with_logits
 from torch.nn.utils import clip_grad_norm_
 
 from model.errors import TrainingError
-from model.networks.blocks import kaiming_init, place
+from model.networks.blocks import Network, kaiming_init, place
 from model.networks.names import Precision
 from model.networks.size import NetworkSize
-from model.training.averaging import EMA
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
 from model.training.options import StageOptions, TrainingOptions
 from model.training.parallel import average_gradients, ranks
+
+
+class EMA(Generic[Network]):
+    """Exponential moving average (EMA) of a network, used for evaluation and saved models.
+
+    The average, `network`, is a copy in evaluation mode, without gradients. `decay` is the weight
+    of the previous average per update, in [0, 1); the first updates use a smaller one, to forget
+    the initial weights soon.
+    """
+
+    def __init__(self, network: Network, decay: float) -> None:
+        self.network = copy.deepcopy(network).eval().requires_grad_(False)
+        self.decay = decay
+
+    @torch.no_grad()
+    def update(self, network: Network, step: int) -> None:
+        """Update the average with weights and statistics after an optimization step, from 0."""
+        decay = min(self.decay, (1 + step) / (10 + step))
+        pairs = list(
+            zip(self.network.state_dict().values(), network.state_dict().values(), strict=True)
+        )
+        ours, theirs = zip(*(p for p in pairs if p[0].is_floating_point()), strict=True)
+        torch._foreach_lerp_(list(ours), list(theirs), 1 - decay)
+        for count, newest in pairs:
+            if not count.is_floating_point():
+                count.copy_(newest)
+
 
 Losses = dict[str, float]
 
@@ -63,27 +90,15 @@ class Setup:
 class Stage(ABC):
     """Training of a generator, by losses and, if there is one, against a discriminator.
 
-    Subclasses define the generated image, the networks' inputs and the
-    generator's losses besides the adversarial one.
+    Subclasses define the generated image, the networks' inputs and the generator's losses besides
+    the adversarial one. `name` also names the stage's :class:`StageOptions` in the recipe;
+    `image_size` is that of the colour images it learns, if smaller than the scene's. `steps` counts
+    optimization steps. Each batch is split into `parts`, accumulating gradients; more than 1 after
+    memory has run out. Batch-norm statistics are then those of the parts.
 
-    Attributes
-    ----------
-    name : str
-        Also names the stage's :class:`StageOptions` in the recipe.
-    image_size : int or None
-        Width and height of the colour images it learns, if smaller than the scene's.
-    average : EMA
-        Average of the generator, for evaluation and saved models.
-    steps : int
-        Number of optimization steps done.
-    parts : int
-        Number of parts that each batch is split into, accumulating gradients;
-        more than 1 after memory has run out. Batch-norm statistics are then
-        those of the parts.
-    recorded : bool
-        Whether steps without a discriminator are recorded once, as a CUDA graph, and then
-        repeated, as on a GPU: a step is thousands of small kernels, and starting each of them
-        from Python takes longer than they do.
+    Where `recorded`, as on a GPU, steps without a discriminator are recorded once, as a CUDA graph,
+    and then repeated: a step is thousands of small kernels, and starting each of them from Python
+    takes longer than they do.
     """
 
     name: str

@@ -15,17 +15,20 @@ from torch.nn.functional import l1_loss
 
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import Precision
-from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
-from model.networks.paper.translation import TranslationDiscriminator, TranslationGenerator
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.paper import (
+    OpacityDiscriminator,
+    OpacityGenerator,
+    TranslationDiscriminator,
+    TranslationGenerator,
+    TwoStageGenerator,
+)
 from model.networks.size import NetworkSize
 from model.scene.inputs import condition_numbers
 from model.scene.scene import Scene
-from model.training.averaging import EMA
 from model.training.batch import EncodedBatch
 from model.training.codec_loss import CodecLoss
 from model.training.options import TrainingOptions
-from model.training.stage import Setup, Stage
+from model.training.stage import EMA, Setup, Stage
 
 
 def _l1(fake: Tensor, real: Tensor) -> Tensor:

@@ -1,9 +1,8 @@
 """The training run: all stages in one loop that can stop and resume after any step.
 
-A run is stored in a folder: ``training.json`` with its tensors (the resumable
-state), ``log.csv``, ``sheets/`` with images, and, from the first checkpoint of a
-stage that trains whole colour images, the model itself, which the window can open
-during training.
+A run is stored in a folder: ``training.json`` with its tensors (the resumable state), ``log.csv``,
+``sheets/`` with images, and, from the first checkpoint of a stage that trains whole colour images,
+the model itself, which the window can open during training.
 """
 
 from __future__ import annotations
@@ -18,21 +17,32 @@ from pathlib import Path
 
 import numpy as np
 
-from model.devices import choose_device
 from model.errors import CollapseError, TrainingError
 from model.files import free_space
+from model.networks.blocks import choose_device
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
 from model.networks.generator_network import GeneratorNetwork
 from model.samples.sample_store import SampleStore
 from model.scene.volume import Volume
 from model.training import parallel
-from model.training.averaging import BatchNormRecalibration
 from model.training.batch import EncodedBatch, encode_batch
-from model.training.job import TrainingJob
-from model.training.monitor import MEASURES, CollapseGuard, HoldoutProbe, RunLog, Trouble
-from model.training.plan import TrainingPlan, TrainingReport, WarmStart, check_image_size
-from model.training.precision import choose_precision
+from model.training.monitor import (
+    MEASURES,
+    BatchNormRecalibration,
+    CollapseGuard,
+    HoldoutProbe,
+    RunLog,
+    Trouble,
+)
+from model.training.options import TrainingJob
+from model.training.plan import (
+    TrainingPlan,
+    TrainingReport,
+    WarmStart,
+    check_image_size,
+    choose_precision,
+)
 from model.training.sources import SampleSource, StoredSource, StreamSource
 from model.training.stage import Losses, Stage
 from model.training.stages import Schedule
@@ -59,18 +69,13 @@ def train(
 ) -> None:
     """Train until the budget is used.
 
-    `on_report` is called after each optimization step. If it raises :class:`KeyboardInterrupt`,
-    the run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved.
+    `on_report` is called after each optimization step. If it raises :class:`KeyboardInterrupt`, the
+    run is saved and ends, as after Ctrl-C; pressed again, that ends it at once and unsaved.
 
-    Raises
-    ------
-    CollapseError
-        When a loss is no longer finite, or when codes or images collapse.
-    TrainingError
-        When the folder holds a run (or, resuming, none or another one), when another process
-        trains there, or when the folder cannot be written.
-    DatasetError
-        When there are too few samples.
+    Raises :class:`CollapseError` when a loss is no longer finite, or when codes or images collapse;
+    :class:`TrainingError` when the folder holds a run (or, resuming, none or another one), when
+    another process trains there, or when the folder cannot be written; :class:`DatasetError` when
+    there are too few samples.
     """
     try:
         with nullcontext() if parallel.rank() else training_in(plan.folder):

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content, FileFacts
-from model.scene.volume import Triple
+from model.scene.volume import Content, FileFacts, Triple
 from model.volume_files.checks import check_grid, times, unsupported
 from model.volume_files.choice import AskedKind, Choice, choice_notes, chosen, chosen_index, content
 from model.volume_files.conventions import (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from model.errors import VolumeError
-from model.scene.file_facts import ChoiceKind, Content
+from model.scene.volume import ChoiceKind, Content
 from model.volume_files.checks import times
 
 AskedKind = Literal["series", "array", "time", "channel"]

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from model.scene.file_facts import Content
-from model.scene.volume import Volume
+from model.scene.volume import Content, Volume
 from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import SINGULARS
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content
+from model.scene.volume import Content
 from model.volume_files.checks import log_of, slices_in, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
 from model.volume_files.dicom_stack import Stack, stacks_of

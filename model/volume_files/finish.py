@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content
 from model.scene.view import axis_labelled
-from model.scene.volume import Triple, Volume, is_resolved
+from model.scene.volume import Content, Triple, Volume, is_resolved
 from model.volume_files.frame import typed_spacing
 from model.volume_files.grid import Grid
 

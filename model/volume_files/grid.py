@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.file_facts import FileFacts
-from model.scene.volume import Triple
+from model.scene.volume import FileFacts, Triple
 
 
 @dataclass(frozen=True, eq=False)

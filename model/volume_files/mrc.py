@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.scene.file_facts import FileFacts
+from model.scene.volume import FileFacts
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, log_of, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen

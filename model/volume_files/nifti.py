@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import FileFacts
-from model.scene.volume import Triple
+from model.scene.volume import FileFacts, Triple
 from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, errors_of, unsupported

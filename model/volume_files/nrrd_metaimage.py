@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content, FileFacts
+from model.scene.volume import Content, FileFacts
 from model.volume_files.blocks import Block, Encoding, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen

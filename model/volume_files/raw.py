@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import FileFacts
-from model.scene.volume import Triple
+from model.scene.volume import FileFacts, Triple
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, readable_size, times, unreadable
 from model.volume_files.frame import usable_spacing

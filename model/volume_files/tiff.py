@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.scene.file_facts import Content, FileFacts
+from model.scene.volume import Content, FileFacts
 from model.volume_files.checks import (
     check_grid,
     check_present,

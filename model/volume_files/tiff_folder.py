@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content, FileFacts
+from model.scene.volume import Content, FileFacts
 from model.volume_files.checks import check_grid, slices_in, times
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, content, contents
 from model.volume_files.frame import usable_spacing

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.file_facts import Content, FileFacts
+from model.scene.volume import Content, FileFacts
 from model.volume_files.arrays import is_auxiliary
 from model.volume_files.checks import check_grid, check_present, damaged, truncated
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index

@@ -10,13 +10,12 @@ from typing import get_args
 
 import torch
 
-from model.devices import choose_device
 from model.generator.backends import Backend, make_decode, obstacle
-from model.networks.blocks import place
+from model.networks.blocks import choose_device, place
 from model.networks.checkpoint import load_model
-from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import EncodedInputs
 from model.networks.names import BackendName
-from model.networks.paper.two_stage import build_generator
+from model.networks.paper import build_generator
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.training.options import PRESETS

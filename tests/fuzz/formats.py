@@ -193,7 +193,7 @@ def _scene():
 def _make_model(folder: Path) -> list[Path]:
     from model.networks.card import ModelCard
     from model.networks.checkpoint import save_model
-    from model.networks.paper.two_stage import build_generator
+    from model.networks.paper import build_generator
     from model.networks.size import NetworkSize
 
     size, scene = NetworkSize(0.05, 16, 16), _scene()

@@ -2,7 +2,7 @@ import torch
 from torch import nn
 
 from model.networks.blocks import kaiming_init
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.paper import TwoStageGenerator
 from model.networks.size import NetworkSize
 
 SIZE = NetworkSize(0.125, 32, 64)

@@ -5,7 +5,7 @@ import ot
 import pytest
 
 from model import metrics
-from model.scene.color_maps import rgb_to_lab
+from model.scene.inputs import rgb_to_lab
 
 RNG = np.random.default_rng(0)
 NOISE = RNG.random((32, 32, 3))

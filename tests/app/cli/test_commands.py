@@ -23,8 +23,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import OpacityTF, TransferFunction
 from model.scene.view import View
-from model.training.job import TrainingJob
-from model.training.options import TrainingOptions
+from model.training.options import TrainingJob, TrainingOptions
 from model.volume_files import read_volume
 
 RANGE = (0.0, 255.0)

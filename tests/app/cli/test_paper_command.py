@@ -13,7 +13,7 @@ from model.evaluation.study import STUDIES
 from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.paper import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.volume_files import read_volume

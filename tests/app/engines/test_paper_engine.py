@@ -21,7 +21,7 @@ from model.errors import NotOfferedError
 from model.generator.generator import Generator
 from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.paper import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs

@@ -10,7 +10,7 @@ from app.state.sensitivity_answers import Answer, displayed
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.view import View
-from model.sensitivity.cosine import agreement
+from model.sensitivity.display import agreement
 
 
 def answered(size: int, strength: float, shift: float = 0.0) -> NDArray[np.float64]:

@@ -10,8 +10,7 @@ from window_fakes import make_volume
 
 from app.window.volume_dialogs import ContentsDialog
 from model.errors import VolumeError
-from model.scene.file_facts import Content, FileFacts
-from model.scene.volume import Volume
+from model.scene.volume import Content, FileFacts, Volume
 from model.volume_files.choice import Choice
 
 ARRAYS = (

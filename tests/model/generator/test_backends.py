@@ -21,9 +21,8 @@ from model.generator.generator import Generator
 from model.networks.blocks import place
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.networks.encoding import EncodedInputs
-from model.networks.generator_network import GeneratorNetwork
-from model.networks.paper.two_stage import build_generator
+from model.networks.generator_network import EncodedInputs, GeneratorNetwork
+from model.networks.paper import build_generator
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 

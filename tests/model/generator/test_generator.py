@@ -13,10 +13,9 @@ from model.errors import DeviceError, LatentError
 from model.generator.generator import Generator
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.networks.encoding import EncodedInputs, decode_unit, encode_unit
+from model.networks.generator_network import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
-from model.scene.color_maps import rgb_to_lab
-from model.scene.inputs import SceneInputs
+from model.scene.inputs import SceneInputs, rgb_to_lab
 from model.scene.region import Region
 from model.sensitivity.learned import Sensitivity
 
@@ -108,7 +107,7 @@ def test_a_tf_made_for_another_range_means_the_same_values(generator, samples):
 
 
 def test_devices(generator):
-    from model.devices import choose_device
+    from model.networks.blocks import choose_device
 
     assert choose_device("cpu").type == "cpu"
     assert choose_device("auto").type == ("cuda" if torch.cuda.is_available() else "cpu")

@@ -12,12 +12,11 @@ from lively import SIZE, lively_network
 
 from model.errors import LatentError
 from model.generator.generator import Generator
-from model.latent.code_pictures import draw_codes
-from model.latent.latent_space import LatentSpace
+from model.latent.latent_space import LatentSpace, draw_codes
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.networks.encoding import EncodedInputs, decode_unit
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.generator_network import EncodedInputs, decode_unit
+from model.networks.paper import TwoStageGenerator
 from model.samples.sampling import draw_sample
 
 

@@ -12,7 +12,7 @@ from safetensors.torch import load_file
 from torch import nn
 
 from model.errors import CheckpointError
-from model.latent.codec_folder import CODEC_FILE, SHIPPED_CODEC, WEIGHTS_FILE, load_codec
+from model.latent.codes import CODEC_FILE, SHIPPED_CODEC, WEIGHTS_FILE, load_codec
 from model.latent.latent_space import UNIT_SCENE, LatentSpace
 from model.samples.sampling import draw_opacity_tfs
 

@@ -13,7 +13,7 @@ import torch
 from model.errors import CheckpointError
 from model.networks.card import ModelCard, load_card
 from model.networks.checkpoint import load_model, save_model
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.paper import TwoStageGenerator
 from model.networks.size import NetworkSize
 
 SIZE = NetworkSize(0.125, 16, 64, 8)

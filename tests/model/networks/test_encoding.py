@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 import torch
 
-from model.networks.encoding import (
+from model.networks.generator_network import (
     decode_unit,
 )
-from model.scene.color_maps import rgb_to_lab
+from model.scene.inputs import rgb_to_lab
 from model.training.batch import encode_batch
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
-from model.rendering.fallback import FallbackRenderer
 from model.rendering.raycast.renderer import RaycastRenderer
+from model.rendering.renderer import FallbackRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF

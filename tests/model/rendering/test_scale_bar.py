@@ -9,11 +9,10 @@ from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.scale_bar import WIDEST, Scale
 from model.scene.crop import CropBox
-from model.scene.file_facts import FileFacts
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
-from model.scene.volume import Volume
+from model.scene.volume import FileFacts, Volume
 
 RANGE = (0.0, 255.0)
 SPACING = 0.25

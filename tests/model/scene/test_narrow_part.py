@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.scene.narrow_part import narrow_part
+from model.scene.hints import narrow_part
 from model.scene.random_inputs import SHARES, draw_color_tf, opacity_tf_of
 from model.scene.ranges import opacity_over
 from model.scene.scene import Scene

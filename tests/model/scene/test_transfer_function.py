@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import TransferFunctionError
-from model.scene.color_maps import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
+from model.scene.tf_presets import COLOR_MAPS, color_tf_of_map, map_colors, reversed_colors
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
 GREY = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))

@@ -9,13 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from model.errors import TfscopeError, VolumeError
-from model.scene.color_maps import color_tf_of_map
 from model.scene.default_tf import default_transfer_function
-from model.scene.ranges import RangeChoice, fit_to_volume, robust_range
+from model.scene.ranges import RangeChoice, fit_to_volume, range_text, robust_range, value_text
 from model.scene.scene import Scene
+from model.scene.tf_presets import color_tf_of_map
 from model.scene.transfer_function import TF_SAMPLES, GaussianMode, OpacityTF, TransferFunction
 from model.scene.value_scale import logarithmic_ticks, suits_logarithm, values_at
-from model.scene.value_text import range_text, value_text
 from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes

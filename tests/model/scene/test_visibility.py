@@ -5,12 +5,12 @@ import pytest
 from ramp import make_tf, make_volume
 
 from model.scene.crop import CropBox
+from model.scene.hints import nothing_visible, why_nothing
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import corners
 from model.scene.thinned_volume import GRID, ThinnedVolume
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import FAR_DISTANCE_RADII, View
-from model.scene.visibility_hint import nothing_visible, why_nothing
 from model.scene.volume import Volume
 
 SHOWN = SceneInputs.of(View(), make_tf(150.0))

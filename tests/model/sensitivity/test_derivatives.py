@@ -21,7 +21,7 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around
 from model.scene.volume import Volume
-from model.sensitivity.cosine import cosine
+from model.sensitivity.display import cosine
 from model.sensitivity.exact import change_norms, region_sensitivity
 from tests import reference_light
 

@@ -11,8 +11,8 @@ from model.errors import RenderError
 from model.generator.generator import Generator
 from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
-from model.networks.encoding import decode_unit
-from model.networks.paper.two_stage import TwoStageGenerator
+from model.networks.generator_network import decode_unit
+from model.networks.paper import TwoStageGenerator
 from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.samples.sampling import draw_sample
@@ -21,7 +21,7 @@ from model.scene.region import Region
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.sensitivity.agreement import rank_correlation, sensitivity_agreement
-from model.sensitivity.cosine import cosine
+from model.sensitivity.display import cosine
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
 from model.sensitivity.learned import Sensitivity
 

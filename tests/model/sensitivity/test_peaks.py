@@ -12,10 +12,16 @@ from model.scene.inputs import SceneInputs
 from model.scene.region import Region
 from model.scene.tf_perturbation import edit_around
 from model.scene.transfer_function import GaussianMode, OpacityTF
-from model.sensitivity.contributions import Contribution, contributions, follow, percentages
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
-from model.sensitivity.peaks import find_peaks, strongest_intervals
+from model.sensitivity.peaks import (
+    Contribution,
+    contributions,
+    find_peaks,
+    follow,
+    percentages,
+    strongest_intervals,
+)
 from model.sensitivity.what_if import compare
 
 BINS = np.arange(256)

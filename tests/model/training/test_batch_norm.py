@@ -10,10 +10,10 @@ from torch import nn
 from training_runs import RECIPE, plan
 
 from model.networks.checkpoint import load_model
-from model.training.averaging import SAMPLES, BatchNormRecalibration
 from model.training.batch import encode_batch
 from model.training.options import Budget
 from model.training.sources import StoredSource
+from model.training.monitor import NORM_SAMPLES, BatchNormRecalibration
 from model.training.stages import Schedule
 from model.training.state import load_stage
 from model.training.trainer import train
@@ -32,7 +32,7 @@ def generator():
 
 def test_layers_put_out_mean_0_and_variance_1(generator, store, monkeypatch):
     # In one batch: of several, each would be drawn with its own mean.
-    monkeypatch.setattr("model.training.averaging.BATCH", SAMPLES)
+    monkeypatch.setattr("model.training.monitor.NORM_BATCH", NORM_SAMPLES)
     before = copy.deepcopy(generator.state_dict())
     own = BatchNormRecalibration(StoredSource(store), SIZE, CPU).of(generator)
     assert not own.training
@@ -44,7 +44,7 @@ def test_layers_put_out_mean_0_and_variance_1(generator, store, monkeypatch):
     seen: dict[nn.Module, torch.Tensor] = {}
     for norm in norms:
         norm.register_forward_hook(lambda m, _, output: seen.update({m: output}))
-    samples = encode_batch(store.read("train", range(SAMPLES)), store.scene, 32)
+    samples = encode_batch(store.read("train", range(NORM_SAMPLES)), store.scene, 32)
     with torch.no_grad():
         own(samples.inputs)
     assert len(seen) == len(norms) > 10

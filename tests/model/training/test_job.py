@@ -14,7 +14,7 @@ from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.light import LightDirection
 from model.scene.scene import Scene
-from model.training.job import TrainingJob
+from model.training.options import TrainingJob
 from model.training.trainer import run_job
 from model.volume_files.source import VolumeSource
 

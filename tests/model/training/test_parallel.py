@@ -37,7 +37,7 @@ STEP = """
 import sys
 import torch
 from model.training.batch import EncodedBatch
-from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import EncodedInputs
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.training import parallel

@@ -8,8 +8,8 @@ import pytest
 import torch
 
 from model.networks.names import Precision
-from model.training import precision
-from model.training.precision import choose_precision
+from model.training import plan as precision
+from model.training.plan import choose_precision
 
 CPU = torch.device("cpu")
 

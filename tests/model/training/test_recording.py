@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import EncodedInputs
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
 from model.training.batch import EncodedBatch

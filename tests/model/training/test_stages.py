@@ -16,11 +16,10 @@ from model.errors import TrainingError
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
-from model.training.averaging import EMA
 from model.training.batch import EncodedBatch, encode_batch
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
 from model.training.options import TrainingOptions
-from model.training.stage import WARM_UP, Losses, Setup, adversarial
+from model.training.stage import EMA, WARM_UP, Losses, Setup, adversarial
 from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)

@@ -12,16 +12,17 @@ from model.networks.blocks import (
     ResidualBlock,
     parameter_count,
 )
-from model.networks.encoding import EncodedInputs
-from model.networks.paper.opacity import OpacityDiscriminator, OpacityGenerator
-from model.networks.paper.translation import (
+from model.networks.generator_network import EncodedInputs
+from model.networks.paper import (
     BINS,
     ColorAttention,
+    OpacityDiscriminator,
+    OpacityGenerator,
     TranslationDiscriminator,
     TranslationGenerator,
+    TwoStageGenerator,
     color_table,
 )
-from model.networks.paper.two_stage import TwoStageGenerator
 from model.networks.size import NetworkSize
 
 

@@ -1,14 +1,15 @@
-"""The opacity-to-colour translation GAN (paper, section 4.2.2).
+"""The paper's networks (section 4.2): the opacity GAN, the translation GAN, and both as one.
 
-The generator turns an opacity image into the colour image, given the view,
-the latent code of the opacity TF and the colour TF; the discriminator is given
-the colour image, the view and both TFs, but not the opacity image.
+The first generates opacity images from view and opacity TF. The second turns them into colour
+images, given the view, the latent code of the opacity TF and the colour TF; its discriminator is
+given the colour image, the view and both TFs, but not the opacity image.
 """
 
 from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -26,10 +27,100 @@ from model.networks.blocks import (
     mlp,
     score_head,
 )
-from model.networks.encoding import EncodedInputs
+from model.networks.generator_network import EncodedInputs, GeneratorNetwork, LatentCodec
 from model.networks.size import NetworkSize
+from model.scene.inputs import condition_numbers
+from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_PARAMETERS
+
+
+class OpacityOutput(NamedTuple):
+    """Output of the opacity generator for N views and opacity TFs; see the fields for shapes.
+
+    Image and decoded TF lie in [-1, 1].
+    """
+
+    image: Tensor
+    decoded_tf: Tensor
+    latent: Tensor
+
+
+class OpacityGenerator(LatentCodec):
+    """The paper's opacity generator: 2-D convolutions from latent code and view to an image."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__(size)
+        c = size.channels
+        self.view = mlp(VIEW_PARAMETERS, c(512), c(512))
+        self.latent = mlp(size.latent_dim, c(512))
+        self.merge = mlp(2 * c(512), c(512), c(512))
+        doublings = int(math.log2(size.opacity_size))
+        # 512 channels while the image is small, then half as many after each doubling.
+        full = [min(512, 32 * 2 ** (doublings - i)) for i in range(doublings)]
+        blocks: list[nn.Module] = []
+        outputs = [*map(c, full), 1]
+        for i, (a, b) in enumerate(pairwise(outputs)):
+            # All pixels of the first block are equal, so a kernel of size 1 suffices.
+            kernel = 1 if i == 0 else 3
+            blocks.append(ResidualBlock(a, b, kernel, last=b == 1, doubles=True))
+        self.image = nn.Sequential(*blocks, nn.Tanh())
+        # Of all blocks but the last, whose output is the image.
+        modulated = outputs[1:-1] if size.opacity_modulation else []
+        self.modulations = nn.ModuleList(Modulation(c(512), n) for n in modulated)
+        initialize(self)
+
+    def forward(self, inputs: EncodedInputs) -> OpacityOutput:
+        """Generate opacity images; of the conditions, only the view parameters are used."""
+        latent = self.encode(inputs.opacity_tf)
+        image = self.decode_image(self.encode_view(inputs.conditions), latent)
+        return OpacityOutput(image, self.decode(latent), latent)
+
+    def encode_view(self, conditions: Tensor) -> Tensor:
+        """Codes (N, channels) of the view parameters, the first of the conditions (N, C)."""
+        code: Tensor = self.view(conditions[:, :VIEW_PARAMETERS])
+        return code
+
+    def decode_image(self, view: Tensor, latent: Tensor) -> Tensor:
+        """Opacity images (N, 1, S, S) in [-1, 1] from codes of views and latent codes."""
+        fused = self.merge(concatenate(view, self.latent(latent)))
+        image: Tensor = fused[:, :, None, None]
+        for i, layer in enumerate(self.image):
+            image = layer(image)
+            if i < len(self.modulations):
+                image = self.modulations[i](image, fused)
+        return image
+
+
+class OpacityDiscriminator(nn.Module):
+    """Discriminator of rendered and generated opacity images, given view and opacity TF."""
+
+    def __init__(self, size: NetworkSize) -> None:
+        super().__init__()
+        c = size.channels
+        self.view = mlp(VIEW_PARAMETERS, c(512), c(512))
+        self.opacity_tf = TFEncoder([1, c(16), c(32), c(64), c(128), c(256)], c(512))
+        self.image = ImageDiscriminator(
+            [1, *discriminator_channels(size, size.opacity_size)], c(512)
+        )
+        self.score = score_head(3 * c(512), c(512))
+        initialize(self)
+
+    def forward(self, inputs: EncodedInputs, image: Tensor) -> Tensor:
+        """Logits (N, 1), positive for "rendered", of images (N, 1, S, S)."""
+        view = self.view(inputs.conditions[:, :VIEW_PARAMETERS])
+        opacity_tf = self.opacity_tf(inputs.opacity_tf[:, None])
+        logits: Tensor = self.score(concatenate(view, opacity_tf, self.image(image)))
+        return logits
+
+
+def discriminator_channels(size: NetworkSize, image_size: int) -> list[int]:
+    """Channels after each halving of an image down to 4 x 4 pixels."""
+    halvings = int(math.log2(image_size // 4))
+    full = [512, 256, 128, 64, 64, 32]
+    full += [32] * (halvings - len(full))
+    return [size.channels(n) for n in reversed(full[:halvings])]
+
 
 BINS = 64
 """Number of ranges of scalar values, of equal width, that a pixel looks at."""
@@ -86,8 +177,7 @@ COLOR_CODE = 32
 class BottleneckBlock(nn.Module):
     """Residual bottleneck block of 1 x 1, 3 x 3 and 1 x 1 convolutions.
 
-    The 3 x 3 convolution has half of the block's input channels and half of its
-    output channels.
+    The 3 x 3 convolution has half of the block's input channels and half of its output channels.
     """
 
     def __init__(self, channels_in: int, channels_out: int) -> None:
@@ -259,3 +349,55 @@ def _painter(channels_in: int, channels: int, doublings: int) -> nn.Sequential:
         last = DoublingConv2d(channels_in, channels_in)
     layers += [last, nn.BatchNorm2d(channels_in), nn.ReLU()]
     return nn.Sequential(*layers)
+
+
+class TwoStageGenerator(GeneratorNetwork):
+    """Opacity generator followed by the translation generator.
+
+    No tensor is detached: gradients by the opacity TF flow through both the opacity image and the
+    latent code that enters the translation.
+    """
+
+    def __init__(
+        self,
+        size: NetworkSize,
+        opacity: OpacityGenerator | None = None,
+        translation: TranslationGenerator | None = None,
+    ) -> None:
+        super().__init__()
+        self.opacity = opacity or OpacityGenerator(size)
+        self.translation = translation or TranslationGenerator(size)
+
+    @property
+    def codec(self) -> LatentCodec:
+        """The opacity generator's."""
+        return self.opacity
+
+    def features(self, inputs: EncodedInputs) -> tuple[Tensor, ...]:
+        """Codes of the view, one for each stage, and of both TFs."""
+        latent = self.opacity.encode(inputs.opacity_tf)
+        return self.latent_features(inputs.conditions, latent, inputs.color_tf)
+
+    def latent_features(
+        self, conditions: Tensor, latent: Tensor, color_tf: Tensor
+    ) -> tuple[Tensor, ...]:
+        """Return the same from latent codes."""
+        view = self.translation.view(conditions)
+        return (
+            self.opacity.encode_view(conditions),
+            view,
+            latent,
+            self.translation.encode_color(color_tf),
+        )
+
+    def decode(self, *features: Tensor) -> tuple[Tensor, Tensor]:
+        """Generate the opacity image, then translate it to the colour image."""
+        opacity_view, view, latent, color = features
+        opacity_image = self.opacity.decode_image(opacity_view, latent)
+        return self.translation.decode(view, latent, color, opacity_image), opacity_image
+
+
+def build_generator(size: NetworkSize, scene: Scene) -> TwoStageGenerator:
+    """Build the networks of a size for a scene's inputs, with initial weights."""
+    translation = TranslationGenerator(size, condition_numbers(scene))
+    return TwoStageGenerator(size, OpacityGenerator(size), translation)

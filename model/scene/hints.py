@@ -1,4 +1,4 @@
-"""Parts of a TF that are narrower than an entry of its look-up tables."""
+"""Hints at what a TF does not show: why an image is empty, and parts too narrow to be drawn."""
 
 from __future__ import annotations
 
@@ -6,13 +6,129 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.scene.inputs import SceneInputs
+from model.scene.ranges import range_text
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.value_scale import ValueScale
-from model.scene.value_text import range_text
+from model.scene.view import VIEW_ANGLE, View
+
+FAINTEST = 1.5 / 255
+"""Opacity of a pixel below which it is not seen: hardly a level of an 8-bit image."""
+
+TRANSPARENT = 1e-5
+"""Opacity of a voxel below which even a thousand of them, one behind another, are not seen."""
+
+FEW = 1e-5
+"""Share of the voxels that is easily missed in an image."""
+
+FAINT_PART = 0.01
+"""Fraction of a TF's largest opacity below which a scalar value hardly counts as shown."""
+
+POINTS_PER_BIN = 9
+"""Scalar values of a bin at which the opacity is looked up."""
+
+CLOSE = 0.7
+"""Distance of the view below which a part of the volume may lie outside the image."""
+
+SMALLEST = 0.01
+"""Least diameter of a visible volume, as a fraction of the image's height."""
+
+Cause = Literal["tf", "crop", "view"]
+
+
+@dataclass(frozen=True)
+class Emptiness:
+    """Why an image shows nothing."""
+
+    text: str
+    """One sentence for the user."""
+    cause: Cause
+    """What to change: the TF, the crop box, or the view."""
+
+
+def nothing_visible(rgba: NDArray[np.float32]) -> bool:
+    """Whether no pixel of an RGBA image (H, W, 4) is opaque enough to be seen; NaN is not."""
+    opacity = rgba[..., 3]
+    return not bool((opacity >= FAINTEST).any())
+
+
+def why_nothing(
+    inputs: SceneInputs,
+    volume_range: Range,
+    counts: NDArray[np.int64],
+    edges: NDArray[np.float64],
+    aspect: float = 1.0,
+) -> Emptiness:
+    """Explain why an image shows nothing.
+
+    The volume's range is that of all its voxels; so many voxels are in each bin (B,) between the
+    edges (B + 1,), in the data's units, ascending.
+    """
+    if found := _unshown_values(inputs.opacity_tf, volume_range, counts, edges):
+        return Emptiness(found, "tf")
+    if found := _out_of_view(inputs.view, aspect):
+        return Emptiness(found, "view")
+    if inputs.crop is not None and not inputs.crop.is_whole:
+        return Emptiness("The crop box leaves nothing of what the TF shows in this view.", "crop")
+    view = inputs.view
+    if view.distance < CLOSE or view.pan_x or view.pan_y:
+        return Emptiness("The view shows a part of the volume where the TF shows nothing.", "view")
+    return Emptiness("What the TF shows is too transparent to be seen.", "tf")
+
+
+def _unshown_values(
+    opacity_tf: OpacityTF,
+    volume_range: Range,
+    counts: NDArray[np.int64],
+    edges: NDArray[np.float64],
+) -> str:
+    """Say why a TF shows none of the volume's values; empty if it shows some."""
+    # As renderers see it: sampled over its range, and beyond it as at its ends.
+    values = np.linspace(*opacity_tf.scalar_range, TF_SAMPLES)
+    samples = opacity_tf.sample()
+    peak = float(samples.max())
+    if peak < TRANSPARENT:
+        return "The TF is transparent at every scalar value."
+    least = max(TRANSPARENT, FAINT_PART * peak)
+    low, high = values[samples >= least][[0, -1]]
+    shown = "the scalar value" if low == high else "scalar values from"
+    shown += f" {low:.4g}" if low == high else f" {low:.4g} to {high:.4g}"
+    first, last = volume_range
+    ends = np.interp([first, last], values, samples)
+    if (low > last or high < first) and ends.max() < least:
+        return (
+            f"The TF shows only {shown}, but the volume's lie between {first:.4g} and {last:.4g}."
+        )
+    within = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0, 1, POINTS_PER_BIN)
+    bins = np.interp(within, values, samples).max(axis=1) >= least
+    count, total = int(counts[bins].sum()), int(counts.sum())
+    if count == 0:
+        return f"The TF shows only {shown}, which no voxel has."
+    if count < FEW * total:
+        voxels = "voxel" if count == 1 else "voxels"
+        return f"The TF shows only {shown}, which {count:,} {voxels} of {total:,} have."
+    return ""
+
+
+def _out_of_view(view: View, aspect: float) -> str:
+    """Say how a view misses the volume's bounding sphere; empty if it does not."""
+    half_angle = math.radians(VIEW_ANGLE / 2)
+    sine = math.sin(half_angle) / view.distance
+    if sine >= 1:
+        return ""  # The camera is inside the sphere.
+    # In halves of the image's height, like the pan.
+    radius = math.tan(math.asin(sine)) / math.tan(half_angle)
+    if abs(view.pan_x) > aspect + radius or abs(view.pan_y) > 1 + radius:
+        return "The view was moved until the volume left the image."
+    if radius < SMALLEST:
+        return "The view is so far away that the volume is too small to be seen."
+    return ""
+
 
 LEAST_RISE = 0.05
 """Least height of a part that is mentioned, as a fraction of the largest opacity."""
@@ -36,24 +152,16 @@ REACH = 2.0
 
 @dataclass(frozen=True)
 class NarrowPart:
-    """What tables over the TF's range cannot hold, and the range over which they can.
-
-    Attributes
-    ----------
-    values : tuple of float
-        Lowest and highest value of the narrow part, or of all of them, in the data's units.
-    scalar_range : tuple of float
-        The TF's range.
-    remedy : tuple of float
-        A range that shows the narrow part as it is.
-    scale : {"linear", "log"}
-        Scale that all these lie on.
-    """
+    """What tables over the TF's range cannot hold, and the range over which they can."""
 
     values: Range
+    """Lowest and highest value of the narrow part, or of all of them, in the data's units."""
     scalar_range: Range
+    """The TF's range."""
     remedy: Range
+    """A range that shows the narrow part as it is."""
     scale: ValueScale
+    """Scale that all these lie on."""
 
     @property
     def sentence(self) -> str:
@@ -78,12 +186,8 @@ class NarrowPart:
 def narrow_part(opacity: OpacityTF, color: ColorTF | None = None) -> NarrowPart | None:
     """Find what is narrower than an entry of the tables over a TF's range; None if nothing is.
 
-    A step of a curve is none: it is drawn as a slope of one entry, wherever it is.
-
-    Parameters
-    ----------
-    color : ColorTF, optional
-        Its narrow parts count where something is seen of them.
+    A step of a curve is none: it is drawn as a slope of one entry, wherever it is. Narrow parts of
+    colours count where something is seen of them.
     """
     parts = [*(_of_curve(opacity) if opacity.points else _of_modes(opacity))]
     if color is not None:

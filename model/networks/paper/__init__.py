@@ -1,1 +1,0 @@
-"""The paper's opacity and translation GANs."""
