@@ -11,9 +11,9 @@ from training_runs import RECIPE, plan
 
 from model.networks.checkpoint import load_model
 from model.training.batch import encode_batch
+from model.training.monitor import NORM_SAMPLES, BatchNormRecalibration
 from model.training.options import Budget
 from model.training.sources import StoredSource
-from model.training.monitor import NORM_SAMPLES, BatchNormRecalibration
 from model.training.stages import Schedule
 from model.training.state import load_stage
 from model.training.trainer import train
