@@ -34,8 +34,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
         # The imports take a second, in which Ctrl-C is pressed, too.
         from typer.main import get_command
 
-        from app.cli.commands import application
-        from app.cli.window_files import with_options_for_files
+        from app.cli.commands import application, with_options_for_files
 
         command = cast("TyperGroup", get_command(application))
         words = with_options_for_files(sys.argv[1:] if arguments is None else arguments, command)

@@ -1,29 +1,33 @@
-"""The commands, and the window, which is opened without one."""
+"""The commands, and the window, which is opened without one; FILE among its arguments."""
 
 from __future__ import annotations
 
+import os
+import re
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
 from app.cli import options, path_light, values
 from app.cli.dataset import Dataset
-from app.cli.desktop_entry import DesktopEntry
 from app.cli.evaluate import Evaluate
 from app.cli.info import Info
 from app.cli.latent import Latent
 from app.cli.options import option
-from app.cli.paper import Paper
+from app.cli.outputs import write_text
+from app.cli.paper import Paper, Study
 from app.cli.render import Render
 from app.cli.sensitivity import Sensitivity
-from app.cli.study import Study
 from app.cli.train import Train
 from app.state.window_start import WindowStart
 from model.errors import TfscopeError
 from model.generator.catalog import volume_for
+from model.networks.card import MODEL_FILE
 from model.networks.names import DeviceChoice
 from model.scene.crop import CropBox
 from model.scene.light import LightDirection
@@ -32,6 +36,53 @@ from model.scene.scene import Lighting, RendererName
 from model.scene.view import View
 from model.volume_files.shipped import SCAN
 from model.volume_files.source import VolumeSource
+
+if TYPE_CHECKING:
+    from typer.core import TyperGroup
+
+ICON = Path(__file__).resolve().parents[2] / "resources" / "icons" / "tfscope.png"
+
+
+@dataclass(frozen=True)
+class DesktopEntry:
+    """Put tfscope into the desktop's menu, and among the programs for its sessions and volumes."""
+
+    def run(self) -> None:
+        """Write the entry where the freedesktop.org looks for it."""
+        if not sys.platform.startswith("linux"):
+            raise TfscopeError("Desktop entries are Linux's; elsewhere make a shortcut to tfscope.")
+        home = Path(os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share")
+        entry = home / "applications" / "tfscope.desktop"
+        write_text(entry, _content())
+        print(f"{entry} is written.")
+
+
+def _content() -> str:
+    """Return the entry, by the freedesktop.org's specification."""
+    program = Path(sys.argv[0]).resolve()
+    words = [sys.executable, str(program)] if program.suffix == ".py" else [str(program)]
+    return "\n".join(
+        (
+            "[Desktop Entry]",
+            "Type=Application",
+            "Name=tfscope",
+            "GenericName=Volume viewer",
+            "Comment=Look into volumes through transfer functions",
+            f"Exec={' '.join(map(_quoted, words))} %f",
+            f"Icon={ICON}",
+            "Terminal=false",
+            "Categories=Science;MedicalSoftware;DataVisualization;",
+            "MimeType=application/dicom;image/tiff;application/x-hdf5;application/x-netcdf;",
+            "",
+        )
+    )
+
+
+def _quoted(word: str) -> str:
+    """Quote a word as the specification asks for, which is not as a shell does."""
+    escaped = re.sub(r'(["`$\\])', r"\\\1", word).replace("%", "%%")
+    return f'"{escaped}"'
+
 
 COMMANDS = {
     "info": Info,
@@ -155,3 +206,55 @@ def open_window(start: WindowStart, device: str, screenshot: Path | None) -> int
 application.callback(invoke_without_command=True, subcommand_metavar="[FILE] | COMMAND [ARGS]...")(
     options.as_function(Window)
 )
+
+
+OPTIONS = {".json": "--tf", ".tfscope": "--session"}
+"""By the suffix of a file."""
+
+
+def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:
+    """Put the window's options before files that are given without one.
+
+    A model's folder gets ``--model``, a JSON file ``--tf``, a session ``--session``, any other
+    file or folder ``--volume``. A command's name is a command, whatever files there are, and
+    from there on nothing is changed.
+    """
+    options = {
+        flag: parameter
+        for parameter in application.params
+        for flag in (*parameter.opts, *parameter.secondary_opts)
+    }
+    found: list[str] = []
+    given: dict[str, str] = {}
+    words = iter(arguments)
+    for word in words:
+        if word.startswith("-"):
+            found.append(word)
+            option = options.get(word)
+            # The value of an option is no file of its own, even where it begins with "-".
+            if option is not None and not getattr(option, "is_flag", False):
+                found += [value for value in (next(words, None),) if value is not None]
+            continue
+        if word in application.commands:
+            return [*found, word, *words]
+        option_name = _option_for(word, application)
+        if option_name in given:
+            raise TfscopeError(
+                f"{given[option_name]} and {word} cannot both be opened by {option_name}; give one."
+            )
+        given[option_name] = word
+        found += [option_name, word]
+    return found
+
+
+def _option_for(word: str, application: TyperGroup) -> str:
+    path = Path(word)
+    if not path.exists():
+        commands = ", ".join(sorted(application.commands))
+        raise TfscopeError(
+            f"'{word}' is neither a command ({commands}) nor a file or folder that is there. "
+            "See --help."
+        )
+    if path.is_dir():
+        return "--model" if (path / MODEL_FILE).exists() else "--volume"
+    return OPTIONS.get(path.suffix.lower(), "--volume")

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cli.captions import fonts, range_text, view_text
 from app.cli.console import counting, warn, warn_of
 from app.cli.outputs import make_room_for
 from app.cli.render import Render
+from app.cli.values import fonts, range_text, view_text
 from model.errors import RenderError, reason
 from model.files import writing
 from model.generator.catalog import model_for, shipped_models
@@ -398,7 +398,7 @@ def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
 
 def _write_picture(asked: Render, drawer: Drawer) -> None:
     """Write a picture whose texts say what it shows."""
-    from app.figures.picture import save_image, software
+    from app.figures.plots import save_image, software
 
     image = _figure(asked, drawer, drawer.inputs.view)
     facts, brightness = drawer.facts(), _brightness(asked, drawer)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.cli import options, values
-from app.cli.captions import range_text
 from app.cli.options import option
+from app.cli.values import range_text
 from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
 from model.scene.ranges import robust_range
 from model.scene.scene import RENDERER_NAMES

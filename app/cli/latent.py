@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cli import options, values
-from app.cli.captions import range_text, tf_text, view_text
 from app.cli.options import option
+from app.cli.values import range_text, tf_text, view_text
 from model.errors import LatentError, RenderError, reason
 from model.files import writing
 from model.latent.codes import Codes
@@ -231,8 +231,8 @@ def _one(
 def _draw_figure(
     asked: Latent, volume: Volume, map_: LatentMap, found: _Found, colors: TransferFunction
 ) -> None:
-    from app.figures.latent_figure import LatentFigure, save_latent_figure
-    from app.figures.tf_plot import TFPlot
+    from app.figures.paper_figures import LatentFigure, save_latent_figure
+    from app.figures.plots import TFPlot
 
     drawn_by = "ray caster" if asked.model is None else f"model {asked.model.name}"
     units = f" ({volume.units})" if volume.units else ""

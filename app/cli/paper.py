@@ -1,4 +1,4 @@
-"""``paper``: the options of the paper's figures and tables."""
+"""``paper`` and ``study``: the options of the paper's figures, tables and studies."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Literal
 from app.cli import options
 from app.cli.options import option
 from model.networks.card import read_header
-from model.networks.names import DeviceChoice, StudyName
+from model.networks.names import DeviceChoice, PresetName, StudyName
+from model.scene.scene import Lighting
 from model.scene.view import View
 from model.volume_files.source import VolumeSource
 
@@ -72,3 +73,32 @@ class Paper:
     def samples(self, usual: int) -> int:
         """Return the number of hold-out samples where it is usually so many."""
         return self.count or (QUICK_COUNT if self.quick else usual)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """The paper's studies anew: baselines, latent-dim or l1-weight. Run again to go on."""
+
+    study: StudyName = options.argument("Which one.", metavar="STUDY")
+    out: Path = options.folder(help="Folder of samples, runs and table.")
+    volume: VolumeSource = options.volume()
+    preset: PresetName = option("draft", "Size of all networks.")
+    lighting: Lighting = options.lighting()
+    faithful: bool = option(False, "All models by the paper's recipe, see 'train'.")
+    minutes: float | None = option(None, "Budget of each model. (default: 10)")
+    samples: int | None = option(None, "Budget of each model in samples seen.")
+    images: int = option(20_000, "Training samples that are rendered first.", min=16)
+    count: int = option(500, "Hold-out samples.", min=1)
+    seed: int = options.seed()
+    workers: int | None = options.workers()
+    device: DeviceChoice = options.device()
+
+    def run(self) -> None:
+        """Run the study, or what is missing of it."""
+        from model.training.options import TrainingJob
+
+        minutes = 10.0 if self.minutes is None and self.samples is None else self.minutes
+        job = TrainingJob(**options.same_named(self, TrainingJob) | {"minutes": minutes})
+        work = options.late("paper_items")
+        for path in work.study_models(self.study, job, self.images, self.count):
+            print(f"{self.study}: {path}")

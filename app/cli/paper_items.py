@@ -1,4 +1,4 @@
-"""The paper's figures and tables, made anew."""
+"""The paper's figures, tables and studies, made anew."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from math import inf
 from pathlib import Path
 from typing import get_args
 
-from app.cli.console import about, counting, print_table
+from app.cli.console import about, console, counting, print_table
 from app.cli.drawing import load_fitted
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
-from app.cli.study_models import study_models
+from app.cli.training_display import TrainingDisplay
 from app.figures.paper_figures import (
     save_explorations,
     save_overview,
@@ -22,10 +22,20 @@ from app.figures.paper_figures import (
     save_value_edits,
     save_walk,
 )
-from model.errors import CheckpointError
-from model.evaluation.study import STUDIES
+from model.errors import CheckpointError, TfscopeError, require
+from model.evaluation.study import (
+    STUDIES,
+    Study,
+    StudyPlan,
+    markdown,
+    recipe_lines,
+    run_study,
+    study_pictures,
+    study_table,
+)
 from model.generator.catalog import shipped_models
 from model.latent.latent_map import LatentMap
+from model.networks.blocks import choose_device
 from model.networks.card import load_card
 from model.paper.edits import PAPER_R, ValueStep, region_edits, value_edits
 from model.paper.exploration import Exploration, detail, final_map, overview, walk
@@ -39,10 +49,15 @@ from model.paper.tables import (
     table_1,
     table_2,
 )
+from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
+from model.scene.scene import Scene
+from model.scene.volume import Volume
 from model.training.options import TrainingJob, TrainingOptions
+from model.training.plan import TrainingPlan, choose_precision
+from model.training.sources import StoredSource
 
 MAP_SAMPLES = 10_000
 QUICK_MAP_SAMPLES = 400
@@ -274,3 +289,82 @@ def _make_study(asked: Paper, item: Item) -> list[Path]:
         )
     images = QUICK_STUDY_IMAGES if asked.quick else STUDY_IMAGES
     return study_models(str(item), job, images, asked.samples(STUDY_COUNT))
+
+
+SENSITIVITIES = 20
+"""Hold-out samples, at most, whose sensitivities are compared with the renderer's."""
+
+
+def study_models(name: str, job: TrainingJob, images: int, count: int) -> list[Path]:
+    """Render missing samples, train and measure missing models, write table and figures.
+
+    The job has the settings of all variants, and the study's folder; `images` is the number of
+    training samples, `count` that of hold-out samples. The files written are returned.
+    """
+    require("evaluate")
+    study = STUDIES[name]
+    volume = job.volume.read()
+    store = _store(job, volume, images, count)
+    device = choose_device(job.device)
+    base = TrainingPlan(
+        source=StoredSource(store),
+        preset=job.preset,
+        size=job.size,
+        options=job.options,
+        budget=job.budget,
+        folder=job.out,
+        device=device,
+        precision=choose_precision(device, job.precision),
+    )
+    plan = StudyPlan(store, volume, base, count, min(SENSITIVITIES, count))
+    with TrainingDisplay() as display:
+        result = run_study(study, plan, lambda v: display.begin(v.label), display.show)
+    _print(study, result)
+    out = job.out / name
+    write_json(out.with_suffix(".json"), result)
+    write_text(out.with_suffix(".md"), markdown(study, result))
+    written = [out.with_suffix(suffix) for suffix in (".md", ".json", ".png")]
+    from app.figures.paper_figures import save_error_curves, save_side_by_side
+
+    save_side_by_side(written[-1], study, result, study_pictures(study, plan))
+    if study.varied:
+        written.append(out.with_name(f"{name}-errors.png"))
+        save_error_curves(written[-1], study, result)
+    return written
+
+
+def _store(job: TrainingJob, volume: Volume, images: int, count: int) -> SampleStore:
+    """Return the study's store after rendering its missing samples."""
+    scene = Scene.of(
+        volume, job.size.image_size, job.lighting, renderer="raycast", tf_family="paper"
+    )
+    path = job.out / "samples.zarr"
+    make_room_for(path)
+    if path.exists():
+        stored = SampleStore(path).count("train")
+        if stored != images:
+            raise TfscopeError(
+                f"{path}: the studies here share {stored} training images, not {images}; "
+                f"give --images {stored}, or another --out."
+            )
+    store = SampleStore.create(path, scene, job.seed, {"train": images, "holdout": count})
+    missing = store.missing_samples()
+    if missing:
+        done = 0
+
+        def advance(new: int) -> None:
+            nonlocal done
+            done += new
+            show(done)
+
+        with counting("rendering", missing) as show:
+            render_store(store, volume, job.workers, advance)
+    return store
+
+
+def _print(study: Study, result: dict[str, object]) -> None:
+    heading, *rows = study_table(study, result)
+    print_table(study.title, heading, rows)
+    console.print(f"The paper's numbers: {study.paper}.")
+    for line in recipe_lines(study, result):
+        console.print(line)

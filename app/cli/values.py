@@ -1,4 +1,4 @@
-"""Values of options, checked while the command line is read: before anything heavy is imported.
+"""Values of options, parsed and checked before anything heavy is imported, and written in titles.
 
 Parsers make values of texts; checks raise a `TfscopeError`.
 """
@@ -6,15 +6,51 @@ Parsers make values of texts; checks raise a `TfscopeError`.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.cli.outputs import check_output
 from model.errors import DatasetError, TfscopeError, VolumeError
 from model.rendering.raster import Raster
 from model.scene.transfer_function import Range
+from model.scene.value_scale import ValueScale, values_at
 from model.scene.view import View
+
+if TYPE_CHECKING:
+    from PySide6.QtCore import QCoreApplication
+
+_kept: list[QCoreApplication] = []
+
+
+def view_text(view: View) -> str:
+    """Format a view as the option takes it, without a pan that is none."""
+    numbers = [*vars(view).values()]
+    if not (view.pan_x or view.pan_y):
+        numbers = numbers[:4]
+    return ",".join(f"{number:g}" for number in numbers)
+
+
+def range_text(scalar_range: Range, scale: ValueScale) -> str:
+    """Format a range of places on a scale in the data's units, and say if it is no linear one."""
+    low, high = values_at(scalar_range, scale)
+    return f"{low:.6g} to {high:.6g}{', logarithmic' if scale == 'log' else ''}"
+
+
+def tf_text(path: Path | None) -> str:
+    """Name a TF: by its file, or as the volume's first one."""
+    return "first TF" if path is None else f"TF {path.name}"
+
+
+def fonts() -> None:
+    """Make Qt's fonts available, without a display: Qt wants an application for text."""
+    from PySide6.QtWidgets import QApplication
+
+    if QApplication.instance() is None:
+        os.environ["QT_QPA_PLATFORM"] = "offscreen"
+        _kept.append(QApplication(["tfscope"]))
+
 
 HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)
 """View of commands that are given none."""

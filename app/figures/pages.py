@@ -13,13 +13,14 @@ from app.figures.plots import (
     CAPTION_HEIGHT,
     COLORS,
     INK,
+    TFPlot,
     add_caption,
     add_image,
+    add_tf_plot,
     label_axis,
     new_layout,
     save_layout,
 )
-from app.figures.tf_plot import TFPlot, add_tf_plot
 from model.scene.region import Region
 
 PICTURE = 250

@@ -1,15 +1,26 @@
-"""Figures as the paper's: images, TF sensitivity, the latent space (Figs. 1, 2 and 8 to 12)."""
+"""Figures as the paper's (Figs. 1, 2 and 8 to 12), of the latent map, and of studies."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.pages import PICTURE, PLOT, Disc, Page, add_map, mosaic
-from app.figures.plots import add_image
-from app.figures.tf_plot import TFPlot
+from app.figures.pages import PICTURE, PLOT, Brush, Disc, Page, add_map, mosaic
+from app.figures.plots import (
+    AXIS_WIDTH,
+    COLORS,
+    INK,
+    TFPlot,
+    add_image,
+    label_axis,
+    new_layout,
+    save_layout,
+)
+from model.evaluation.study import Study, StudyPictures
 from model.latent.latent_map import LatentMap
 from model.paper.edits import PAPER_R, RegionStep, ValueStep
 from model.paper.exploration import Exploration, Place
@@ -253,3 +264,111 @@ def save_value_edits(
         f"of all values, opacity by the field shown: it is opaque from {' and '.join(ends)}, the "
         "end of the colours (change of pixel value per +.01 opacity).",
     )
+
+
+CURVE_WIDTH, CURVE_HEIGHT = 380, 340
+
+MEASURES = (("opacity_rmse", "opacity image RMSE"), ("rmse", "image RMSE"), ("emd", "colour EMD"))
+
+
+def save_side_by_side(
+    path: Path, study: Study, result: dict[str, Any], found: StudyPictures
+) -> None:
+    """Draw the same hold-out samples by each model, a column for each, as a PNG file."""
+    rows = len(next(iter(found.columns.values())))
+    page = Page(study.title, [PICTURE] * len(found.columns), [PICTURE] * rows)
+    for column, (label, images) in enumerate(found.columns.items()):
+        for row, image in enumerate(images):
+            page.picture(row, column, "" if row else label, image)
+    page.save(path, f"{result['volume']}, lighting {result['lighting']}; hold-out samples.")
+
+
+def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
+    """Draw errors over the number that names each variant, and the paper's, as a PNG file."""
+    import pyqtgraph as pg
+
+    layout = new_layout(CURVE_WIDTH * len(MEASURES), CURVE_HEIGHT)
+    layout.addLabel(study.title, 0, 0, 1, len(MEASURES), color=INK, bold=True)
+    names = [variant.label for variant in study.variants]
+    places = np.arange(len(names))
+    for column, (measure, title) in enumerate(MEASURES):
+        plot = layout.addPlot(row=1, col=column)
+        plot.setTitle(title, color=INK)
+        label_axis(plot, "bottom", study.varied)
+        label_axis(plot, "left", "error")
+        plot.getAxis("left").setWidth(AXIS_WIDTH)
+        plot.getAxis("bottom").setTicks([list(zip(places.tolist(), names, strict=True))])
+        ours = [result["variants"][v.name].get(measure, np.nan) for v in study.variants]
+        index = {"rmse": 0, "emd": 1}.get(measure)
+        papers = [np.nan if v.paper is None or index is None else v.paper[index]
+                  for v in study.variants]  # fmt: skip
+        if not np.isnan(papers).all():
+            plot.addLegend(offset=(30, -30), labelTextColor="k")
+        for name, errors, color in (("here", ours, COLORS[0]), ("paper", papers, COLORS[1])):
+            if not np.isnan(errors).all():
+                plot.plot(
+                    places, np.array(errors, dtype=float), name=name, pen=pg.mkPen(color, width=2),
+                    symbol="o", symbolBrush=color, symbolPen=None, symbolSize=7, connect="finite",
+                )  # fmt: skip
+        known = [e for e in (*ours, *papers) if not np.isnan(e)]
+        plot.setYRange(0, 1.1 * max(known, default=1.0))
+        plot.setXRange(-0.3, len(names) - 0.7)
+    save_layout(path, layout, study.title)
+
+
+LATENT_MAP, LATENT_GRID = 620, 620
+"""Widths of the map and of the grid to its left, in pixels; both are as high."""
+
+
+@dataclass(frozen=True, eq=False)
+class LatentFigure:
+    """Content of a figure of the map.
+
+    Attributes
+    ----------
+    grid : ndarray, shape (H, W, 3), or None
+        Pictures of a rectangle's cells, to the left of the map.
+    brush : tuple of float, or None
+        That rectangle: left, lower, right and upper edge.
+    picture : ndarray, shape (H, W, 3), or None
+        Picture of a place, to the right of the map.
+    place : tuple of float, or None
+        That place, and the radius of the disc that its code is interpolated over; a radius of 0
+        marks a place that is approximate.
+    tf : TFPlot or None
+        The place's decoded TF, below its picture.
+    explanation : str
+        What the parts of the figure are, for below them.
+    """
+
+    title: str
+    places: NDArray[np.floating]
+    grid: NDArray[np.floating] | None = None
+    brush: Brush | None = None
+    picture: NDArray[np.floating] | None = None
+    place: Disc | None = None
+    tf: TFPlot | None = None
+    explanation: str = ""
+
+
+def save_latent_figure(path: Path, figure: LatentFigure) -> None:
+    """Draw grid, map, and a place's picture over its decoded TF, as a PNG file."""
+    widths = [LATENT_MAP]
+    if figure.grid is not None:
+        widths.insert(0, LATENT_GRID)
+    if figure.picture is not None:
+        widths.append(PLOT)
+    page = Page(figure.title, widths, [LATENT_MAP // 2] * 2)
+    column = 0
+    if figure.grid is not None:
+        page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", figure.grid, rows=2)
+        column = 1
+    title = f"Map of {len(figure.places):,} opacity TFs"
+    discs = [] if figure.place is None else [figure.place]
+    add_map(page.layout, 1, column, title, figure.places, figure.brush, discs, rows=2)
+    if figure.picture is not None and figure.place is not None:
+        x, y, _ = figure.place
+        page.picture(0, column + 1, f"At {x:.3f},{y:.3f}", figure.picture)
+    if figure.tf is not None:
+        page.tf(1, column + 1, figure.tf)
+    page.save(path, figure.explanation)

@@ -1,4 +1,4 @@
-"""Plots as PNG files, drawn off screen."""
+"""Plots of images and TFs as PNG files, drawn off screen, and written whole or not at all."""
 
 from __future__ import annotations
 
@@ -6,13 +6,50 @@ import html
 import os
 import sys
 import textwrap
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.figures.picture import save_image, software
+from model.errors import RenderError, reason
+from model.files import write_atomically
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import TF_SAMPLES, GaussianMode, Range
+from model.scene.value_scale import ValueScale, logarithmic_ticks
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QImage
+
+
+def save_image(path: Path, picture: QImage) -> None:
+    """Write a picture in the format of the file's suffix; raise RenderError where that fails."""
+    from PySide6.QtCore import QBuffer, QIODevice
+
+    buffer = QBuffer()
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    if not picture.save(buffer, path.suffix.lstrip(".").upper()):  # type: ignore[call-overload]
+        raise RenderError(
+            f"{path}: a picture of this size cannot be written as '{path.suffix}'; choose .png."
+        )
+    try:
+        write_atomically(path, bytes(buffer.data().data()))
+    except OSError as error:
+        raise RenderError(
+            f"{path}: the picture cannot be written ({reason(error)}); make room, or choose "
+            "another place."
+        ) from error
+
+
+def software() -> str:
+    """Return tfscope's name and version."""
+    try:
+        return f"tfscope {version('tfscope')}"
+    except PackageNotFoundError:
+        return "tfscope"
+
 
 COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
 """Colours distinguishable with colour blindness (Okabe and Ito)."""
@@ -84,3 +121,155 @@ def save_layout(path: Path, layout: Any, description: str = "") -> None:
     if description:
         picture.setText("Description", description)
     save_image(path, picture)
+
+
+OPACITY_COLOR = 0, 114, 178
+SENSITIVITY_COLOR = 200, 30, 30
+MODE_COLOR = 0, 140, 90
+BAND_COLOR = 200, 30, 30, 60
+
+RIGHT_WIDTH = 72
+"""Width of the axis of sensitivities, in pixels."""
+
+LEFT_WIDTH = 52
+"""Width of the axis of opacities, in pixels."""
+
+STRIP = 0.07
+"""Height of the strip of the TF's colours below the curve, of the axis."""
+
+RESPONSES_PER_AXIS = 6
+"""Numbers along the axis of sensitivities, about."""
+
+ROOM = 1.08
+"""Upper end of the axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class TFPlot:
+    """Content of a plot.
+
+    Attributes
+    ----------
+    colors : ndarray, shape (256, 3), or None
+        In [0, 1], for a strip below the curve.
+    responses : ndarray, shape (256,), or None
+        Sensitivity, drawn in red over the opacity curve with an axis of its own.
+    window : ndarray of bool, shape (256,), or None
+        Values by which the axis of the sensitivity is chosen; all by default.
+    band : ndarray, shape (256,), or None
+        Weights in [0, 1] of the values whose field is shown, drawn as a red area.
+    mode : GaussianMode or None
+        A mode that is to be added, dashed.
+    """
+
+    title: str
+    scalar_range: Range
+    opacity: NDArray[np.floating]
+    colors: NDArray[np.floating] | None
+    value_label: str = "scalar value"
+    responses: NDArray[np.floating] | None = None
+    response_label: str = "change / +.01"
+    window: NDArray[np.bool_] | None = None
+    band: NDArray[np.floating] | None = None
+    mode: GaussianMode | None = None
+    scale: ValueScale = "linear"
+
+    @classmethod
+    def of(cls, title: str, inputs: SceneInputs, units: str = "", **others: Any) -> TFPlot:
+        """Return the plot of the TF of scene inputs."""
+        scalar_range = inputs.opacity_tf.scalar_range
+        return cls(
+            title,
+            scalar_range,
+            inputs.opacity_tf.sample(scalar_range),
+            inputs.color_tf.sample(scalar_range),
+            f"scalar value{f' ({units})' if units else ''}",
+            scale=inputs.opacity_tf.scale,
+            **others,
+        )
+
+
+def add_tf_plot(
+    layout: Any, row: int, column: int, content: TFPlot, rows: int = 1, columns: int = 1
+) -> Any:
+    """Add the plot to a layout, and return it."""
+    import pyqtgraph as pg
+
+    plot = layout.addPlot(row=row, col=column, rowspan=rows, colspan=columns)
+    plot.setTitle(content.title, color=INK)
+    label_axis(plot, "bottom", content.value_label)
+    label_axis(plot, "left", "opacity")
+    plot.getAxis("left").setTextPen(pg.mkColor(OPACITY_COLOR))
+    plot.getAxis("left").setWidth(LEFT_WIDTH)
+    # Below 0, where sensitivities may be, there are no opacities.
+    plot.getAxis("left").setTicks([[(0, "0"), (0.5, "0.5"), (1, "1")]])
+    lo, hi = content.scalar_range
+    values = np.linspace(lo, hi, TF_SAMPLES)
+    lowest = -STRIP
+    if content.band is not None:
+        _area(plot, values, content.band)
+    if content.responses is not None:
+        lowest = _add_responses(plot, values, content)
+    plot.plot(values, content.opacity, pen=pg.mkPen(OPACITY_COLOR, width=2))
+    if content.mode is not None:
+        mode = content.mode
+        bump = mode.amplitude * np.exp(-(((values - mode.mean) / mode.width) ** 2))
+        pen = pg.mkPen(MODE_COLOR, width=2, style=pg.QtCore.Qt.PenStyle.DashLine)
+        shown = np.where(bump < 0.005, np.nan, bump)
+        plot.plot(values, shown, pen=pen, connect="finite")
+    if content.colors is not None:
+        levels = np.rint(255 * np.clip(content.colors, 0, 1)).astype(np.uint8)[None]
+        strip = pg.ImageItem(levels, axisOrder="row-major", levels=(0, 255))
+        strip.setRect(lo, lowest - STRIP, hi - lo, STRIP)
+        plot.addItem(strip)
+    if content.scale == "log":
+        ticks = logarithmic_ticks(content.scalar_range)
+        plot.getAxis("bottom").setTicks([[(lo + at * (hi - lo), text) for at, text in ticks]])
+    plot.setXRange(lo, hi, padding=0)
+    plot.setYRange(lowest - STRIP, ROOM, padding=0)
+    return plot
+
+
+def _area(plot: Any, values: NDArray[np.floating], band: NDArray[np.floating]) -> None:
+    import pyqtgraph as pg
+
+    none = pg.PlotDataItem(values, np.zeros_like(values))
+    curve = pg.PlotDataItem(values, band)
+    plot.addItem(pg.FillBetweenItem(none, curve, brush=pg.mkBrush(*BAND_COLOR)))
+    plot.plot(values, band, pen=pg.mkPen((*BAND_COLOR[:3], 150), width=1))
+
+
+def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> float:
+    """Draw the sensitivity, scaled to the axis of opacities, and return its lowest point.
+
+    An axis of its own on the right has its numbers.
+    """
+    import pyqtgraph as pg
+
+    assert content.responses is not None
+    responses = np.asarray(content.responses, dtype=np.float64)
+    counted = responses if content.window is None else responses[content.window]
+    largest = float(np.abs(counted).max(initial=0)) or 1.0
+    shown = np.clip(responses / largest, -ROOM, ROOM)
+    if content.window is not None:
+        # Values of the background may react a hundred times as much.
+        shown = np.where(np.abs(responses) > ROOM * largest, np.nan, shown)
+    lowest = min(-STRIP, float(np.nanmin(shown)))
+    pen = pg.mkPen(SENSITIVITY_COLOR, width=2)
+    plot.plot(values, shown, pen=pen, connect="finite")
+    plot.addLine(y=0, pen=pg.mkPen((120, 120, 120), width=1))
+    plot.showAxis("right")
+    label_axis(plot, "right", content.response_label)
+    axis = plot.getAxis("right")
+    axis.setTextPen(pg.mkColor(SENSITIVITY_COLOR))
+    axis.setWidth(RIGHT_WIDTH)
+    step = _round_step((1 - lowest) * largest / RESPONSES_PER_AXIS)
+    marks = np.arange(np.ceil(lowest * largest / step), np.floor(largest / step) + 1) * step
+    axis.setTicks([[(mark / largest, f"{mark + 0.0:.3g}") for mark in marks]])
+    return lowest
+
+
+def _round_step(least: float) -> float:
+    """The smallest number from `least` on that is 1, 2 or 5 times a power of 10."""
+    power = 10.0 ** np.floor(np.log10(least))
+    return float(next(m * power for m in (1, 2, 5, 10) if m * power >= least * (1 - 1e-9)))

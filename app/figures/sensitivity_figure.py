@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from app.figures.pages import add_rectangle
 from app.figures.plots import (
     AXIS_WIDTH,
+    TFPlot,
     add_caption,
     add_image,
+    add_tf_plot,
     label_axis,
     new_layout,
     save_layout,
 )
-from app.figures.tf_plot import TFPlot, add_tf_plot
 from model.scene.region import Region
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import (

@@ -1,18 +1,118 @@
-"""Mouse gestures that change the view: orbit, roll, pan and zoom; and one for the light."""
+"""Changes of the view and the light by the mouse and by keys: orbit, roll, pan and zoom."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from typing import Literal, cast
 
+import numpy as np
 from PySide6.QtCore import QEvent, QObject, QPointF, QRectF, Qt, QTimer
-from PySide6.QtGui import QMouseEvent, QNativeGestureEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QNativeGestureEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-from app.image_view.light_ball import light_at
-from app.image_view.view_steps import notches_of, pan, roll, turn, zoom
+from app.image_view.image_canvas import ARROWS
+from app.state.view_navigation import ViewNavigation
 from app.state.viewer_state import ViewerState
-from model.scene.light import LightRange
+from model.scene.light import LightDirection, LightRange
+from model.scene.orientation import angles_in, view_in
+from model.scene.view import DEFAULT_UP, View
+
+DEGREES_PER_PIXEL = 0.4
+ZOOM_PER_NOTCH = 0.92
+NEAREST, FARTHEST = 0.25, 1.5
+"""Limits of the distance for zooming."""
+
+
+def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
+    """Return the view after orbiting the volume by a mouse movement in pixels, right and down.
+
+    It turns about the up axis, whose poles are a limit.
+    """
+    azimuth, elevation, turned = angles_in(up, view)
+    sin_r, cos_r = math.sin(math.radians(turned)), math.cos(math.radians(turned))
+    across = dx * cos_r + dy * sin_r
+    down = dy * cos_r - dx * sin_r
+    return view_in(
+        up,
+        (azimuth - DEGREES_PER_PIXEL * across) % 360.0,
+        min(max(elevation + DEGREES_PER_PIXEL * down, -90.0), 90.0),
+        turned,
+        view.distance,
+        view.pan_x,
+        view.pan_y,
+    )
+
+
+def tumble(view: View, dx: float, dy: float) -> View:
+    """Return the view after turning the volume freely about the image's own axes.
+
+    The movement of the mouse is in pixels, to the right and down.
+    """
+    length = math.hypot(dx, dy)
+    if length == 0.0:
+        return view
+    angle = math.radians(DEGREES_PER_PIXEL * length)
+    # Rodrigues' formula, in the camera's right, up and back.
+    x, y = dy / length, dx / length
+    cross = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
+    return View.of_basis(turn @ view.basis(), view.distance, view.pan_x, view.pan_y)
+
+
+def turn(state: ViewNavigation, dx: float, dy: float) -> View:
+    """Return the state's view after a mouse movement in pixels, in the way that it turns."""
+    if state.trackball:
+        return state.turned(tumble(state.view, dx, dy))
+    return state.turned(orbit(state.view, dx, dy, state.up_axis))
+
+
+def roll(view: View, degrees: float) -> View:
+    """Return the view with the image turned clockwise; the roll stays in -180..180."""
+    return replace(view, roll=(view.roll + degrees + 180.0) % 360.0 - 180.0)
+
+
+def pan(view: View, right: float, up: float) -> View:
+    """Return the view with the picture moved, in halves of the image's shorter side."""
+    return replace(view, pan_x=view.pan_x + right, pan_y=view.pan_y + up)
+
+
+def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> View:
+    """Return the view moved closer by wheel notches, within the limits.
+
+    What is at a place in the plane through the volume's centre stays there: to the right and up
+    from the image's middle, in halves of its shorter side.
+    """
+    distance = min(max(view.distance * ZOOM_PER_NOTCH**notches, NEAREST), FARTHEST)
+    grown = view.distance / distance
+    (x, y), pan_x, pan_y = at, view.pan_x, view.pan_y
+    return replace(
+        view,
+        distance=distance,
+        pan_x=x + (pan_x - x) * grown,
+        pan_y=y + (pan_y - y) * grown,
+    )
+
+
+def notches_of(scale: float) -> float:
+    """Return the wheel notches that enlarge the picture by a factor above 0."""
+    return -math.log(scale) / math.log(ZOOM_PER_NOTCH)
+
+
+def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
+    """Return the direction of a light perpendicular to a ball's surface, within limits.
+
+    The point is to the right and up from the ball's centre, in radii; outside, it is moved to
+    the rim.
+    """
+    length = max(1.0, math.hypot(x, y))
+    x, y = x / length, y / length
+    elevation = math.degrees(math.asin(min(max(y, -1.0), 1.0)))
+    azimuth = math.degrees(math.atan2(x, math.sqrt(max(0.0, 1 - x * x - y * y))))
+    return limits.nearest(LightDirection(azimuth, elevation))
+
 
 CLICK_REACH = 4.0
 """Largest movement of a click, in pixels; a drag turns the view only beyond it."""
@@ -198,3 +298,95 @@ class ViewGestures(QObject):
         x, y = self._place(position)
         view = self._state.view
         return math.degrees(math.atan2(view.pan_y - y, x - view.pan_x))
+
+
+DEGREES, FINE_DEGREES = 5.0, 1.0
+"""Step of a turn or roll, and with Shift."""
+
+PAN_STEP, FINE_PAN_STEP = 0.1, 0.02
+"""Step of a pan in halves of the image's shorter side, and with Shift."""
+
+NOTCHES: dict[int, int] = {Qt.Key.Key_Plus: 1, Qt.Key.Key_Equal: 1, Qt.Key.Key_Minus: -1}
+ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}
+"""Clockwise turns of the image."""
+
+
+class ViewKeys(QObject):
+    """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus.
+
+    A key that is held repeats as a drag: live until it is released.
+    """
+
+    def __init__(self, widget: QWidget, state: ViewerState) -> None:
+        super().__init__(widget)
+        self._state = state
+        self._held: set[int] = set()
+        widget.setFocusPolicy(Qt.FocusPolicy.WheelFocus)
+        widget.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Handle the keys of the view; pass on all others."""
+        kind = event.type()
+        if kind == QEvent.Type.ShortcutOverride and self._step(cast(QKeyEvent, event)):
+            # The image has the focus, so it gets the key before the window's shortcuts.
+            event.accept()
+            return True
+        if kind == QEvent.Type.KeyPress:
+            return self._press(cast(QKeyEvent, event))
+        if kind == QEvent.Type.KeyRelease:
+            return self._release(cast(QKeyEvent, event))
+        if kind in (QEvent.Type.FocusOut, QEvent.Type.Hide) and self._held:
+            # The release goes to another widget.
+            self._held.clear()
+            self._state.finish_view()
+        return False
+
+    def _press(self, event: QKeyEvent) -> bool:
+        change = self._step(event)
+        if change is None:
+            return False
+        self._held.add(_place_of(event))
+        self._state.move_view(change())
+        return True
+
+    def _release(self, event: QKeyEvent) -> bool:
+        place = _place_of(event)
+        if place not in self._held:
+            return False
+        if not event.isAutoRepeat():
+            self._held.remove(place)
+            if not self._held:
+                self._state.finish_view()
+        return True
+
+    def _step(self, event: QKeyEvent) -> Callable[[], View] | None:
+        """Change of a key, with its modifiers; None for others."""
+        # The keys of the number block count as the others.
+        keys = event.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        fine = bool(keys & Qt.KeyboardModifier.ShiftModifier)
+        control = bool(keys & Qt.KeyboardModifier.ControlModifier)
+        if keys & ~(Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier):
+            return None
+        state, key = self._state, event.key()
+        if key in ARROWS:
+            right, down = ARROWS[key]
+            if control:
+                length = FINE_PAN_STEP if fine else PAN_STEP
+                return partial(pan, state.view, length * right, -length * down)
+            pixels = (FINE_DEGREES if fine else DEGREES) / DEGREES_PER_PIXEL
+            return partial(turn, state, pixels * right, pixels * down)
+        if control:
+            return None
+        if key in NOTCHES:
+            return partial(zoom, state.view, NOTCHES[key])
+        if key in ROLLS:
+            degrees = ROLLS[key] * (FINE_DEGREES if fine else DEGREES)
+            return partial(roll, state.view, degrees)
+        if key == Qt.Key.Key_Home:
+            return lambda: state.home
+        return None
+
+
+def _place_of(event: QKeyEvent) -> int:
+    """Place of a key on the keyboard: without Shift, the same key may have another name."""
+    return event.nativeScanCode() or event.key()

@@ -1,4 +1,4 @@
-"""A widget that paints one image with a message or a hint."""
+"""A widget that paints one image, with a ring where keys have brought the focus, and messages."""
 
 from __future__ import annotations
 
@@ -7,15 +7,49 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QPointF, QRect, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
+from PySide6.QtGui import QColor, QFocusEvent, QImage, QPainter, QPaintEvent, QPen, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app import theme
-from app.image_view.keyed_widget import KeyedWidget
+from app.controls import BY_KEYS
 from app.image_view.picture import BLACK, Background, paint_background
 from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
+
+ARROWS: dict[int, tuple[int, int]] = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+"""Steps to the right and down of arrow keys."""
+
+
+class KeyedWidget(QWidget):
+    """A widget that paints itself, and a ring around it if keys have brought the focus to it."""
+
+    _is_ringed = False
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show a ring around what keys have brought the focus to."""
+        self._is_ringed = event.reason() in BY_KEYS
+        self.update()
+        super().focusInEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Show no ring any more."""
+        self._is_ringed = False
+        self.update()
+        super().focusOutEvent(event)
+
+    def _paint_ring(self, painter: QPainter) -> None:
+        """Paint the ring, if there is one; to be called last of all that is painted."""
+        if self._is_ringed:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
+            painter.drawRect(self.rect().adjusted(1, 1, -1, -1))
+
 
 _MARGIN = 14
 

@@ -22,7 +22,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from app import theme
-from app.image_view.view_steps import DEGREES_PER_PIXEL, turn
+from app.image_view.gestures import DEGREES_PER_PIXEL, turn
 from app.state.viewer_state import ViewerState
 from model.scene.orientation import STANDARD_VIEWS, faces
 from model.scene.view import AXES, View, axis_direction

@@ -20,8 +20,13 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
-from app.image_view.image_canvas import LEAST_PROGRESS, paint_progress, to_qimage
-from app.image_view.keyed_widget import ARROWS, KeyedWidget
+from app.image_view.image_canvas import (
+    ARROWS,
+    LEAST_PROGRESS,
+    KeyedWidget,
+    paint_progress,
+    to_qimage,
+)
 from app.state.brightness import Brightness
 from app.state.latent_pictures import GridPicture
 from model.latent.latent_map import CELLS

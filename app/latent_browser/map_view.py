@@ -20,9 +20,9 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
-from app.image_view.keyed_widget import ARROWS, KeyedWidget
+from app.image_view.image_canvas import ARROWS, KeyedWidget
 from app.latent_browser import map_marks as marks
-from app.latent_browser.map_frame import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
+from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
 from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
 from model.latent.latent_map import Brush

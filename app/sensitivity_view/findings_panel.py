@@ -24,10 +24,9 @@ from app import theme
 from app.controls import ElidedLabel, add_action, text_button
 from app.icons import IconButton
 from app.number_box import NumberBox
-from app.sensitivity_view.edit_actions import EditActions, Emphasis
 from app.sensitivity_view.findings import ROWS, Row, Values, findings_of
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.sensitivity_view.what_if import WhatIfQuestion
+from app.sensitivity_view.what_if import EditActions, Emphasis, WhatIfQuestion
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.editor import HEADER_HEIGHT
 

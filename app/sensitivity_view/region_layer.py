@@ -1,4 +1,4 @@
-"""Regions over an image: drawn, moved and resized by the mouse; clicks ask what is there."""
+"""Regions over an image, edited by the mouse; and what shows at a clicked place."""
 
 from __future__ import annotations
 
@@ -7,13 +7,17 @@ from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app import theme
+from app.icons import IconButton
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
+from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
+from model.scene.ranges import range_text
 from model.scene.region import Outline
+from model.sensitivity.peaks import contributions, percentages
 
 REACH = 8.0
 """Distance in pixels from which a corner or an edge reacts to the mouse."""
@@ -71,15 +75,15 @@ class RegionLayer(QObject):
         if not self._state.choices.shown:
             return False
         if kind == QEvent.Type.MouseButtonPress:
-            return self._press(cast(QMouseEvent, event))
+            return self._press(cast("QMouseEvent", event))
         if kind == QEvent.Type.MouseMove:
-            return self._move(cast(QMouseEvent, event).position())
+            return self._move(cast("QMouseEvent", event).position())
         if kind == QEvent.Type.MouseButtonDblClick:
             # The first of the two clicks was none: a double click returns to the first view.
             self._state.pick(self._place_before)
             self._pressed = None
         if kind == QEvent.Type.MouseButtonRelease and self._pressed is not None:
-            return self._release(cast(QMouseEvent, event).position())
+            return self._release(cast("QMouseEvent", event).position())
         return False
 
     def refresh(self) -> None:
@@ -328,3 +332,82 @@ def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
     share = 0.0 if square == 0 else min(max(QPointF.dotProduct(to, along) / square, 0.0), 1.0)
     away = to - along * share
     return float((away.x() ** 2 + away.y() ** 2) ** 0.5)
+
+
+AWAY = 14
+"""Distance from the place to the right and downwards, in pixels."""
+
+EDGE = 4
+"""Least distance from the canvas's edges, in pixels."""
+
+
+class PlaceLabel(QFrame):
+    """Names the values at the place that was clicked in this canvas; it moves nothing else."""
+
+    def __init__(
+        self, canvas: ImageCanvas, asker: SensitivityAsker, open_panel: Callable[[], object]
+    ) -> None:
+        super().__init__(canvas)
+        self._canvas, self._asker = canvas, asker
+        self.is_here = False
+        """Whether it was this canvas that was clicked."""
+        self.setProperty("role", "card")
+        self.setCursor(Qt.CursorShape.ArrowCursor)
+        self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)
+        self.text = QLabel()
+        self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
+        self.button.clicked.connect(lambda: open_panel())
+        row = QHBoxLayout(self)
+        row.setContentsMargins(8, 3, 3, 3)
+        row.setSpacing(8)
+        row.addWidget(self.text)
+        row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
+        self.hide()
+        canvas.installEventFilter(self)
+
+    def refresh(self) -> None:
+        """Show the values at the place; until they are known, say so."""
+        asker, place = self._asker, self._asker.asked.place
+        # A place that was clicked in a wider image has no values in this one.
+        is_seen = self.is_here and place is not None and self._canvas.has_place(place)
+        if not (is_seen and asker.asked.choices.shown):
+            self.hide()
+            return
+        lines: list[tuple[str, str]] = []
+        if asker.pick is not None:
+            scalar_range, scale = asker.state.scalar_range, asker.state.scale
+            found = contributions(asker.pick.value[0], scalar_range)
+            lines = [
+                (range_text(one.reach, scalar_range, scale), f"{percent} %")
+                for one, percent in zip(found, percentages(found), strict=True)
+            ]
+        rows = "".join(
+            f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
+            for values, part in lines
+        )
+        nothing = "computing …" if asker.pick is None else "Nothing visible here"
+        self.text.setText(f"<table>{rows}</table>" if rows else nothing)
+        said = ", ".join(" ".join(line) for line in lines)
+        self.setAccessibleName(f"Values here: {said or nothing}")
+        self._place()
+        self.show()
+        self.raise_()
+
+    def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:
+        """Stay at the place when the canvas has another size."""
+        if event.type() == QEvent.Type.Resize and self.is_here:
+            self.refresh()
+        return False
+
+    def _place(self) -> None:
+        place = self._asker.asked.place
+        if place is None:
+            return
+        self.adjustSize()
+        rect, canvas = self._canvas.image_rect, self._canvas
+        x = round(rect.left() + place[0] * rect.width()) + AWAY
+        y = round(rect.top() + place[1] * rect.height()) + AWAY
+        self.move(
+            max(min(x, canvas.width() - self.width() - EDGE), EDGE),
+            max(min(y, canvas.height() - self.height() - EDGE), EDGE),
+        )

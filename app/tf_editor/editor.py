@@ -1,4 +1,4 @@
-"""The transfer-function editor: header, plots, the card at the handle, keyboard shortcuts."""
+"""The TF editor: header, plots, the card at the handle; its place in the window, its memory."""
 
 from __future__ import annotations
 
@@ -6,21 +6,22 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QPoint, QPointF, QSize, Qt, Signal
-from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import QObject, QPoint, QPointF, QSize, Qt, Signal
+from PySide6.QtGui import QKeySequence, QMouseEvent, QResizeEvent, QShortcut
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSplitter, QSplitterHandle, QVBoxLayout, QWidget
 
 from app.icons import IconButton
+from app.state.opened_volume import OpenedVolume
+from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
-from app.tf_editor.color_layer import ColorLayer
-from app.tf_editor.keys import EditorKeys
+from app.tf_editor.handles import HandleMoves, Selection, handle_name
 from app.tf_editor.mode_card import ModeCard
-from app.tf_editor.moves import HandleMoves, Selection, handle_name
-from app.tf_editor.opacity_layer import OpacityLayer
 from app.tf_editor.plot_area import PINS_HEIGHT, PlotArea
-from app.tf_editor.plot_gestures import PlotGestures
+from app.tf_editor.plot_gestures import EditorKeys, PlotGestures
 from app.tf_editor.range_layer import RangeLayer
+from app.tf_editor.tf_layers import ColorLayer, OpacityLayer
 from app.tf_editor.tf_menu import TransferFunctionMenu
+from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
 
@@ -256,3 +257,125 @@ class TransferFunctionEditor(QFrame):
     @property
     def _strip_box(self) -> Any:
         return self.area.strip.sceneBoundingRect().adjusted(0, 0, 0, PINS_HEIGHT)
+
+
+SHARE, SMALL_SHARE = 0.35, 0.25
+"""Height of the editor, as a part of the window's and of a small one's, unless it is dragged."""
+
+SMALL_BELOW = 800
+"""Height of a window that is not small, in pixels: below are those of laptops."""
+
+HANDLE = 1
+"""Height of the line that is dragged, in pixels: Qt takes the mouse next to it, too, 5 in all."""
+
+
+class _Handle(QSplitterHandle):
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Bring the usual height back."""
+        event.accept()
+        splitter = self.splitter()
+        assert isinstance(splitter, DockSplitter)
+        splitter.reset()
+
+
+class DockSplitter(QSplitter):
+    """Keeps the editor's share of the window's height: the usual one, or the one it is dragged to.
+
+    A double click on the line brings the usual one back.
+    """
+
+    shareChanged = Signal()
+
+    def __init__(self, images: QWidget, editor: TransferFunctionEditor) -> None:
+        super().__init__(Qt.Orientation.Vertical)
+        self.share: float | None = None
+        """Part of the window's height that the editor is dragged to; None for the usual one."""
+        self.setHandleWidth(HANDLE)
+        self.setChildrenCollapsible(False)
+        self._editor = editor
+        self.addWidget(images)
+        self.addWidget(editor)
+        self.setStretchFactor(0, 1)
+        self.setStretchFactor(1, 0)
+        handle = self.handle(1)
+        handle.setToolTip(
+            "Drag to resize the editor; double-click for its usual height; F9 folds it"
+        )
+        editor.folded.connect(self._apply)
+        self.splitterMoved.connect(lambda *_: self._note())
+
+    def createHandle(self) -> QSplitterHandle:
+        """Return the line, which takes double clicks."""
+        return _Handle(self.orientation(), self)
+
+    def set_share(self, share: float | None) -> None:
+        """Give the editor a part of the window's height; None for the usual one."""
+        self.share = share
+        self._apply()
+
+    def reset(self) -> None:
+        """Give the editor its usual height."""
+        self.set_share(None)
+        self.shareChanged.emit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the editor's share."""
+        super().resizeEvent(event)
+        self._apply()
+
+    def _apply(self) -> None:
+        whole = self.window().height()
+        share = SHARE if whole >= SMALL_BELOW else SMALL_SHARE
+        usual = min(max(round(share * whole), LEAST_HEIGHT), GREATEST_HEIGHT)
+        height = usual if self.share is None else round(self.share * whole)
+        if self._editor.is_folded:
+            height = HEADER_HEIGHT
+        self.setSizes([max(self.height() - HANDLE - height, 0), height])
+
+    def _note(self) -> None:
+        self.share = self.sizes()[1] / max(self.window().height(), 1)
+        self.shareChanged.emit()
+
+
+class PlotMemory(QObject):
+    """Keeps the plot's scales, and the values in sight, for the next time."""
+
+    def __init__(self, area: PlotArea, preferences: Preferences) -> None:
+        super().__init__(area)
+        self._area = area
+        self._preferences = preferences
+        self._fingerprint = ""
+        self._opening = ""
+        self._series: object = None
+        area.axisChanged.connect(self._note)
+
+    def start(self, opened: OpenedVolume) -> None:
+        """Take another volume's scales, before it is shown; the next time step keeps them."""
+        self._fingerprint, self._opening = "", opened.fingerprint
+        before, self._series = self._series, opened.volume.series
+        known = self._preferences.volume(opened.fingerprint)
+        if before == self._series and known.visible is None:
+            return
+        self._area.set_scale(OpacityScale(known.opacity_scale == "logarithmic"))
+        self._area.set_axis(
+            ScalarAxis.over(
+                self._area.axis.full, known.value_scale == "logarithmic", opened.volume.scale
+            )
+        )
+
+    def settle(self) -> None:
+        """Bring the values into sight that were seen last, once the volume is shown."""
+        visible = self._preferences.volume(self._opening).visible
+        if visible is not None and visible[0] < visible[1]:
+            self._area.set_axis(self._area.axis.showing(visible))
+        self._fingerprint = self._opening
+
+    def _note(self) -> None:
+        if self._fingerprint:
+            axis = self._area.axis
+            self._preferences.note_volume(
+                self._fingerprint,
+                value_scale="linear" if axis.scale == "linear" else "logarithmic",
+                opacity_scale="logarithmic" if self._area.scale.logarithmic else "linear",
+                visible=(float(axis.visible[0]), float(axis.visible[1])),
+            )

@@ -14,12 +14,12 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
 from app import theme
 from app.icons import IconButton
 from app.number_box import NumberBox
-from app.tf_editor.color_layer import ColorLayer
-from app.tf_editor.moves import HandleMoves
+from app.tf_editor.handles import HandleMoves
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
+from app.tf_editor.tf_layers import ColorLayer
+from app.tf_editor.unit_axis import WIDTHS
 from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, OpacityTF
-from model.scene.value_scale import ValueScale
 
 HEIGHT = 28
 GAP = 18
@@ -41,8 +41,6 @@ PIN_GAP = 8
 """Distance to the side of a pin: it lies below the card, too."""
 
 VALUE_MEANING = "Scalar value (F2)"
-WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
-"""Name of a mode's width; on a logarithmic scale it counts powers of ten."""
 
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
 OPACITY_MEANING = "Light lost over one voxel length: 0 is transparent, 1 is opaque"

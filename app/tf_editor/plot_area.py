@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.controls import BY_KEYS, add_action
-from app.tf_editor.handle import DragHandle
+from app.tf_editor.handles import DragHandle
 from app.tf_editor.histogram import HistogramLayer
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.transfer_function import Range

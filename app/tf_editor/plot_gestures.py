@@ -1,18 +1,19 @@
-"""Mouse gestures on the plots: zoom and pan of the axis, and a frame that selects handles."""
+"""Mouse and keys on the plots: zoom, pan, a frame that selects, and keys for all handles."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
-from PySide6.QtGui import QMouseEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QRubberBand
 
-from app.tf_editor.color_layer import ColorLayer
-from app.tf_editor.handle import DragHandle
-from app.tf_editor.moves import Selection
-from app.tf_editor.opacity_layer import OpacityLayer
+from app.tf_editor.handles import DragHandle, HandleMoves, Kind, Selection
 from app.tf_editor.plot_area import PlotArea
+from app.tf_editor.tf_layers import ColorLayer, OpacityLayer
+from model.scene import tf_editing as edits
 
 
 class PlotGestures(QObject):
@@ -109,3 +110,126 @@ class PlotGestures(QObject):
     def _place(self, position: QPointF) -> float:
         at = self._area.widget.mapToScene(position.toPoint())
         return float(self._area.opacity.mapSceneToView(at).x())
+
+
+_NUDGE_HEIGHT = 0.01
+_BIG_NUDGE = 10
+"""Number of small steps of an arrow key with Shift."""
+
+NEW_HEIGHT = 0.3
+"""Opacity of a mode or point added without the mouse."""
+
+
+class EditorKeys(QObject):
+    """Binds keys that reach, move, add and remove every handle."""
+
+    def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:
+        super().__init__(area)
+        self._area, self._moves, self._selection = area, moves, moves.selection
+        none, shift = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
+        control, key = Qt.KeyboardModifier.ControlModifier, Qt.Key
+        self._slots: dict[tuple[int, Qt.KeyboardModifier], Callable[[], object]] = {
+            (key.Key_Delete, none): moves.remove,
+            (key.Key_Backspace, none): moves.remove,
+            (key.Key_Return, none): color.choose_selected,
+            (key.Key_Enter, none): color.choose_selected,
+            (key.Key_Tab, none): partial(self._go, 1),
+            (key.Key_Backtab, shift): partial(self._go, -1),
+            (key.Key_Insert, none): self._add,
+            (key.Key_Escape, none): moves.selection.clear,
+            (key.Key_A, control): self._select_all,
+            (key.Key_Home, none): area.show_all,
+            (key.Key_Plus, none): partial(area.zoom, 1),
+            # On most keyboards, + is a shifted key.
+            (key.Key_Plus, shift): partial(area.zoom, 1),
+            (key.Key_Minus, none): partial(area.zoom, -1),
+        }
+        for arrow, right, up in (
+            (key.Key_Left, -1, 0),
+            (key.Key_Right, 1, 0),
+            (key.Key_Up, 0, 1),
+            (key.Key_Down, 0, -1),
+        ):
+            self._slots[arrow, none] = partial(self._nudge, right, up)
+            self._slots[arrow, shift] = partial(self._nudge, _BIG_NUDGE * right, _BIG_NUDGE * up)
+        area.widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Take the keys before the window's shortcuts and before Tab leaves."""
+        kind = event.type()
+        if kind not in (QEvent.Type.ShortcutOverride, QEvent.Type.KeyPress):
+            return False
+        pressed = cast(QKeyEvent, event)
+        modifiers = pressed.modifiers() & ~Qt.KeyboardModifier.KeypadModifier
+        slot = self._slots.get((pressed.key(), modifiers))
+        if slot is None:
+            return False
+        event.accept()
+        if kind == QEvent.Type.KeyPress:
+            slot()
+        # Escape also ends what else is under way in the window.
+        return pressed.key() != Qt.Key.Key_Escape
+
+    def add_in_the_middle(self) -> None:
+        """Add a mode or point in the middle of the part of the TF that is visible."""
+        lo, hi = self._moves.tf.scalar_range
+        first, last = self._area.axis.visible
+        if max(lo, first) < min(hi, last):
+            lo, hi = max(lo, first), min(hi, last)
+        self._moves.add_opacity((lo + hi) / 2, NEW_HEIGHT)
+
+    def _nudge(self, right: int, up: int) -> None:
+        """Move the selected handles by bins of the range and hundredths of opacity.
+
+        With a flank reached by Tab, the width of its mode changes instead.
+        """
+        opacity, index = self._moves.tf.opacity, self._selection.index("opacity")
+        shift, flank = right * opacity.bin_width, self._selection.flank
+        if flank is None or index is None or opacity.points:
+            self._moves.nudge(shift, up * _NUDGE_HEIGHT)
+        elif right:
+            outwards = shift if flank == 1 else -shift
+            self._moves.resize(index, opacity.modes[index].width + outwards)
+
+    def _go(self, step: int) -> None:
+        """Go to the next or last handle; beyond the first and last one, out of the plots."""
+        targets, now = self._targets(), self._selection.selected
+        if now is None:
+            at = -1 if step > 0 else len(targets)
+        else:
+            at = targets.index((now.kind, now.index, self._selection.flank))
+        if 0 <= at + step < len(targets):
+            self._selection.select(*targets[at + step])
+        elif step > 0:
+            self._area.widget.window().focusNextChild()
+        else:
+            self._area.widget.window().focusPreviousChild()
+
+    def _add(self) -> None:
+        """Add a colour stop after the current one, or else a mode or point."""
+        stop = self._selection.index("color")
+        if stop is None:
+            self.add_in_the_middle()
+            return
+        values = [each[0] for each in self._moves.tf.color.stops]
+        first = min(stop, len(values) - 2)
+        self._moves.add_stop((values[first] + values[first + 1]) / 2)
+
+    def _select_all(self) -> None:
+        """Select all handles of the current one's kind; all modes or points without one."""
+        tf = self._moves.tf
+        if self._selection.index("color") is not None:
+            self._selection.select_all("color", range(len(tf.color.stops)))
+        else:
+            count = len(edits.opacity_handles(tf.opacity))
+            self._selection.select_all("opacity", range(count))
+
+    def _targets(self) -> list[tuple[Kind, int, int | None]]:
+        """All handles in the order of Tab: modes with their flanks or points, then stops."""
+        tf = self._moves.tf
+        flanks = (None,) if tf.opacity.points else (None, 0, 1)
+        count = len(edits.opacity_handles(tf.opacity))
+        targets: list[tuple[Kind, int, int | None]] = [
+            ("opacity", index, flank) for index in range(count) for flank in flanks
+        ]
+        return targets + [("color", index, None) for index in range(len(tf.color.stops))]

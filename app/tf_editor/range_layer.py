@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QGraphicsRectItem, QStyleOptionGraphicsItem, QWidg
 
 from app import theme
 from app.state.viewer_state import ViewerState
-from app.tf_editor.handle import DragHandle
+from app.tf_editor.handles import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.ranges import fit_to_range, range_text, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction

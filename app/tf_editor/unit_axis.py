@@ -31,6 +31,9 @@ LEAST_SPAN = 1e-6
 
 Scale = Literal["linear", "log", "symlog"]
 
+WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
+"""Name of a mode's width; on a logarithmic scale it counts powers of ten."""
+
 
 @dataclass(frozen=True)
 class ScalarAxis:

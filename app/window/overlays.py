@@ -9,8 +9,8 @@ from typing import Literal
 from PySide6.QtCore import QObject, QRect
 from PySide6.QtGui import QPainter
 
+from app.image_view.engine_pane import OpacityInset
 from app.image_view.image_canvas import ImageCanvas
-from app.image_view.opacity_inset import OpacityInset
 from app.image_view.orientation_cube import OrientationCube
 from app.image_view.picture import BLACK, WHITE, Background
 from app.state.settings import BackgroundChoice

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from app.controls import add_action
 from app.state.own_presets import own_presets, preset_name, remove_own_preset, save_own_preset
-from app.tf_editor.preset_menu import PICTURE, PresetMenu
+from app.tf_editor.tf_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
 from model.errors import TransferFunctionError

@@ -10,7 +10,7 @@ from app import theme
 from app.caption_button import CaptionButton
 from app.icons import IconButton
 from app.image_view.exactness_slider import ExactnessSlider
-from app.image_view.light_ball import LightBall
+from app.image_view.reference_controls import LightBall
 from app.state.sensitivity_state import SensitivityState
 
 HEIGHT, TOOLS_WIDTH = 36, 36

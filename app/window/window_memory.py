@@ -8,8 +8,8 @@ from PySide6.QtWidgets import QMainWindow
 
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
-from app.tf_editor.dock_splitter import DockSplitter
-from app.tf_editor.moves import HandleMoves
+from app.tf_editor.editor import DockSplitter
+from app.tf_editor.handles import HandleMoves
 from app.window.pane_layout import PaneLayout, Shown
 
 SHARE = 0.8

@@ -9,11 +9,9 @@ from app.engines.client import Clients, EngineClient
 from app.engines.engines import Builders
 from app.image_view.crop_handles import CropHandles
 from app.image_view.engine_pane import EnginePane
-from app.image_view.exactness_slider import ExactnessSlider
-from app.image_view.fidelity_line import FidelityLine
-from app.image_view.gestures import ViewGestures
+from app.image_view.exactness_slider import ExactnessSlider, FidelityLine
+from app.image_view.gestures import ViewGestures, ViewKeys
 from app.image_view.reference_controls import ReferenceControls
-from app.image_view.view_keys import ViewKeys
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
 from app.state.brightness import Brightness
@@ -22,9 +20,7 @@ from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Viewing, Workspace
-from app.tf_editor.dock_splitter import DockSplitter
-from app.tf_editor.editor import TransferFunctionEditor
-from app.tf_editor.plot_memory import PlotMemory
+from app.tf_editor.editor import DockSplitter, PlotMemory, TransferFunctionEditor
 from app.window.context import Context
 from app.window.crop_card import CropCard
 from app.window.empty_card import EmptyCard

@@ -7,8 +7,7 @@ import pyqtgraph as pg
 import pytest
 
 from app.figures.pages import add_map
-from app.figures.plots import new_layout
-from app.figures.tf_plot import RESPONSES_PER_AXIS, TFPlot, add_tf_plot
+from app.figures.plots import RESPONSES_PER_AXIS, TFPlot, add_tf_plot, new_layout
 from model.latent.latent_map import blended_code
 from model.scene.transfer_function import GaussianMode
 

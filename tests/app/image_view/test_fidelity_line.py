@@ -8,7 +8,7 @@ from window_fakes import FakeEngine, make_request
 
 from app.engines.requests import ImageRequest, Quality
 from app.image_view.engine_pane import EnginePane
-from app.image_view.fidelity_line import FidelityLine
+from app.image_view.exactness_slider import FidelityLine
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View

@@ -9,10 +9,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.image_view.gestures import ViewGestures
+from app.image_view.gestures import ViewGestures, notches_of, orbit, tumble, zoom
 from app.image_view.image_canvas import ImageCanvas
-from app.image_view.light_ball import light_at
-from app.image_view.view_steps import notches_of, orbit, tumble, zoom
+from app.image_view.reference_controls import light_at
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.scene.light import LightDirection, LightRange
 from model.scene.orientation import angles_in

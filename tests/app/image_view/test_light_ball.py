@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from pytestqt.qtbot import QtBot
 
-from app.image_view.light_ball import DIAMETER, REACH, LightBall, light_at
+from app.image_view.reference_controls import DIAMETER, REACH, LightBall, light_at
 from app.state.viewer_state import ViewerState
 from model.scene.light import LightDirection, LightRange
 

@@ -9,8 +9,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.image_view.view_keys import ViewKeys
-from app.image_view.view_steps import zoom
+from app.image_view.gestures import ViewKeys, zoom
 from app.state.viewer_state import HOME_VIEW, ViewerState
 from model.scene.view import View
 

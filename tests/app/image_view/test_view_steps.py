@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from app.image_view.view_steps import (
+from app.image_view.gestures import (
     DEGREES_PER_PIXEL,
     orbit,
     pan,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.latent_browser.browser_bar import parsed_band
+from app.latent_browser.latent_browser import parsed_band
 
 
 @pytest.mark.parametrize(

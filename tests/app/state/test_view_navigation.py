@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from pytestqt.qtbot import QtBot
 
-from app.image_view.view_steps import pan, turn
+from app.image_view.gestures import pan, turn
 from app.state.viewer_state import ViewerState
 from model.errors import ViewError
 from model.scene.crop import CropBox

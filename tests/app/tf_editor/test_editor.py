@@ -14,7 +14,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
 from app.tf_editor.editor import TransferFunctionEditor
-from app.tf_editor.handle import DragHandle
+from app.tf_editor.handles import DragHandle
 from app.tf_editor.plot_area import PIN_PLACE
 from model.scene.transfer_function import OpacityTF
 

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 from ramp import make_tf
 
-from app.tf_editor.moves import Selected, Selection
+from app.tf_editor.handles import Selected, Selection
 from model.scene.tf_editing import add_opacity_handle, move_opacity_handle
 from model.scene.transfer_function import OpacityTF
 

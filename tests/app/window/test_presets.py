@@ -8,7 +8,7 @@ from ramp import make_tf
 
 from app.engines.requests import BatchRequest
 from app.state.own_presets import save_own_preset
-from app.tf_editor.preset_menu import PICTURE
+from app.tf_editor.tf_menu import PICTURE
 from model.scene.ranges import stretch_to_range
 
 

@@ -1,157 +1,118 @@
-"""What is visible of each value, as an area in the plot, and the band that is asked about."""
+"""The band of values that is asked about: drawn over the plot, and chosen by the mouse there."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import cast
 
 import numpy as np
 import pyqtgraph as pg
-from PySide6.QtCore import QPoint, QRect, Qt
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt
+from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
 from app.icons import IconButton
 from app.sensitivity_view.findings_panel import AddButton
-from app.sensitivity_view.response_layer import STALE
+from app.sensitivity_view.response_layer import VisibleLayer
 from app.state.sensitivity_asker import SensitivityAsker
-from app.tf_editor.plot_area import PlotArea, label_font
+from app.state.sensitivity_state import SensitivityState
+from app.state.viewer_state import ViewerState
+from app.tf_editor.handles import DragHandle
+from app.tf_editor.plot_area import PlotArea
 from model.scene.ranges import value_text
 from model.scene.tf_perturbation import edit_over
-from model.scene.transfer_function import Range
-from model.sensitivity.peaks import contributions, percentages
 
-HEIGHT = 0.38
-"""Height of the highest peak, as a fraction of the plot's."""
-
-NAMED_FROM = 0.2
-"""Share of what is visible from which a peak says its value."""
+CLICK_REACH = 4
 
 
-class VisibleLayer:
-    """Draws how much of the active region, or of the whole image, each value makes up."""
+class PlotMouse(QObject):
+    """Asks by the mouse over the opacity plot; the handles get their events as always.
 
-    def __init__(self, area: PlotArea, asker: SensitivityAsker) -> None:
-        self._area, self._asker, self._state = area, asker, asker.state
-        self._curve: Any = pg.PlotCurveItem(fillLevel=0, antialias=True)
-        self._curve.setZValue(-5)
-        area.back.addItem(self._curve, ignoreBounds=True)
-        self._labels: list[Any] = []
-        self._peaks: list[tuple[float, float]] = []
-        self.recolor()
+    Hovering shows where the value under the mouse is visible, and with Ctrl what an edit there
+    would change; the wheel sets the edits' width,
+    and dragging next to the handles pins a band of values, which a click there releases.
+    """
 
-    @property
-    def is_marked_stale(self) -> bool:
-        """Whether what is shown is known not to be of the present image."""
-        return bool(self._curve.opacity() < 1)
+    def __init__(self, area: PlotArea, state: ViewerState, asked: SensitivityState) -> None:
+        super().__init__(area)
+        self._area, self._state, self._asked = area, state, asked
+        self._pressed: QPointF | None = None
+        self._edits = False
+        """Whether a handle was moved since the mouse came to the plot."""
+        viewport = area.widget.viewport()
+        viewport.setMouseTracking(True)
+        viewport.installEventFilter(self)
 
-    @property
-    def peak_texts(self) -> list[str]:
-        """What the named peaks say, from the strongest on."""
-        return [label.toPlainText() for label in self._labels if label.isVisible()]
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the mouse, and leave its events to the plot."""
+        kind = event.type()
+        if not self._asked.choices.shown:
+            self._pressed = None
+            return False
+        if kind == QEvent.Type.Leave:
+            self._edits = False
+            self._asked.hover(None)
+        elif kind == QEvent.Type.Wheel:
+            wheel = cast(QWheelEvent, event)
+            position = wheel.position()
+            # With Ctrl, the wheel zooms the plots' axis.
+            zooms = bool(wheel.modifiers() & Qt.KeyboardModifier.ControlModifier)
+            if not zooms and self._value_at(position) is not None:
+                self._asked.widen(wheel.angleDelta().y() / 120)
+                return True
+        elif kind == QEvent.Type.MouseButtonPress:
+            mouse = cast(QMouseEvent, event)
+            left = mouse.button() == Qt.MouseButton.LeftButton
+            # With Shift, a drag selects handles.
+            plain = left and not mouse.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            self._edits = self._is_over_handle(mouse.position())
+            self._pressed = mouse.position() if plain and not self._edits else None
+            if self._edits:
+                self._asked.hover(None)
+        elif kind == QEvent.Type.MouseMove:
+            self._move(cast(QMouseEvent, event))
+        elif kind == QEvent.Type.MouseButtonRelease:
+            if self._asked.dragging and self._pressed is not None:
+                self._asked.finish_band()
+            elif self._pressed is not None:
+                # A click next to the handles.
+                self._asked.unpin()
+                self._asked.hover(
+                    self._value_at(self._pressed), _asks_effect(cast(QMouseEvent, event))
+                )
+            self._pressed = None
+        return False
 
-    def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:
-        """Return the part of all that is visible that a band of values makes up, if known."""
-        answer = self._asker.visibility
-        if answer is None:
+    def _move(self, event: QMouseEvent) -> None:
+        value = self._value_at(event.position())
+        if not event.buttons():
+            # Who has just moved a handle, or is about to, looks at the picture.
+            is_editing = self._edits or self._is_over_handle(event.position())
+            self._asked.hover(None if is_editing else value, _asks_effect(event))
+        elif self._pressed is not None:
+            start = self._value_at(self._pressed)
+            moved = abs(event.position().x() - self._pressed.x()) > CLICK_REACH
+            if start is not None and value is not None and moved:
+                self._asked.drag_band(start, value, _asks_effect(event))
+
+    def _value_at(self, position: QPointF) -> float | None:
+        """Scalar value under the mouse; None outside the opacity plot."""
+        at = self._area.widget.mapToScene(position.toPoint())
+        if not self._area.opacity.sceneBoundingRect().contains(at):
             return None
-        part = answer.value[0].astype(np.float64)
-        edit = edit_over(values, scalar_range, width)
-        return float((part * edit).sum() / edit.max() / max(float(part.sum()), 1e-9))
+        place = self._area.opacity.mapSceneToView(at).x()
+        lo, hi = self._state.scalar_range
+        return min(max(self._area.axis.value(min(max(place, 0.0), 1.0)), lo), hi)
 
-    def refresh(self) -> None:
-        """Draw the newest answer."""
-        answer, choices = self._asker.visibility, self._asker.asked.choices
-        is_shown = answer is not None and choices.shown and choices.visible
-        self._curve.setVisible(is_shown)
-        peaks: list[tuple[float, float]] = []
-        if answer is not None and is_shown:
-            opacity = answer.request.inputs.opacity_tf
-            scalar_range = opacity.scalar_range
-            part = answer.value[0].astype(np.float64)
-            heights = HEIGHT * part / max(float(part.max()), 1e-9)
-            self._area.draw(self._curve, heights, scalar_range)
-            if self._state.live:
-                # The labels rest until the hand does.
-                self.mark_stale()
-                return
-            bins = np.linspace(*scalar_range, len(heights))
-            found = contributions(answer.value[0], scalar_range)
-            shares = zip(found, percentages(found), strict=True)
-            named = [(one, percent) for one, percent in shares if one.share >= NAMED_FROM]
-            peaks = [(one.value, float(np.interp(one.value, bins, heights))) for one, _ in named]
-            texts = [
-                f"{value_text(one.value, scalar_range, opacity.scale)} · {percent} %"
-                for one, percent in named
-            ]
-            while len(self._labels) < len(texts):
-                self._labels.append(self._new_label())
-            for label, text in zip(self._labels, texts, strict=False):
-                label.setText(text)
-        self._peaks = peaks
-        self.mark_stale()
-        self.place_labels()
+    def _is_over_handle(self, position: QPointF) -> bool:
+        items = self._area.widget.items(position.toPoint())
+        return any(isinstance(item, DragHandle) and item.isVisible() for item in items)
 
-    def mark_stale(self) -> None:
-        """Dim what is not of the present image."""
-        answer = self._asker.visibility
-        fresh = answer is not None and answer.is_of(self._state.inputs)
-        for item in (self._curve, *self._labels):
-            item.setOpacity(1.0 if fresh else STALE)
 
-    def _new_label(self) -> Any:
-        label = pg.TextItem(anchor=(0.5, 1.0))
-        font = label_font()
-        font.setBold(True)
-        label.setFont(font)
-        label.setZValue(85)
-        self._color_label(label)
-        self._area.opacity.addItem(label, ignoreBounds=True)
-        return label
-
-    def place_labels(self) -> None:
-        """Put each above its peak, or higher where it would cover a handle, a card or another."""
-        area = self._area
-        cards, covered = area.card_boxes(), False
-        taken = [*area.handle_boxes(), *cards]
-        for number, label in enumerate(self._labels):
-            label.setVisible(number < len(self._peaks))
-            if number >= len(self._peaks):
-                continue
-            value, top = self._peaks[number]
-            place = area.axis.place(value)
-            label.setVisible(0.0 <= place <= 1.0)
-            size = label.boundingRect().size().toSize()
-            plot, at = area.rect, area.pixel(area.opacity, place, top)
-            left = min(max(at.x() - size.width() // 2, plot.left()), plot.right() - size.width())
-            box = QRect(QPoint(left, at.y() - size.height()), size)
-            while any(box.intersects(other) for other in taken) and box.top() > plot.top():
-                box.translate(0, -2)
-            if label.isVisible():
-                covered |= any(box.intersects(card) for card in cards)
-                taken.append(box)
-            corner = area.widget.mapToScene(QPoint(box.center().x(), box.bottom()))
-            label.setPos(area.opacity.mapSceneToView(corner))
-        if covered:
-            # No room was left above the peak, so the card of numbers gives way.
-            area.flagsMoved.emit()
-
-    def recolor(self) -> None:
-        """Take the colours of the theme."""
-        fill = QColor(theme.VISIBLE)
-        fill.setAlphaF(0.6)
-        self._curve.setBrush(fill)
-        self._curve.setPen(pg.mkPen(theme.VISIBLE, width=1.2))
-        for label in self._labels:
-            self._color_label(label)
-
-    def _color_label(self, label: Any) -> None:
-        """Write in green on a ground of its own, as areas of any colour lie behind."""
-        ground = QColor(theme.PLOT)
-        ground.setAlpha(170)
-        label.setColor(theme.VISIBLE)
-        label.fill = pg.mkBrush(ground)
+def _asks_effect(event: QMouseEvent) -> bool:
+    """Whether the mouse asks what an edit would change, instead of where values are visible."""
+    return bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
 
 
 TAG_HEIGHT, KEPT_HEIGHT = 20, 26
