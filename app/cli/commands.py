@@ -58,7 +58,6 @@ class DesktopEntry:
 
 
 def _content() -> str:
-    """Return the entry, by the freedesktop.org's specification."""
     program = Path(sys.argv[0]).resolve()
     words = [sys.executable, str(program)] if program.suffix == ".py" else [str(program)]
     return "\n".join(
@@ -208,8 +207,7 @@ application.callback(invoke_without_command=True, subcommand_metavar="[FILE] | C
 )
 
 
-OPTIONS = {".json": "--tf", ".tfscope": "--session"}
-"""By the suffix of a file."""
+OPTIONS = {".json": "--tf", ".tfscope": "--session"}  # by the suffix of a file
 
 
 def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:

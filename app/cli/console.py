@@ -22,9 +22,7 @@ from rich.text import Text
 
 from model.scene.volume import Volume
 
-WIDE = 200
-"""Columns of a table that is printed into a file, which does not end at 80."""
-
+WIDE = 200  # columns of a table that is printed into a file, which does not end at 80
 console = Console(markup=False, highlight=False, soft_wrap=True)
 
 

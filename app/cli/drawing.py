@@ -372,7 +372,6 @@ def _generator_drawer(asked: Render) -> Drawer:
 
 
 def _check_for_model(asked: Render) -> None:
-    """Refuse what only renderers have."""
     if (asked.samples, asked.denoise, asked.error) != (None, None, None):
         raise RenderError(
             "Samples, error and denoising are the path tracer's; leave them out, or choose its "
@@ -397,7 +396,6 @@ def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:
 
 
 def _write_picture(asked: Render, drawer: Drawer) -> None:
-    """Write a picture whose texts say what it shows."""
     from app.figures.plots import save_image, software
 
     image = _figure(asked, drawer, drawer.inputs.view)

@@ -92,7 +92,6 @@ def _card_rows(card: ModelCard) -> list[tuple[str, str]]:
 
 
 def _course(training: dict[str, Any]) -> str:
-    """Describe one training run of a model: duration, device and samples."""
     supply = "rendered meanwhile"
     if "samples_stored" in training:
         supply = f"of {training['samples_stored']:,} stored"

@@ -261,7 +261,6 @@ def _draw_figure(
 
 
 def _explanation(asked: Latent, volume: Volume) -> str:
-    """Say what the parts of the figure are."""
     facts = ["Grey: samples of opacity TFs, near each other where their codes are"]
     if asked.grid is not None:
         facts.append("orange: a rectangle, whose cells' pictures are on the left")

@@ -20,8 +20,7 @@ from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import axis_direction
 
-REQUIRED = MISSING
-"""Default of an option that must be given."""
+REQUIRED = MISSING  # default of an option that must be given
 
 
 def option(default: Any, help: str, **details: Any) -> Any:
@@ -222,7 +221,6 @@ def as_function(command: type) -> Callable[..., None]:
 
 
 def _parameters(own: Mapping[str, Field[Any]], hints: dict[str, Any]) -> Iterator[Parameter]:
-    """Yield the parameters of fields that are options, and of those in groups of them."""
     for name, each in own.items():
         details = dict(each.metadata)
         if "parts" in details:

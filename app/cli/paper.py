@@ -29,8 +29,7 @@ Item = Literal[
 ]
 """The paper's figures and tables."""
 
-QUICK_COUNT = 12
-"""Hold-out samples of ``--quick``."""
+QUICK_COUNT = 12  # hold-out samples of `--quick`
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,8 +22,7 @@ from model.volume_files.source import VolumeSource
 if TYPE_CHECKING:
     from app.state.session import Session
 
-Background = tuple[int, int, int]
-"""Red, green and blue, each 0..255."""
+Background = tuple[int, int, int]  # red, green and blue, each 0..255
 
 
 @dataclass(frozen=True, kw_only=True)

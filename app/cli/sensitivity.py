@@ -296,7 +296,6 @@ def _edges(region: Region) -> str:
 
 
 def _caption(asked: Sensitivity, volume: Volume, answer: _Answer) -> str:
-    """Return what the image shows, for below the title of a figure."""
     from app.cli.values import range_text, tf_text, view_text
 
     size, units = len(answer.image), f" {volume.units}" if volume.units else ""

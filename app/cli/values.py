@@ -52,8 +52,7 @@ def fonts() -> None:
         _kept.append(QApplication(["tfscope"]))
 
 
-HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)
-"""View of commands that are given none."""
+HOME_VIEW = View(30.0, 20.0, 0.0, 1.0)  # view of commands that are given none
 
 
 def view(text: str | View) -> View:

@@ -23,19 +23,12 @@ from app.figures.plots import (
 )
 from model.scene.region import Region
 
-PICTURE = 250
-"""Width and height of a picture with its title, in pixels."""
-
-PLOT = 400
-"""Width of a plot."""
-
+PICTURE = 250  # width and height of a picture with its title, in pixels
+PLOT = 400  # width of a plot
 MARGIN = 10
 
-CAPTION_SHARE = 0.92
-"""Part of a page's width that captions have: some of their letters are wide."""
-
-SPACING = 6
-"""Pixels between rows and columns."""
+CAPTION_SHARE = 0.92  # part of a page's width that captions have: some of their letters are wide
+SPACING = 6  # pixels between rows and columns
 
 
 class Page:
@@ -98,11 +91,8 @@ def add_rectangle(plot: Any, region: Region) -> None:
     plot.addItem(item)
 
 
-GAP = 4
-"""Pixels between pictures."""
-
-EMPTY = 0.12
-"""Grey of gaps and missing pictures."""
+GAP = 4  # pixels between pictures
+EMPTY = 0.12  # grey of gaps and missing pictures
 
 
 def mosaic(images: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -169,7 +159,6 @@ def add_map(
 
 
 def _cross(disc: Disc) -> Any:
-    """Return a cross at a place."""
     import pyqtgraph as pg
 
     x, y, _ = disc

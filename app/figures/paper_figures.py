@@ -27,9 +27,7 @@ from model.paper.exploration import Exploration, Place
 from model.paper.pictures import Compared, Overview
 from model.scene.inputs import SceneInputs
 
-GRID = 520
-"""Width of a grid of pictures, which is as high as a picture and a plot."""
-
+GRID = 520  # width of a grid of pictures, which is as high as a picture and a plot
 MAP = 440
 
 

@@ -55,16 +55,11 @@ COLORS = ((0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167))
 """Colours distinguishable with colour blindness (Okabe and Ito)."""
 
 
-INK = "#222"
-"""Colour of texts."""
-
+INK = "#222"  # colour of texts
 CAPTION_HEIGHT = 60
 
-AXIS_WIDTH = 76
-"""Width of an upright axis with its numbers and label, in pixels."""
-
-LETTER_WIDTH = 6.5
-"""Of captions, in pixels."""
+AXIS_WIDTH = 76  # width of an upright axis with its numbers and label, in pixels
+LETTER_WIDTH = 6.5  # of captions, in pixels
 
 
 def new_layout(width: int, height: int) -> Any:
@@ -128,20 +123,11 @@ SENSITIVITY_COLOR = 200, 30, 30
 MODE_COLOR = 0, 140, 90
 BAND_COLOR = 200, 30, 30, 60
 
-RIGHT_WIDTH = 72
-"""Width of the axis of sensitivities, in pixels."""
-
-LEFT_WIDTH = 52
-"""Width of the axis of opacities, in pixels."""
-
-STRIP = 0.07
-"""Height of the strip of the TF's colours below the curve, of the axis."""
-
-RESPONSES_PER_AXIS = 6
-"""Numbers along the axis of sensitivities, about."""
-
-ROOM = 1.08
-"""Upper end of the axis."""
+RIGHT_WIDTH = 72  # width of the axis of sensitivities, in pixels
+LEFT_WIDTH = 52  # width of the axis of opacities, in pixels
+STRIP = 0.07  # height of the strip of the TF's colours below the curve, of the axis
+RESPONSES_PER_AXIS = 6  # numbers along the axis of sensitivities, about
+ROOM = 1.08  # upper end of the axis
 
 
 @dataclass(frozen=True, eq=False)

@@ -137,14 +137,12 @@ def _save_field(path: Path, result: SensitivityResult, caption: str) -> None:
 
 
 def _share_width(layout: Any, *shares: int) -> None:
-    """Divide the width among the columns."""
     for column, share in enumerate(shares):
         layout.ci.layout.setColumnStretchFactor(column, share)
         layout.ci.layout.setColumnPreferredWidth(column, 100 * share)
 
 
 def _edits(result: SensitivityResult) -> str:
-    """Say how wide the edits are."""
     if not result.width:
         return "edits of single samples of the TF"
     lo, hi = result.scalar_range

@@ -19,11 +19,8 @@ from app.state.viewer_state import ViewerState
 from model.scene.crop import CropBox
 from model.scene.projection import NEAREST_DEPTH, Projection
 
-RADIUS, REACH = 6.0, 10.0
-"""Of a handle, and how far from its middle it takes the mouse, in pixels."""
-
-LABEL_PLACE = QPointF(14.0, -12.0)
-"""Lower left corner of a handle's label, from its middle."""
+RADIUS, REACH = 6.0, 10.0  # of a handle, and how far from its middle it takes the mouse, in pixels
+LABEL_PLACE = QPointF(14.0, -12.0)  # lower left corner of a handle's label, from its middle
 
 CURSORS = (
     Qt.CursorShape.SizeHorCursor,

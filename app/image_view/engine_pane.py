@@ -25,18 +25,13 @@ from model.scene.inputs import SceneInputs
 WITHOUT_IMAGE = (EngineState.WAITING, EngineState.LOADING, EngineState.PAUSED)
 """States in which no image is shown."""
 
-PLACE = 8
-"""Distance of the caption to the canvas's left and upper edge, in pixels."""
-
-CUBE_ROOM = 76
-"""Width next to the caption that is the orientation cube's, in pixels."""
-
+PLACE = 8  # distance of the caption to the canvas's left and upper edge, in pixels
+CUBE_ROOM = 76  # width next to the caption that is the orientation cube's, in pixels
 PREPARING = "Preparing …"
 DRAWING = "drawing …"
 OUTSIDE = "outside training"
 
-MOST_PROGRESS = 0.94
-"""Of an image that is not there in full yet."""
+MOST_PROGRESS = 0.94  # of an image that is not there in full yet
 
 
 class EnginePane(QWidget):
@@ -58,10 +53,8 @@ class EnginePane(QWidget):
 
     imageShown = Signal(object, object)
     """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
-    resultShown = Signal(object)
-    """Emitted with the :class:`Result` of the image that is shown."""
-    statusShown = Signal()
-    """Emitted whenever the caption has been written anew."""
+    resultShown = Signal(object)  # with the Result of the image that is shown
+    statusShown = Signal()  # whenever the caption has been written anew
 
     def __init__(
         self,
@@ -296,7 +289,6 @@ class EnginePane(QWidget):
             self.canvas.replace_image(self._picture(self._rgba))
 
     def _picture(self, rgba: NDArray[np.float32]) -> QImage:
-        """The image as it is shown: opaque on black, else transparent where nothing is."""
         is_clear = self.canvas.background != BLACK
         return to_qimage(rgba, self.brightness.of(self.engine), clear=is_clear)
 
@@ -322,8 +314,7 @@ class OpacityInset(QObject):
     def __init__(self, pane: EnginePane) -> None:
         super().__init__(pane)
         self._pane = pane
-        self.picture: QImage | None = None
-        """The painted image; None while it is not shown."""
+        self.picture: QImage | None = None  # the painted image; None while it is not shown
         self._opacity: NDArray[np.float32] | None = None
         self._shown = False
         pane.imageShown.connect(lambda _inputs, rgba: self._take(rgba))

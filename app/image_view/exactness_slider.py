@@ -43,8 +43,7 @@ from model.rendering.raster import Raster
 
 HEIGHT = 22
 
-BELOW_CUBE, BELOW_CAPTION = 76, 36
-"""Distance to the canvas's upper edge, in pixels."""
+BELOW_CUBE, BELOW_CAPTION = 76, 36  # distance to the canvas's upper edge, in pixels
 
 WHAT = (
     "Error (RMSE): how far the image's colours, from 0 to 1, are from those of the exact image, "
@@ -64,8 +63,7 @@ class FidelityLine(QLabel):
         What is said now.
     """
 
-    judged = Signal()
-    """Emitted when an image has been judged."""
+    judged = Signal()  # when an image has been judged
 
     def __init__(
         self,
@@ -133,9 +131,7 @@ class FidelityLine(QLabel):
         self.setGeometry(canvas.width() - PLACE - width, top, width, HEIGHT)
 
 
-WIDTH, POPOVER_WIDTH = 76, 400
-"""Of the slider and of the table of all stops, in pixels."""
-
+WIDTH, POPOVER_WIDTH = 76, 400  # of the slider and of the table of all stops, in pixels
 WAITING = "Measured once the image at rest is there."
 MEASURING = "Measuring {} of {} …"
 MEASURED = "Measured in this scene, with {} x {} pixels at rest."
@@ -143,14 +139,9 @@ MEASURED = "Measured in this scene, with {} x {} pixels at rest."
 WIDEST, UNKNOWN = "999 / s, error .0000", "…"
 """As long as figures get, so that nothing moves as they change, and what is there without any."""
 
-NAMES = list(STOPS)
-"""Of the stops, from left to right."""
-
-MARGIN = 10
-"""Around the figures, in pixels."""
-
-LEAST_WIDTH = 34
-"""Of a button in the bar, in pixels."""
+NAMES = list(STOPS)  # of the stops, from left to right
+MARGIN = 10  # around the figures, in pixels
+LEAST_WIDTH = 34  # of a button in the bar, in pixels
 
 
 class TradePopover(QFrame):
@@ -203,7 +194,6 @@ class TradePopover(QFrame):
             self.status.setText(WAITING)
 
     def _rest_text(self, name: Stop) -> str:
-        """Say what an image at rest comes to: an error, or how far samples are apart."""
         if self._work.settings.lighting == "path":
             return f"refined to {error_text(STOPS[name].error)}"
         return f"{self._work.resting_distance(name):g} voxel steps".removeprefix("0")
@@ -316,7 +306,6 @@ class ExactnessSlider(QWidget):
         self._show_figures()
 
     def _say(self, number: int) -> None:
-        """Say what a stop means, in tooltip and accessible name."""
         name, stop = NAMES[number].capitalize(), STOPS[NAMES[number]]
         moving = f"up to {pace_text(stop)}, with fewer pixels if need be"
         if math.isinf(stop.live_seconds):

@@ -22,8 +22,7 @@ from model.scene.view import DEFAULT_UP, View
 
 DEGREES_PER_PIXEL = 0.4
 ZOOM_PER_NOTCH = 0.92
-NEAREST, FARTHEST = 0.25, 1.5
-"""Limits of the distance for zooming."""
+NEAREST, FARTHEST = 0.25, 1.5  # limits of the distance for zooming
 
 
 def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
@@ -114,18 +113,10 @@ def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
     return limits.nearest(LightDirection(azimuth, elevation))
 
 
-CLICK_REACH = 4.0
-"""Largest movement of a click, in pixels; a drag turns the view only beyond it."""
-
-WHEEL_REST_MS = 200
-"""Pause after a wheel event that ends a zoom gesture."""
-
-PIXELS_PER_NOTCH = 40.0
-"""Scrolled pixels of a touchpad that count as a notch of a wheel."""
-
-LEAST_PINCH = 0.1
-"""Least factor of a single step of a pinch, whose drivers may report nonsense."""
-
+CLICK_REACH = 4.0  # largest movement of a click, in pixels; a drag turns the view only beyond it
+WHEEL_REST_MS = 200  # pause after a wheel event that ends a zoom gesture
+PIXELS_PER_NOTCH = 40.0  # scrolled pixels of a touchpad that count as a notch of a wheel
+LEAST_PINCH = 0.1  # least factor of a single step of a pinch, whose drivers may report nonsense
 Gesture = Literal["turn", "roll", "pan", "light"]
 
 
@@ -191,7 +182,6 @@ class ViewGestures(QObject):
         return True
 
     def _gesture_of(self, event: QMouseEvent) -> Gesture | None:
-        """The gesture that a press begins; None if there is none."""
         if event.button() == Qt.MouseButton.RightButton:
             return "roll"
         if event.button() == Qt.MouseButton.MiddleButton:
@@ -300,9 +290,7 @@ class ViewGestures(QObject):
         return math.degrees(math.atan2(view.pan_y - y, x - view.pan_x))
 
 
-DEGREES, FINE_DEGREES = 5.0, 1.0
-"""Step of a turn or roll, and with Shift."""
-
+DEGREES, FINE_DEGREES = 5.0, 1.0  # step of a turn or roll, and with Shift
 PAN_STEP, FINE_PAN_STEP = 0.1, 0.02
 """Step of a pan in halves of the image's shorter side, and with Shift."""
 

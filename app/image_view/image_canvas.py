@@ -56,12 +56,8 @@ _MARGIN = 14
 PROGRESS_HEIGHT = 2
 """Of the line at the upper edge that says how much of an image is there, in pixels."""
 
-LEAST_PROGRESS = 0.06
-"""Part of that line that is painted as soon as an image is under way."""
-
-LEAST_GAP = 8
-"""Pixels next to a picture that are not only rounding of its proportions."""
-
+LEAST_PROGRESS = 0.06  # part of that line that is painted as soon as an image is under way
+LEAST_GAP = 8  # pixels next to a picture that are not only rounding of its proportions
 Decoration = Callable[[QPainter, QRect], None]
 """Paints over an image, given the rectangle that it fills."""
 
@@ -122,8 +118,7 @@ class ImageCanvas(KeyedWidget):
         What is behind the image, where it is transparent.
     """
 
-    resized = Signal()
-    """Emitted when the number of pixels on the screen has changed."""
+    resized = Signal()  # when the number of pixels on the screen has changed
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)

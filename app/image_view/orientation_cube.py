@@ -28,26 +28,14 @@ from model.scene.orientation import STANDARD_VIEWS, faces
 from model.scene.view import AXES, View, axis_direction
 
 SIZE = 64
-PLACE = 6
-"""Distance in pixels to the parent's corner."""
-
+PLACE = 6  # distance in pixels to the parent's corner
 HALF_EDGE = 17.0
-EYE = 6.0
-"""Distance of the eye that sees the cube, in halves of its edge."""
-
-RIM = 1.5
-"""Pixels around the cube that belong to its shape, so that its edges are smooth."""
-
-CLICK_REACH = 4.0
-"""Largest movement of a click, in pixels."""
-
-LIGHT = np.array([-0.35, 0.55, 0.76])
-"""To the upper left, in the image's right, up and back."""
-
+EYE = 6.0  # distance of the eye that sees the cube, in halves of its edge
+RIM = 1.5  # pixels around the cube that belong to its shape, so that its edges are smooth
+CLICK_REACH = 4.0  # largest movement of a click, in pixels
+LIGHT = np.array([-0.35, 0.55, 0.76])  # to the upper left, in the image's right, up and back
 DARKEST, BRIGHTEST = 90, 205
-LEGIBLE = 0.3
-"""Least cosine to the eye at which a face's label is drawn."""
-
+LEGIBLE = 0.3  # least cosine to the eye at which a face's label is drawn
 HELP = "Click a face to look from there, drag to turn"
 
 PATIENT = {

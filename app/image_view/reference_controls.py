@@ -180,11 +180,8 @@ class ReferenceControls(QObject):
 
 DIAMETER = 20
 
-REACH = 60.0
-"""Pixels that a drag moves the light by the ball's radius."""
-
-CLICK_REACH = 2.0
-"""Largest movement of a click, in pixels."""
+REACH = 60.0  # pixels that a drag moves the light by the ball's radius
+CLICK_REACH = 2.0  # largest movement of a click, in pixels
 
 MOVABLE = (
     "Drag to move the light, click to aim it, double-click for light from the upper left. In an "

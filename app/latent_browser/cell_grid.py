@@ -34,22 +34,17 @@ from model.latent.latent_map import CELLS
 GAP = 3
 STALE_OPACITY = 0.45
 
-LEAST_TOLD = 1.5
-"""Factor of a picture's brightness from which its caption gives it."""
-
-CAPTION = 0.8
-"""Size of captions, as a share of the usual letters."""
+LEAST_TOLD = 1.5  # factor of a picture's brightness from which its caption gives it
+CAPTION = 0.8  # size of captions, as a share of the usual letters
 
 
 class CellGrid(KeyedWidget):
     """Shows pictures of cells, or of the TFs that differ most, as large as possible."""
 
-    chosen = Signal(int)
-    """Emitted with the cell, row by row, that was clicked."""
+    chosen = Signal(int)  # with the cell, row by row, that was clicked
     zoomed = Signal(object)
     """Emitted with the cell over which the wheel was turned to come closer, or None to go back."""
-    hovered = Signal(object)
-    """Emitted with the cell under the mouse, or None."""
+    hovered = Signal(object)  # with the cell under the mouse, or None
 
     def __init__(self, brightness: Brightness) -> None:
         super().__init__()
@@ -158,7 +153,6 @@ class CellGrid(KeyedWidget):
         painter.end()
 
     def _paint_caption(self, painter: QPainter, rect: QRectF, text: str) -> None:
-        """Paint a short text over the right end of a picture's lower edge."""
         usual = painter.font()
         font = QFont(usual)
         font.setPixelSize(round(CAPTION * QFontInfo(usual).pixelSize()))

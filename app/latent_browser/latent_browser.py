@@ -36,16 +36,14 @@ CODECS: dict[CodecChoice, tuple[str, str]] = {
 }
 
 HEIGHT = 36
-BAND_WIDTH = 84, 150
-"""Least and greatest width of the field of values, in pixels."""
+BAND_WIDTH = 84, 150  # least and greatest width of the field of values, in pixels
 
 
 class BrowserBar(QWidget):
     """Controls in one row: map or pictures, filter, codec, and the end of the map's computation."""
 
     resetRequested = Signal()
-    problem = Signal(str)
-    """Emitted with an error sentence; empty when what was wrong has been mended."""
+    problem = Signal(str)  # with an error sentence; empty when what was wrong has been mended
 
     def __init__(self, latent: LatentState) -> None:
         super().__init__()
@@ -216,14 +214,11 @@ OPENING = "Opening the map …"
 CHOOSING = "Choosing TFs that show different things …"
 NO_TFS = "No TF passes the filters."
 NO_VOLUME = "Open a volume: what its TFs show will be here."
-GAP = 8
-"""Around map and grid, and between them, in pixels."""
-
+GAP = 8  # around map and grid, and between them, in pixels
 LEAST_SQUARE = 116
 """Least side of map and grid, in pixels: no window becomes higher because they are opened."""
 
-LEAST_SIDE = 0.01
-"""Least side of a brush that a wheel's turn leads to."""
+LEAST_SIDE = 0.01  # least side of a brush that a wheel's turn leads to
 
 
 class LatentBrowser(QWidget):
@@ -232,8 +227,7 @@ class LatentBrowser(QWidget):
     What the mouse is over on the map shows in the reference's pane.
     """
 
-    resized = Signal()
-    """Emitted when another width suits it, see :meth:`width_for`."""
+    resized = Signal()  # when another width suits it, see width_for
     problem = Signal(str)
     """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
 
@@ -248,8 +242,7 @@ class LatentBrowser(QWidget):
         self._state, self._pictures = state, pictures
         self._session, self._latent = pictures.session, pictures.state
         self._units = ""
-        self._brushes: list[Brush] = []
-        """Rectangles that the grid's wheel returns to."""
+        self._brushes: list[Brush] = []  # rectangles that the grid's wheel returns to
         self.bar = BrowserBar(self._latent)
         self._brightness = reference.brightness
         self.map = MapView(self._latent, self._session)
@@ -367,7 +360,6 @@ class LatentBrowser(QWidget):
         self._show_filter()
 
     def _show_filter(self) -> None:
-        """Show which TFs pass the filters."""
         self.map.show_message("")
         self.grid.show_message(CHOOSING if self._session.chosen is not None else NO_TFS)
         self._color()
@@ -412,7 +404,6 @@ class LatentBrowser(QWidget):
         self._mark_stale()
 
     def _mark_stale(self) -> None:
-        """Show whether the pictures are of the present inputs."""
         grid = self._pictures.grid
         if grid is not None and self._latent.choices.shown:
             self.grid.set_stale(not self._pictures.is_fresh(grid))

@@ -21,14 +21,9 @@ from model.scene.value_scale import values_at
 if TYPE_CHECKING:
     from app.state.latent_session import LatentSession
 
-CLOSEST, FARTHEST = 40.0, 0.8
-"""Limits of the zoom; at 1 the whole map is in sight."""
-
-WHEEL_FACTOR = 1.2
-"""Of the zoom, for each step of the wheel."""
-
-AROUND = 1.06
-"""The map with a margin, at a zoom of 1."""
+CLOSEST, FARTHEST = 40.0, 0.8  # limits of the zoom; at 1 the whole map is in sight
+WHEEL_FACTOR = 1.2  # of the zoom, for each step of the wheel
+AROUND = 1.06  # the map with a margin, at a zoom of 1
 
 
 @dataclass(frozen=True)
@@ -89,8 +84,7 @@ class MapFrame:
 
 Grip = Literal["new", "move", "pan", "left", "right", "lower", "upper"]
 
-REACH = 7
-"""Distance in pixels at which the brush's edges are gripped."""
+REACH = 7  # distance in pixels at which the brush's edges are gripped
 
 
 def grips_at(frame: MapFrame, brush: Brush, at: QPointF) -> tuple[Grip, ...]:
@@ -145,13 +139,10 @@ def cursor_of(grips: tuple[Grip, ...]) -> Qt.CursorShape:
 BRUSH = "#f0f0f0"
 PRESENT = theme.ON_IMAGE.attention
 HANDLE = 4.0
-RADIUS = 2
-"""Radius of a point at a zoom of 1, in pixels; closer points are larger."""
+RADIUS = 2  # radius of a point at a zoom of 1, in pixels; closer points are larger
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
 
-HIDDEN = (45, 46, 49)
-"""Colour of points that are filtered out."""
-
+HIDDEN = (45, 46, 49)  # colour of points that are filtered out
 NOTHING = (64, 66, 70)
 """Colour of TFs that show nothing or a solid block, and of all until that is known."""
 

@@ -27,18 +27,14 @@ from app.state.latent_session import LatentSession
 from app.state.latent_state import LatentState
 from model.latent.latent_map import Brush
 
-CLICK_REACH = 4
-"""A press that moves less is a click."""
-
-KEY_STEP = 12
-"""Pixels that an arrow key goes."""
+CLICK_REACH = 4  # a press that moves less is a click
+KEY_STEP = 12  # pixels that an arrow key goes
 
 
 class MapView(KeyedWidget):
     """Shows the latent map; the mouse chooses places, cells and parts of it."""
 
-    chosen = Signal()
-    """Emitted when the place under the mouse was clicked."""
+    chosen = Signal()  # when the place under the mouse was clicked
 
     def __init__(self, latent: LatentState, session: LatentSession) -> None:
         super().__init__()
@@ -235,7 +231,6 @@ class MapView(KeyedWidget):
         return QSize(420, 420)
 
     def _hover(self, at: QPointF) -> None:
-        """Say which place is under the mouse."""
         if self._session.map is not None and not self._message:
             self._latent.set_hover(self._frame.place(at), max(self._frame.zoom, 1.0))
 

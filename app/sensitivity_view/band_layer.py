@@ -38,8 +38,7 @@ class PlotMouse(QObject):
         super().__init__(area)
         self._area, self._state, self._asked = area, state, asked
         self._pressed: QPointF | None = None
-        self._edits = False
-        """Whether a handle was moved since the mouse came to the plot."""
+        self._edits = False  # whether a handle was moved since the mouse came to the plot
         viewport = area.widget.viewport()
         viewport.setMouseTracking(True)
         viewport.installEventFilter(self)
@@ -115,8 +114,7 @@ def _asks_effect(event: QMouseEvent) -> bool:
     return bool(event.modifiers() & Qt.KeyboardModifier.ControlModifier)
 
 
-TAG_HEIGHT, KEPT_HEIGHT = 20, 26
-"""Heights of the tag: without its buttons, and with them."""
+TAG_HEIGHT, KEPT_HEIGHT = 20, 26  # heights of the tag: without its buttons, and with them
 
 
 class BandTag(QFrame):

@@ -19,9 +19,7 @@ from app.tf_editor.histogram import HistogramLayer
 from model.sensitivity.display import Measure
 
 _ICON = QSize(14, 12)
-AROUND = 18
-"""Beside and between a chip's colour and its text, in pixels."""
-
+AROUND = 18  # beside and between a chip's colour and its text, in pixels
 _Form = Literal["change", "visible", "voxels", "region"]
 
 
@@ -138,8 +136,7 @@ ENGINES: dict[str, tuple[EngineChoice, str]] = {
 
 TOOLS: dict[str, Tool] = {"Draw a rectangle\tR": "rectangle", "Draw a lasso\tL": "lasso"}
 
-FOLDED_BELOW = 1100
-"""Width of the editor below which the chips need less room, in pixels."""
+FOLDED_BELOW = 1100  # width of the editor below which the chips need less room, in pixels
 
 CHANGE_TIP = (
     "The curve: where in the TF an edit changes the region. Its zero lies at half height.\n"
@@ -332,7 +329,6 @@ def _add_choices(
 
 
 def _rule() -> QFrame:
-    """Return a line between groups of chips."""
     rule = QFrame()
     rule.setProperty("role", "line")
     rule.setFixedSize(1, 18)

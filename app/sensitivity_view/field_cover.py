@@ -39,12 +39,8 @@ from model.sensitivity.display import (
 
 BAR, HEIGHT, MARGIN = QSize(140, 10), 24, 8
 
-BACKING = 190
-"""Opacity of what lies behind the text, of 255."""
-
-ROOM = 60
-"""Height of the lines above a painted bar, at most, in pixels."""
-
+BACKING = 190  # opacity of what lies behind the text, of 255
+ROOM = 60  # height of the lines above a painted bar, at most, in pixels
 LOCKED = "locked"
 TIP = "Click to keep the scale of colours and curve, to compare"
 
@@ -116,7 +112,6 @@ class ColorBar(QToolButton):
 
     @property
     def _bar_width(self) -> float:
-        """Narrower in a narrow image."""
         return min(BAR.width(), max(self._canvas.width() / 4, 30))
 
     def _width_of(self, text: str) -> float:
@@ -179,7 +174,6 @@ def paint_bar(
 
 
 def _shades(measure: Shown) -> QImage:
-    """Return a bar's colours as a picture of one row."""
     width = BAR.width()
     colors = np.ascontiguousarray(np.rint(255 * color_bar(measure, width)).astype(np.uint8)[None])
     return QImage(colors.data, width, 1, 3 * width, QImage.Format.Format_RGB888).copy()
@@ -188,8 +182,7 @@ def _shades(measure: Shown) -> QImage:
 KEPT_S = 1.0
 """Time for which images are kept until their field arrives; the newest one for as long as it is."""
 
-LEAST_SEEN = 0.02
-"""Least part of a pixel at the end of a scale: what is fainter is not seen."""
+LEAST_SEEN = 0.02  # least part of a pixel at the end of a scale: what is fainter is not seen
 
 
 class FieldCover(QObject):
@@ -330,7 +323,6 @@ class FieldCover(QObject):
             self._name(f"What an edit at {values} changes", answer)
 
     def _cover_visible(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
-        """Show where values are visible."""
         field = np.asarray(answer.value, dtype=np.float64)
         if not self._keeps_scale or self._shown_as != "visible":
             self._scale = scale_of(middle_square(field), LEAST_SEEN)
@@ -344,12 +336,10 @@ class FieldCover(QObject):
         self._name(f"Where {values} is visible", answer)
 
     def _name(self, title: str, answer: Answer[Any]) -> None:
-        """Have the image's caption say what covers it, and who found it."""
         self._pane.name_cover(title, answer.source, self._caption)
 
     @property
     def _keeps_scale(self) -> bool:
-        """Whether the scale stays as it is while something moves."""
         is_moving = self._state.live or self._asked.dragging
         return is_moving or self._asked.choices.locked
 
@@ -366,7 +356,6 @@ class FieldCover(QObject):
         return shown_field(answer.value, edit, self._asked.choices.measure)
 
     def _described(self, answer: Answer[Any]) -> str:
-        """Text about a field under its colour bar."""
         end = " (brighter)" if self._asked.choices.measure == "signed" else ""
         text = f"{short(self._scale)}{end}: slope per +.01 opacity, {answer.source}"
         if answer.source == "learned" and self._hint:
@@ -388,7 +377,6 @@ def _square_together(
 
 
 def _resized(field: NDArray[np.float64], image: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Resample a field to the size of an image."""
     if field.shape == image.shape[:2]:
         return field
     # Imported here: the window starts without it.

@@ -23,9 +23,7 @@ from model.sensitivity.peaks import (
     strongest_intervals,
 )
 
-ROWS = 3
-"""Most values, and most edits."""
-
+ROWS = 3  # most values, and most edits
 LEAST_SAID = 0.001
 """Smallest change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step."""
 
@@ -103,8 +101,7 @@ class Peaks:
     intervals: tuple[Interval, ...] = ()
     left_out: float | None = None
     """Value of the highest peak that is not among them, as it is of the background."""
-    strongest: float | None = None
-    """Value where an edit shows most; None where none shows."""
+    strongest: float | None = None  # value where an edit shows most; None where none shows
 
     @classmethod
     def of(cls, asker: SensitivityAsker) -> Peaks:

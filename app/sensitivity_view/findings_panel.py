@@ -32,15 +32,11 @@ from app.tf_editor.editor import HEADER_HEIGHT
 
 WIDTH = 276
 HEADING_HEIGHT = 22
-ROW_HEIGHT, LOW_ROW_HEIGHT = 26, 24
-"""Of a row, in pixels: usually, and where there is little room."""
+ROW_HEIGHT, LOW_ROW_HEIGHT = 26, 24  # of a row, in pixels: usually, and where there is little room
 BAR = 2
 
-LOW_BELOW = 266
-"""Height of the editor below which rows are lower, and *What if* is in a heading."""
-
-OPEN_FROM = 1600
-"""Width of the editor from which the panel is open unless it was closed."""
+LOW_BELOW = 266  # height of the editor below which rows are lower, and *What if* is in a heading
+OPEN_FROM = 1600  # width of the editor from which the panel is open unless it was closed
 
 EMPHASES: tuple[tuple[Emphasis, str, int, str], ...] = (
     ("raise", "▲", 24, "Double the opacity of these values"),
@@ -82,8 +78,7 @@ class PanelRow(QWidget):
     def __init__(self, widths: tuple[int, int], buttons: Sequence[QAbstractButton]) -> None:
         super().__init__()
         self.buttons = list(buttons)
-        self.siblings: Sequence[PanelRow] = (self,)
-        """The rows of its list."""
+        self.siblings: Sequence[PanelRow] = (self,)  # the rows of its list
         self._shown = Row((), "")
         self._labels = [QLabel() if width else ElidedLabel() for width in widths]
         self._row = row = QHBoxLayout(self)
@@ -186,8 +181,7 @@ class FindingsPanel(QFrame):
     ) -> None:
         super().__init__()
         self._asker, self._layer, self._actions, self._what_if = asker, layer, actions, what_if
-        self._fitted = fitted
-        """Called after it has opened or closed."""
+        self._fitted = fitted  # called after it has opened or closed
         self._wanted: bool | None = None
         """Whether the user wants it open; None for where there is room."""
         self._has_room = self._is_folded = self._holds = False

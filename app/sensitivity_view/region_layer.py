@@ -19,15 +19,9 @@ from model.scene.ranges import range_text
 from model.scene.region import Outline
 from model.sensitivity.peaks import contributions, percentages
 
-REACH = 8.0
-"""Distance in pixels from which a corner or an edge reacts to the mouse."""
-
-LASSO_STEP = 3.0
-"""Least distance of a lasso's points, in pixels."""
-
-LEAST_SIDE = 0.004
-"""Least side of a new rectangle, as a fraction of the image."""
-
+REACH = 8.0  # distance in pixels from which a corner or an edge reacts to the mouse
+LASSO_STEP = 3.0  # least distance of a lasso's points, in pixels
+LEAST_SIDE = 0.004  # least side of a new rectangle, as a fraction of the image
 MARK = 7
 
 HINTS: dict[Tool, str] = {
@@ -36,8 +30,7 @@ HINTS: dict[Tool, str] = {
 }
 """Instructions while a region is to be drawn."""
 
-HINT_PLACE = QPointF(60, 60)
-"""Their place on the canvas: below its caption, next to the tools."""
+HINT_PLACE = QPointF(60, 60)  # their place on the canvas: below its caption, next to the tools
 
 
 class RegionLayer(QObject):
@@ -275,7 +268,6 @@ class RegionLayer(QObject):
             painter.drawEllipse(at, MARK, MARK)
 
     def _polygon(self, outline: Outline, rect: QRect) -> QPolygonF:
-        """Corners of an outline on the canvas."""
         return QPolygonF(
             [
                 QPointF(rect.left() + x * rect.width(), rect.top() + y * rect.height())
@@ -320,13 +312,11 @@ def _is_rectangle(outline: Outline) -> bool:
 
 
 def _resized(outline: Outline, corner: int, x: float, y: float) -> Outline:
-    """Return a rectangle with one of its corners moved."""
     left, top = outline.points[(corner + 2) % 4]
     return Outline.rectangle(min(left, x), min(top, y), max(left, x), max(top, y))
 
 
 def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
-    """Distance of a point from a line segment."""
     along, to = end - start, point - start
     square = QPointF.dotProduct(along, along)
     share = 0.0 if square == 0 else min(max(QPointF.dotProduct(to, along) / square, 0.0), 1.0)
@@ -334,11 +324,8 @@ def _distance(point: QPointF, start: QPointF, end: QPointF) -> float:
     return float((away.x() ** 2 + away.y() ** 2) ** 0.5)
 
 
-AWAY = 14
-"""Distance from the place to the right and downwards, in pixels."""
-
-EDGE = 4
-"""Least distance from the canvas's edges, in pixels."""
+AWAY = 14  # distance from the place to the right and downwards, in pixels
+EDGE = 4  # least distance from the canvas's edges, in pixels
 
 
 class PlaceLabel(QFrame):
@@ -349,8 +336,7 @@ class PlaceLabel(QFrame):
     ) -> None:
         super().__init__(canvas)
         self._canvas, self._asker = canvas, asker
-        self.is_here = False
-        """Whether it was this canvas that was clicked."""
+        self.is_here = False  # whether it was this canvas that was clicked
         self.setProperty("role", "card")
         self.setCursor(Qt.CursorShape.ArrowCursor)
         self.setAttribute(Qt.WidgetAttribute.WA_NoMousePropagation)

@@ -24,12 +24,9 @@ from model.scene.transfer_function import TF_SAMPLES, Range
 from model.sensitivity.display import FLOOR
 from model.sensitivity.peaks import contributions, percentages
 
-STALE = 0.4
-"""Opacity of what is not of the present image."""
-
+STALE = 0.4  # opacity of what is not of the present image
 FLAG_HEIGHT = 19
-FLAG_GAP = 3
-"""Least distance between two flags, in pixels."""
+FLAG_GAP = 3  # least distance between two flags, in pixels
 
 
 class PeakFlag(QToolButton):
@@ -85,8 +82,7 @@ def place_flags(flags: Sequence[QWidget], centers: Sequence[int], plot: QRect) -
         flag.move(left, plot.top())
 
 
-UNIT = " per .01"
-"""At the top of the numbers, as they are changes by an edit of .01 of opacity."""
+UNIT = " per .01"  # at the top of the numbers, as they are changes by an edit of .01 of opacity
 
 
 class ResponseLayer:
@@ -286,7 +282,6 @@ class ResponseLayer:
         self.fit()
 
     def _place_flags(self) -> None:
-        """Put the flags of the values in sight over their peaks."""
         area = self._area
         places = [area.axis.place(interval.value) for interval in self.peaks.intervals]
         shown: dict[QWidget, int] = {}
@@ -300,7 +295,6 @@ class ResponseLayer:
         area.flagsMoved.emit()
 
     def _draw_stems(self) -> None:
-        """Draw lines from the flags down to their peaks."""
         top = self._view.viewRange()[1][1]
         flagged = [
             interval
@@ -321,11 +315,8 @@ def round_below(limit: float) -> float:
     )
 
 
-HEIGHT = 0.38
-"""Height of the highest peak, as a fraction of the plot's."""
-
-NAMED_FROM = 0.2
-"""Share of what is visible from which a peak says its value."""
+HEIGHT = 0.38  # height of the highest peak, as a fraction of the plot's
+NAMED_FROM = 0.2  # share of what is visible from which a peak says its value
 
 
 class VisibleLayer:

@@ -42,8 +42,7 @@ from model.scene.transfer_function import OpacityTF
 from model.scene.value_scale import values_at
 from model.sensitivity.result import SensitivityResult
 
-TABLE_SIZE = 520, 480
-"""Of the dialog with the curve's numbers, in pixels."""
+TABLE_SIZE = 520, 480  # of the dialog with the curve's numbers, in pixels
 
 
 class SensitivityView(QObject):
@@ -290,7 +289,6 @@ class SensitivityView(QObject):
         return "learned" if left is self._panes[0] else "exact"
 
     def _show_one_bar(self) -> None:
-        """Show the colour bar over the left one of the images that have a field."""
         covers = [self.learned, self.exact]
         if self._left == "exact":
             covers.reverse()

@@ -10,11 +10,8 @@ from app.glosses import explain, gloss, without_links
 from app.state.workspace import Workspace
 from model.sensitivity.display import Agreement
 
-GOOD, FAIR = 0.9, 0.7
-"""Least cosine of good and of fair agreement."""
-
-NOTABLE = 2.0
-"""Factor between learned and exact responses from which it is said."""
+GOOD, FAIR = 0.9, 0.7  # least cosine of good and of fair agreement
+NOTABLE = 2.0  # factor between learned and exact responses from which it is said
 
 
 class SourceLabel(QLabel):
@@ -110,5 +107,4 @@ def _warning(text: str) -> str:
 
 
 def _trust_word(cosine: float) -> str:
-    """Return the word for a cosine of learned and exact sensitivities."""
     return "good" if cosine >= GOOD else "fair" if cosine >= FAIR else "poor"

@@ -37,8 +37,7 @@ from model.scene.transfer_function import TF_SAMPLES, OpacityTF
 from model.sensitivity.peaks import Contribution, is_same_value
 from model.sensitivity.what_if import WhatIf, compare, edited, predicted_rmse
 
-CLICK_MS = 350
-"""Time up to which a press is a click; the button is held if it takes longer."""
+CLICK_MS = 350  # time up to which a press is a click; the button is held if it takes longer
 
 TIP = (
     "Render a mode at the value under the mouse, or at the highest peak of the curve. Click to "
@@ -176,7 +175,6 @@ class WhatIfQuestion(QObject):
             self._say("")
 
     def _take(self, name: EngineName, result: Result) -> None:
-        """Say what an answer is, and show it."""
         if self._channels[name].is_pending or self._edited is None:
             return
         asker = self._asker
@@ -227,7 +225,6 @@ class WhatIfQuestion(QObject):
 
 
 def _said(answer: Trial) -> str:
-    """Say what an edit changes: the root mean square of the changes of pixel values."""
     predicted = answer.what_if.predicted
     said = "" if predicted is None else f" (predicted {change_text(predicted)})"
     return f"{answer.source} changes by {change_text(answer.what_if.rmse)}{said}"

@@ -31,19 +31,15 @@ LEAST_WIDTH = 960
 LEAST_HEIGHT, GREATEST_HEIGHT = 180, 460
 """Least width, and limits of its height unless it is dragged, in pixels."""
 
-UNLIMITED = 2**24 - 1
-"""Qt's largest height of a widget."""
-
-CAPTIONED_FROM = 1180
-"""Width from which the card at a handle says what its numbers are, in pixels."""
+UNLIMITED = 2**24 - 1  # Qt's largest height of a widget
+CAPTIONED_FROM = 1180  # width from which the card at a handle says what its numbers are, in pixels
 
 
 class TransferFunctionEditor(QFrame):
     """Edits a state's TF over a volume's histogram, at the bottom of the window."""
 
     resized = Signal()
-    folded = Signal(bool)
-    """Emitted when the plots go, so that only the header is left, or come again."""
+    folded = Signal(bool)  # when the plots go, so that only the header is left, or come again
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -62,8 +58,7 @@ class TransferFunctionEditor(QFrame):
         self._add_button = IconButton("plus", "Add mode", "Insert")
         self._add_button.clicked.connect(self._keys.add_in_the_middle)
         self._is_new = False
-        self._range: Range | None = None
-        """Scalar range of the last finished edit."""
+        self._range: Range | None = None  # scalar range of the last finished edit
         self._lay_out()
         self._connect()
         self.area.widget.scene().sigMouseClicked.connect(self._click)
@@ -262,9 +257,7 @@ class TransferFunctionEditor(QFrame):
 SHARE, SMALL_SHARE = 0.35, 0.25
 """Height of the editor, as a part of the window's and of a small one's, unless it is dragged."""
 
-SMALL_BELOW = 800
-"""Height of a window that is not small, in pixels: below are those of laptops."""
-
+SMALL_BELOW = 800  # height of a window that is not small, in pixels: below are those of laptops
 HANDLE = 1
 """Height of the line that is dragged, in pixels: Qt takes the mouse next to it, too, 5 in all."""
 

@@ -195,8 +195,7 @@ class Selection(QObject):
         self._handles: tuple[Selected, ...] = ()
         self.flank: int | None = None
         self._known: tuple[object, ...] = ()
-        self._before: tuple[Selected, ...] = ()
-        """Selection from before a handle was added."""
+        self._before: tuple[Selected, ...] = ()  # selection from before a handle was added
 
     @property
     def selected(self) -> Selected | None:

@@ -18,11 +18,8 @@ from model.scene.value_scale import ValueScale, values_at
 _BEYOND = 0.015
 """How far the outermost bins may reach out of the plot: whole-number bins do, by half of one."""
 
-_WIDEST_GAP = 8
-"""Largest distance, in bins, between two teeth of a comb."""
-
-_COMB = 0.1
-"""Least share of empty bins in narrow gaps that makes a histogram a comb."""
+_WIDEST_GAP = 8  # largest distance, in bins, between two teeth of a comb
+_COMB = 0.1  # least share of empty bins in narrow gaps that makes a histogram a comb
 
 
 class HistogramLayer:

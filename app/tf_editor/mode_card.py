@@ -22,24 +22,14 @@ from model.scene import tf_editing as edits
 from model.scene.transfer_function import ColorTF, OpacityTF
 
 HEIGHT = 28
-GAP = 18
-"""Distance from the handle, in pixels."""
-
-ROOM = 3
-"""Least distance from the plot's edges and from flags, in pixels."""
-
+GAP = 18  # distance from the handle, in pixels
+ROOM = 3  # least distance from the plot's edges and from flags, in pixels
 STEP, REACH, DOWN = 12, 300, 4
 """Distance between places to the side that are tried, and of the farthest; between heights."""
 
-OWN = 9
-"""Half the side of the square that the card's own handle takes, in pixels."""
-
-CURVE_PLACES = 129
-"""Places of the opacity curve that the card keeps off."""
-
-PIN_GAP = 8
-"""Distance to the side of a pin: it lies below the card, too."""
-
+OWN = 9  # half the side of the square that the card's own handle takes, in pixels
+CURVE_PLACES = 129  # places of the opacity curve that the card keeps off
+PIN_GAP = 8  # distance to the side of a pin: it lies below the card, too
 VALUE_MEANING = "Scalar value (F2)"
 
 WIDTH_MEANING = "Distance from the mean at which the opacity has fallen to 37 %"
@@ -58,8 +48,7 @@ class ModeCard(QFrame):
         self._area, self._moves = area, moves
         self._state, self._selection = moves.state, moves.selection
         self._is_short = False
-        self.heading = ""
-        """What is selected, in words."""
+        self.heading = ""  # what is selected, in words
         self.setProperty("role", "mode card")
         self.setFixedHeight(HEIGHT)
         # Between its fields, the mouse is not the plot's.

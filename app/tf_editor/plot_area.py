@@ -38,32 +38,16 @@ STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT
 """Where pins stand, in heights of the strip from its lower edge."""
 
-ZOOM_STEP = 1.25
-"""Factor of the visible interval by one step of the wheel."""
-
-GAP = 18
-"""Pixels between a point and the numbers of its drag."""
-
-HEADROOM = 16
-"""Pixels above the opacity 1, for flags and the grips of the range."""
-
-
+ZOOM_STEP = 1.25  # factor of the visible interval by one step of the wheel
+GAP = 18  # pixels between a point and the numbers of its drag
+HEADROOM = 16  # pixels above the opacity 1, for flags and the grips of the range
 Side = Literal["left", "bottom", "right"]
 
-LABEL_PIXELS = 11
-"""Height of the numbers' type."""
-
-LABEL_GAP = 7
-"""Pixels between a number and the plot at its side."""
-
-APART = 14
-"""Least distance of two numbers from one another, in pixels."""
-
-NEAR_GAP = 4
-"""Pixels between the plot and a number at its right, where little room is left."""
-
-OVERHANG = 44
-"""Pixels by which numbers at the ends may reach beyond the plot."""
+LABEL_PIXELS = 11  # height of the numbers' type
+LABEL_GAP = 7  # pixels between a number and the plot at its side
+APART = 14  # least distance of two numbers from one another, in pixels
+NEAR_GAP = 4  # pixels between the plot and a number at its right, where little room is left
+OVERHANG = 44  # pixels by which numbers at the ends may reach beyond the plot
 
 # Its own events of a hovering mouse, which nothing here takes, cost as much as a drag.
 pg.setConfigOption("mouseRateLimit", 5)
@@ -94,14 +78,11 @@ class PlotArea(QObject):
         The second plot's numbers, at the right.
     """
 
-    axisChanged = Signal()
-    """Emitted when other values are visible, or a scale is another."""
-    heightChanged = Signal()
-    """Emitted when the opacity plot has another size."""
+    axisChanged = Signal()  # when other values are visible, or a scale is another
+    heightChanged = Signal()  # when the opacity plot has another size
     flagsMoved = Signal()
     """Emitted when widgets over the plot have moved, or the numbers of a drag come or go."""
-    recolored = Signal()
-    """Emitted when the colours are those of another theme."""
+    recolored = Signal()  # when the colours are those of another theme
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -137,8 +118,7 @@ class PlotArea(QObject):
         self._readout.setProperty("role", "readout")
         self._readout.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self._readout.hide()
-        self.flags: list[QWidget] = []
-        """Widgets over the plot that nothing else may cover."""
+        self.flags: list[QWidget] = []  # widgets over the plot that nothing else may cover
         self.opacity.sigResized.connect(lambda *_: self._fit_heights())
         for watched in (self.widget, self.widget.viewport()):
             watched.installEventFilter(self)

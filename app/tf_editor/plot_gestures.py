@@ -113,11 +113,8 @@ class PlotGestures(QObject):
 
 
 _NUDGE_HEIGHT = 0.01
-_BIG_NUDGE = 10
-"""Number of small steps of an arrow key with Shift."""
-
-NEW_HEIGHT = 0.3
-"""Opacity of a mode or point added without the mouse."""
+_BIG_NUDGE = 10  # number of small steps of an arrow key with Shift
+NEW_HEIGHT = 0.3  # opacity of a mode or point added without the mouse
 
 
 class EditorKeys(QObject):

@@ -24,8 +24,7 @@ LEAST_DISTANCE = 0.004
 """Smallest distance between the lines after a drag, as a fraction of the plot's width."""
 
 _REACH = 5.0
-_GRIP = 7.0, 22.0
-"""Width and height of the grips, in pixels."""
+_GRIP = 7.0, 22.0  # width and height of the grips, in pixels
 _TIP = (
     "Drag to stretch the TF to another range, like window and level.\nWith Ctrl, cut the TF there "
     "instead."

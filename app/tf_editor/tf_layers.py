@@ -41,8 +41,7 @@ class OpacityLayer(QObject):
         self._fill: Any = pg.PlotCurveItem(pen=None, fillLevel=0)
         area.back.addItem(self._fill, ignoreBounds=True)
         self._curve, self._selected_curve = self._add_curve(), self._add_curve()
-        self.peaks: list[DragHandle] = []
-        """Handles of the modes or points, in order."""
+        self.peaks: list[DragHandle] = []  # handles of the modes or points, in order
         self.flanks = tuple(self._add_flank() for _ in range(2))
         """Left and right handle of the selected mode's width."""
         self.recolor()
@@ -184,8 +183,7 @@ class ColorLayer(QObject):
         self._state, self._selection = moves.state, moves.selection
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         area.strip.addItem(self._strip, ignoreBounds=True)
-        self.stops: list[DragHandle] = []
-        """Handles of the stops, in order."""
+        self.stops: list[DragHandle] = []  # handles of the stops, in order
 
     def refresh(self) -> None:
         """Redraw the state's colour TF."""

@@ -47,15 +47,9 @@ from model.scene.tf_presets import (
 from model.scene.transfer_function import TF_SAMPLES, Range, TransferFunction
 from model.scene.value_scale import values_at
 
-PICTURE = 96
-"""Sides of a picture, in pixels."""
-
-CELL = QSize(118, 128)
-"""Room of a picture with its name."""
-
-ROOM = 8
-"""Around all pictures, in pixels."""
-
+PICTURE = 96  # sides of a picture, in pixels
+CELL = QSize(118, 128)  # room of a picture with its name
+ROOM = 8  # around all pictures, in pixels
 COLUMNS, MOST_ROWS = 4, 3
 """Pictures in a row, and rows that are seen at once: all have room on a small screen."""
 
@@ -69,8 +63,7 @@ class PresetMenu(QMenu):
         Returns the user's own presets, which follow the others.
     """
 
-    chosen = Signal(object)
-    """Emitted with the chosen :class:`~model.scene.tf_presets.Preset`."""
+    chosen = Signal(object)  # with the chosen Preset
     picturesWanted = Signal(object)
     """Emitted with a tuple of the presets listed, each time that the menu opens."""
 
@@ -79,8 +72,7 @@ class PresetMenu(QMenu):
         self._state, self._area = state, area
         self._listed: tuple[Preset, ...] = ()
         self.own: Callable[[], Sequence[Preset]] = tuple
-        self.units = ""
-        """Unit of the volume's scalars; may be empty."""
+        self.units = ""  # unit of the volume's scalars; may be empty
         self.list = QListWidget()
         self.list.setAccessibleName("Presets")
         self.list.setViewMode(QListWidget.ViewMode.IconMode)
@@ -171,9 +163,7 @@ HINT = "\n".join(
     )
 )
 
-_LEAST_SHARE = 1e-6
-"""Smallest range that can be typed, as a fraction of the volume's."""
-
+_LEAST_SHARE = 1e-6  # smallest range that can be typed, as a fraction of the volume's
 PERCENTILES = {"0.1 to 99.9 % of the voxels": (0.1, 99.9), "1 to 99 % of the voxels": (1.0, 99.0)}
 
 
@@ -239,8 +229,7 @@ class TransferFunctionMenu(QObject):
         For presets, colours, and the rest.
     """
 
-    scale_wanted = Signal(str)
-    """Emitted with the scale that the volume is to be shown on."""
+    scale_wanted = Signal(str)  # with the scale that the volume is to be shown on
 
     def __init__(
         self, area: PlotArea, layer: RangeLayer, moves: HandleMoves, parent: QWidget

@@ -20,15 +20,9 @@ from model.scene.value_scale import ValueScale, logarithmic_ticks, values_at
 _ROUND_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _BEND_SHARE = 1e-3
 _MOST_DECADES = 6
-_LEAST_GAP = 0.09
-"""Distance between the labels of a logarithmic axis, as a fraction of the axis."""
-
-_FARTHEST = 4.0
-"""Places farther out than this count as equal, so that no value overflows."""
-
-LEAST_SPAN = 1e-6
-"""Smallest visible part of an axis, as a fraction of all of it."""
-
+_LEAST_GAP = 0.09  # distance between the labels of a logarithmic axis, as a fraction of the axis
+_FARTHEST = 4.0  # places farther out than this count as equal, so that no value overflows
+LEAST_SPAN = 1e-6  # smallest visible part of an axis, as a fraction of all of it
 Scale = Literal["linear", "log", "symlog"]
 
 WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
@@ -204,9 +198,7 @@ def _text(value: float, digits: int) -> str:
     return f"{value + 0.0:.{digits}g}"
 
 
-BEND = 0.002
-"""Opacity below which the logarithmic scale is almost linear, so that it has a 0."""
-
+BEND = 0.002  # opacity below which the logarithmic scale is almost linear, so that it has a 0
 _TOP = math.asinh(1 / BEND)
 _MARKED = {0.001: "", 0.01: ".01", 0.1: ".1"}
 """Labels of opacities between 0 and 1: that of the least would lie over the 0."""
