@@ -112,6 +112,9 @@ class EnginePane(QWidget):
 
         Path-traced light has at most so many samples of each pixel.
         """
+        if light != self._light:
+            # Those of an image in the light before.
+            self._samples = 0
         self._light, self._coming, self._most_samples = light, coming, most_samples
         self._show_status()
 

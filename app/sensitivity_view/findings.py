@@ -27,8 +27,6 @@ ROWS = 3  # most values, and most edits
 LEAST_SAID = 0.001
 """Smallest change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step."""
 
-WAITING = "computing …"
-
 VALUE_TIP = "Values, and their share of what is visible"
 EDIT_TIP = (
     "A mode of this opacity at {} to {} changes the region's pixels (0 to 1) by about this much,\n"
@@ -147,7 +145,7 @@ def findings_of(
     asked, state = asker.asked, asker.state
     answer, fresh = answer_of_values(asker), asker.is_fresh(asker.region)
     values_fresh = answer is not None and answer.is_of(state.inputs)
-    waiting = WAITING if asker.engines else ""
+    waiting = asker.waiting if asker.engines else ""
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
@@ -157,7 +155,7 @@ def findings_of(
         flat = peaks.strongest is None
         note = "no edit changes this region" if flat else "the curve has no peak"
     else:
-        note = WAITING if asker.is_waiting else ""
+        note = asker.waiting if asker.is_waiting else ""
     return Findings(
         title=asked.region_name,
         values_heading="Values visible" if asked.place is None else "Values at the clicked place",

@@ -371,7 +371,7 @@ class PlaceLabel(QFrame):
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
             for values, part in lines
         )
-        nothing = "computing …" if asker.pick is None else "Nothing visible here"
+        nothing = asker.waiting if asker.pick is None else "Nothing visible here"
         self.text.setText(f"<table>{rows}</table>" if rows else nothing)
         said = ", ".join(" ".join(line) for line in lines)
         self.setAccessibleName(f"Values here: {said or nothing}")

@@ -159,6 +159,8 @@ class SensitivityView(QObject):
         self._editor.resized.connect(self._fold)
         self._workspace.hintChanged.connect(self._take_hint)
         self._workspace.modelChanged.connect(self._show_source)
+        preparation = self._workspace.reference.preparation
+        preparation.progressed.connect(lambda *_groups: self._refresh("pick"))
         self.findings.rename.clicked.connect(lambda: self.chips.ask_name())
         QShortcut(QKeySequence("F8"), self._editor, self.chips.panel.click)
 

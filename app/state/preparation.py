@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from time import monotonic
 
 from PySide6.QtCore import QObject, QProcess, QTimer, Signal
 
@@ -22,6 +24,9 @@ LONGEST_S = 300
 PATIENCE_MS = 5000
 """Time that the first picture is given before anything is compiled."""
 
+USUAL_S, TICK_MS = 18, 1000
+"""Time of a group on a usual computer, two at a time, and between two reports of what is left."""
+
 
 class Preparation(QObject):
     """Compiles groups of kernels that are wanted, in their order, once a picture is there.
@@ -36,7 +41,8 @@ class Preparation(QObject):
     prepared = Signal()
     """Emitted when an engine may use the kernels of one more group."""
     progressed = Signal(int, int)
-    """Emitted with how many of the wanted groups are prepared, and how many are wanted."""
+    """Emitted with how many of the wanted groups are prepared, and how many are wanted; each second
+    until all are."""
 
     def __init__(
         self,
@@ -51,6 +57,10 @@ class Preparation(QObject):
         self._wanted: tuple[KernelGroup, ...] = ()
         self._workers: list[_Worker] = []
         self._has_begun = False
+        # When the present groups were wanted, and how many of them were prepared by then.
+        self._since, self._before = 0.0, 0
+        self._tick = QTimer(self, interval=TICK_MS)
+        self._tick.timeout.connect(self._say_progress)
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(self.begin)
 
@@ -65,6 +75,8 @@ class Preparation(QObject):
         """Prepare these groups next; what is under way goes on."""
         if tuple(groups) != self._wanted:
             self._wanted = tuple(groups)
+            self._since, self._before = monotonic(), sum(map(self.is_prepared, groups))
+            self._tick.start()
             if not self._has_begun:
                 self._patience.start()
             self._go_on()
@@ -80,6 +92,7 @@ class Preparation(QObject):
     def stop(self) -> None:
         """End all processes; what they have compiled is kept."""
         self._patience.stop()
+        self._tick.stop()
         self._wanted = ()
         self._workers.clear()
         for worker in self.findChildren(_Worker):
@@ -122,8 +135,24 @@ class Preparation(QObject):
         if worker.group is not None:
             self._take(worker.group)
 
+    @property
+    def text(self) -> str:
+        """How long the wanted groups still take, in a sentence; empty once they are prepared."""
+        done = sum(map(self.is_prepared, self._wanted)) - self._before
+        count, spent = len(self._wanted) - self._before, monotonic() - self._since
+        if done == count:
+            return ""
+        whole = max(count * USUAL_S / PROCESSES, 1.5 * spent)
+        if done > 0:
+            # Those under way are half done.
+            whole = spent * count / min(done + len(self._workers) / 2, count)
+        seconds = 5 * max(math.ceil((whole - spent) / 5), 1)
+        return f"Compiling, once per data type and light: about {seconds} s left …"
+
     def _say_progress(self) -> None:
         done = sum(map(self.is_prepared, self._wanted))
+        if done == len(self._wanted):
+            self._tick.stop()
         self.progressed.emit(done, len(self._wanted))
 
 

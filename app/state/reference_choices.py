@@ -110,8 +110,13 @@ class SlowLights:
         self._judged: frozenset[Lighting] = frozenset()
         self._is_loaded = False
 
-    def judge(self, lighting: Lighting, result: Result, whole: Raster) -> float:
+    def judge(
+        self, lighting: Lighting, result: Result, whole: Raster, is_busy: bool = False
+    ) -> float:
         """Judge a light by the time of one of the reference's images.
+
+        While the machine is busy with compiling, a slow image says nothing: else the first light
+        would go and come back.
 
         Return the seconds that such an image takes if this has now been found to be too long;
         else 0.
@@ -128,6 +133,8 @@ class SlowLights:
             return 0.0
         rows, columns = image.rgba.shape[:2]
         seconds = image.seconds * min(1.0, pixels / (rows * columns))
+        if seconds > limit and is_busy:
+            return 0.0
         if lighting == "soft" and seconds > limit and not self._is_loaded:
             # With the first image, what draws it was loaded or compiled.
             self._is_loaded = True

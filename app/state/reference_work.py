@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from time import monotonic
 from typing import Any
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
@@ -37,12 +36,6 @@ LEAST_PANE = 64
 """Fewest pixels of an image's sides, while a pane is not laid out yet."""
 
 PREPARING = "Preparing the volume …"
-WAITING = "Sensitivities and the map follow once they are prepared for this computer."
-"""Said while kernels of the analyst are compiled."""
-
-KERNEL_S, TICK_MS = 15, 1000
-"""Time that the first kernels take on two processors of a usual computer, and between two reports
-of it."""
 
 
 class ReferenceWork(QObject):
@@ -115,10 +108,9 @@ class ReferenceWork(QObject):
         clients.reference.images.answered.connect(self._take_image)
         clients.reference.settled.connect(self._take_first)
         clients.reference.stateChanged.connect(self._note_failure)
-        # Why VTK does not draw before the ray caster's first kernel is compiled, and since when.
-        self._vtk_problem, self._compiled_since = "", 0.0
-        self._kernel_tick = QTimer(self, interval=TICK_MS)
-        self._kernel_tick.timeout.connect(self._say_kernel_time)
+        self.preparation.progressed.connect(self._say_time)
+        # Why VTK does not draw before the ray caster's first kernel is compiled.
+        self._vtk_problem = ""
         self._is_first = False
         self._first_rest = QTimer(self, singleShot=True, interval=FIRST_REST_MS)
         self._first_rest.timeout.connect(self._end_first)
@@ -251,7 +243,6 @@ class ReferenceWork(QObject):
         """Follow the pane no more, and prepare nothing."""
         self._pane_rest.stop()
         self._first_rest.stop()
-        self._kernel_tick.stop()
         self.preparation.stop()
 
     def _take_light(self, before: Volume | None) -> None:
@@ -317,7 +308,8 @@ class ReferenceWork(QObject):
     def _take_image(self, result: Result) -> None:
         """Show a faster light in place of one that was not chosen and that takes too long."""
         lighting = self.settings.lighting
-        seconds = self._slow_lights.judge(lighting, result, self._scheduler.raster)
+        is_busy = bool(self.preparation.text)
+        seconds = self._slow_lights.judge(lighting, result, self._scheduler.raster, is_busy)
         if seconds and self.choices.lighting == "auto" and self._scene is None:
             self.follow(None)
             if self.settings.lighting == "none":
@@ -368,12 +360,8 @@ class ReferenceWork(QObject):
     def _start_reference(self, busy_text: str = PREPARING) -> None:
         assert self._volume is not None
         if self._vtk_problem and self._is_vtk_for_now:
-            if not self._kernel_tick.isActive():
-                self._compiled_since = monotonic()
-                self._kernel_tick.start()
-            self._say_kernel_time()
+            self._say_time()
             return
-        self._kernel_tick.stop()
         build = partial(self._builders.reference, self._volume, self.settings)
         self.has_drawn = self._reference in self._scheduler.hidden
         self._reference.start(build, busy_text)
@@ -384,19 +372,20 @@ class ReferenceWork(QObject):
         is_prepared = self._are_prepared(self.settings)
         self._analyst_waits = not (is_prepared and self.has_drawn)
         if self._analyst_waits:
-            self._analyst.wait(PREPARING if is_prepared else WAITING)
+            self._analyst.wait(PREPARING if is_prepared else self.preparation.text)
         else:
             build = partial(self._builders.analyst, self._volume, self.settings)
             self._analyst.start(build, PREPARING)
         self.analystReplaced.emit()
 
-    def _say_kernel_time(self) -> None:
-        """Say why nothing draws yet, and how long it has taken so far."""
-        self._reference.wait(
-            f"{self._vtk_problem.rstrip('.')}. The ray caster draws the first image. Its code is "
-            f"being compiled, once per computer: {monotonic() - self._compiled_since:.0f} of about "
-            f"{KERNEL_S} s …"
-        )
+    def _say_time(self, *_groups: int) -> None:
+        """Say why nothing draws or answers yet, and how long that takes."""
+        text = self.preparation.text
+        if text and self._vtk_problem and self._is_vtk_for_now:
+            problem = self._vtk_problem.rstrip(".")
+            self._reference.wait(f"{problem}. The ray caster draws the first image. {text}")
+        if text and self._analyst_waits and not self._are_prepared(self.settings):
+            self._analyst.wait(text)
 
     def _take_first(self) -> None:
         """Begin what the first picture is not to wait for."""

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from app.engines.client import Channels, EngineClient, EngineName
+from app.engines.client import Channels, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import (
     Quality,
@@ -157,6 +157,12 @@ class SensitivityAsker(QObject):
     def is_waiting(self) -> bool:
         """Whether an answer about the region is still to come."""
         return bool(self.engines) and not (self.problem or self.is_fresh(self.region))
+
+    @property
+    def waiting(self) -> str:
+        """What is said in the place of answers that are still to come."""
+        client = self.clients["exact"]
+        return client.text if client.state is EngineState.WAITING else "computing …"
 
     @property
     def region(self) -> RegionAnswer | None:

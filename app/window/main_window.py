@@ -76,7 +76,8 @@ class MainWindow(WindowParts):
         # Errors of an earlier file no longer apply.
         workspace.opening.volumeRead.connect(lambda _opened: self.notice.clear())
         work.settingsChanged.connect(lambda _settings: self._show_light())
-        work.preparation.progressed.connect(self.status.show_preparation)
+        preparation, show = work.preparation, self.status.show_preparation
+        preparation.progressed.connect(lambda done, of: show(done, of, preparation.text))
         self._show_light()
         self.crop_card.shownChanged.connect(self._show_crop_handles)
         self.sensitivity_state.changed.connect(self._show_crop_handles)

@@ -44,6 +44,12 @@ OVERLAYS: tuple[tuple[Overlay, str, str], ...] = (
 )
 
 
+NO_MODEL = (
+    "To compare, open a model of this volume: Help > The paper's networks lists models; the "
+    "command train makes one."
+)
+
+
 def build_menus(window: WindowParts) -> None:
     """Fill the menu bar, and have the buttons of the top bar act."""
     for title, fill in (
@@ -64,7 +70,7 @@ def build_menus(window: WindowParts) -> None:
 def _connect_bar(window: WindowParts) -> None:
     """Have each button of the bar do what its action does, whose keys work everywhere."""
     bar, panes, crop = window.top_bar, window.panes, window.crop_card
-    latent, error = window.latent_state, window.image_error
+    latent, error, model = window.latent_state, window.image_error, window.workspace.model
 
     def act(button: IconButton, slot: Callable[[], object], *keys: str) -> QAction:
         action = QAction(button.accessibleName(), window)
@@ -75,8 +81,30 @@ def _connect_bar(window: WindowParts) -> None:
         _show_action(button, action)
         return action
 
-    compare = act(bar.compare, panes.toggle_compare, "C")
-    difference = act(bar.difference, lambda: error.set_wanted(difference.isChecked()), "D")
+    def follows() -> bool:
+        """Whether there are two images, or will be; say what is in the way."""
+        if panes.is_browsing:
+            window.status.say("The map of TFs is in the place of the second image. B closes it.")
+        elif model.awaits_path:
+            window.status.say(f"Two images follow. {window.workspace.reference.preparation.text}")
+        elif not model.is_open:
+            window.status.say(NO_MODEL)
+        return panes.can_compare or model.awaits_path
+
+    def compare_images() -> None:
+        if follows():
+            panes.toggle_compare() if panes.can_compare else panes.show_images("both")
+        show_images()
+
+    def show_difference() -> None:
+        wanted = difference.isChecked() and follows()
+        if wanted and len(panes.images) < 2:
+            panes.show_images("both")
+        difference.setChecked(wanted)
+        error.set_wanted(wanted)
+
+    compare = act(bar.compare, compare_images, "C")
+    difference = act(bar.difference, show_difference, "D")
     browse = act(bar.browse, lambda: latent.choose(shown=not latent.choices.shown), "B", "Ctrl+B")
     act(bar.save, window.saving.ask, "Ctrl+Shift+S", "Ctrl+Shift+C")
     cropping = act(window.tools.crop, lambda: crop.set_shown(not crop.is_shown), "K", "Ctrl+K")
@@ -84,9 +112,7 @@ def _connect_bar(window: WindowParts) -> None:
 
     def show_images() -> None:
         bar.show_comparison(panes.can_compare)
-        compare.setEnabled(panes.can_compare)
         compare.setChecked(len(panes.images) > 1)
-        difference.setEnabled(len(panes.images) > 1)
 
     panes.arranged.connect(show_images)
     latent.choicesChanged.connect(lambda choices: browse.setChecked(choices.shown))

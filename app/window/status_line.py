@@ -113,7 +113,6 @@ class StatusLine(QStatusBar):
             "is half the shorter side of the image)"
         )
         self._prepared = QProgressBar()
-        self._prepared.setFormat("Compiling, once per data type and light: %v of %m")
         self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
         self._prepared.hide()
         self.addWidget(self._left, 1)
@@ -158,8 +157,9 @@ class StatusLine(QStatusBar):
         if text and not text.endswith(PENDING):
             self._rest.start()
 
-    def show_preparation(self, done: int, wanted: int) -> None:
-        """Show how many groups of kernels are compiled, until all are."""
+    def show_preparation(self, done: int, wanted: int, text: str) -> None:
+        """Show how many groups of kernels are compiled, and how long the others take."""
+        self._prepared.setFormat(text.replace("%", "%%"))
         self._prepared.setMaximum(max(wanted, 1))
         self._prepared.setValue(done)
         self._prepared.setVisible(done < wanted)

@@ -25,6 +25,7 @@ def image(seconds: float, by_raycast: bool = True, scale: float = 1.0) -> Result
 
 def test_soft_light_is_given_up_by_its_second_image_of_more_than_its_time() -> None:
     lights = SlowLights()
+    assert lights.judge("soft", image(9.0), WHOLE, is_busy=True) == 0
     # With the first one, what draws it was loaded. A quarter of the width is what moves.
     assert lights.judge("soft", image(9.0, scale=0.25), WHOLE) == 0
     assert lights.judge("soft", image(3.2), WHOLE) == pytest.approx(0.2, rel=0.02)

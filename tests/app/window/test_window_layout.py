@@ -159,16 +159,19 @@ def test_what_lies_over_the_images_follows_them(make_window):
     assert after[0] == before[0] and after[1] != before[1]
     bar = window.top_bar
     assert window.panes.images == [window.generator, window.reference]
-    assert bar.compare.isChecked() and bar.difference.isEnabled()
+    assert bar.compare.isChecked()
     action(window, "D").trigger()
     assert window.image_error.is_wanted and bar.difference.isChecked()
     bar.difference.click()
     assert not window.image_error.is_wanted
     action(window, "C").trigger()
     assert window.panes.images == [window.generator]
-    assert not bar.compare.isChecked() and not bar.difference.isEnabled()
-    bar.compare.click()
-    assert len(window.panes.images) == 2 and bar.compare.isChecked()
+    assert not bar.compare.isChecked()
+    bar.difference.click()
+    assert len(window.panes.images) == 2 and bar.compare.isChecked() and bar.difference.isChecked()
+    window.workspace.open_model(None)
+    action(window, "C").trigger()
+    assert "open a model" in window.status.news and not bar.compare.isChecked()
 
 
 def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
