@@ -1,14 +1,11 @@
-from __future__ import annotations
-
 import gc
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QCoreApplication, QEvent, QThread, QTimer
-from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QApplication, QMessageBox
 from ramp import make_tf
 from shiboken6 import getAllValidWrappers
 from window_fakes import PATIENCE_S, FakeBuilders
@@ -20,7 +17,7 @@ from app.window.main_window import MainWindow
 
 
 @pytest.fixture(autouse=True, scope="module")
-def garbage_of_the_module() -> Iterator[None]:
+def garbage_of_the_module():
     """Collect windows that wait in reference cycles while no other thread is there.
 
     What was there before, all of torch among it, is not looked through each time.
@@ -32,7 +29,7 @@ def garbage_of_the_module() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def garbage_stays_in_this_thread() -> Iterator[None]:
+def garbage_stays_in_this_thread():
     """Collect nothing while threads of engines may run: Qt's objects die in their own thread."""
     gc.disable()
     yield
@@ -40,7 +37,7 @@ def garbage_stays_in_this_thread() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def nothing_left_alive(request: pytest.FixtureRequest, qapp: QApplication) -> Iterator[None]:
+def nothing_left_alive(request, qapp):
     """Fail a test that leaves a thread, a running timer or a window behind."""
     if "cli" in request.path.parts:
         yield
@@ -54,7 +51,7 @@ def nothing_left_alive(request: pytest.FixtureRequest, qapp: QApplication) -> It
     assert still_alive(before) == []
 
 
-def still_alive(before: set[QWidget]) -> list[str]:
+def still_alive(before):
     """Worker threads, running timers and Qt threads, and windows that were not there before."""
     alive = [t.name for t in threading.enumerate() if t.name.startswith(THREAD_PREFIX)]
     wrappers = getAllValidWrappers()
@@ -65,13 +62,13 @@ def still_alive(before: set[QWidget]) -> list[str]:
 
 
 @pytest.fixture(autouse=True)
-def no_question_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_question_waits(monkeypatch):
     """Answer what a window asks when it is closed in the middle of something."""
     monkeypatch.setattr(QMessageBox, "question", lambda *_: QMessageBox.StandardButton.Yes)
 
 
 @pytest.fixture
-def state() -> ViewerState:
+def state():
     """A state over 100..200 with modes at 130 and 170."""
     state = ViewerState()
     state.start_volume(make_tf(), None)
@@ -79,7 +76,7 @@ def state() -> ViewerState:
 
 
 @pytest.fixture
-def builders() -> FakeBuilders:
+def builders():
     return FakeBuilders()
 
 
@@ -87,16 +84,10 @@ WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture
-def make_window(qtbot: QtBot, builders: FakeBuilders) -> WindowMaker:
+def make_window(qtbot, builders):
     """Open a window on fake engines and wait until both images are there."""
 
-    def make(
-        volume: str = "ramp",
-        model: Path | None = Path("model"),
-        folder: Path | None = None,
-        size: str = "generator",
-        **choices: str,
-    ) -> MainWindow:
+    def make(volume="ramp", model=Path("model"), folder=None, size="generator", **choices):
         window = MainWindow(builders.make(), preferences=Preferences(folder))
         window.workspace.reference.choose(size=size, **choices)
         qtbot.addWidget(window)

@@ -1,7 +1,5 @@
 """Kills of the window, which the TF, the view and the window's place survive."""
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -24,7 +22,7 @@ LOST_S = 1.0
 """Edits older than this are kept."""
 
 
-def killed(folder: Path, seed: int) -> tuple[list[dict], float]:
+def killed(folder, seed):
     """Have a window edit for a random time, kill it, and return its edits and when it ended."""
     window = subprocess.Popen(
         [sys.executable, str(SCRIPT), str(folder), str(seed)],
@@ -45,7 +43,7 @@ def killed(folder: Path, seed: int) -> tuple[list[dict], float]:
     return [json.loads(line) for line in whole], end
 
 
-def kept_after(folder: Path, edits: list[dict], end: float) -> None:
+def kept_after(folder, edits, end):
     fingerprint = edits[0]["fingerprint"]
     settled = [edit for edit in edits if edit["made"] < end - LOST_S]
     settings, memory = settings_file(folder).values, volume_file(folder, fingerprint).values

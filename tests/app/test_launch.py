@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -123,9 +121,9 @@ def test_without_a_display_one_sentence_names_the_way_out(builders, monkeypatch,
 def test_control_c_closes_the_window(builders, tmp_path, monkeypatch):
     monkeypatch.setattr(launch, "user_folder", lambda: tmp_path)
     before = signal.getsignal(signal.SIGINT)
-    opened: list[bool] = []
+    opened = []
 
-    def interrupt() -> None:
+    def interrupt():
         windows = [w for w in QApplication.topLevelWidgets() if isinstance(w, MainWindow)]
         opened.append(windows[0].isVisible())
         os.kill(os.getpid(), signal.SIGINT)
@@ -143,7 +141,7 @@ def test_an_image_that_never_comes_does_not_hang_the_screenshot(
     path = tmp_path / "window.png"
     builders.loading = loading = threading.Event()
 
-    def load_after_the_screenshot() -> None:
+    def load_after_the_screenshot():
         while not path.exists():
             threading.Event().wait(0.005)
         loading.set()

@@ -1,7 +1,5 @@
-from __future__ import annotations
-
 import pytest
-from PySide6.QtCore import QEvent, QPoint, QRect
+from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtGui import QHelpEvent
 from PySide6.QtWidgets import QApplication, QMenu, QToolTip
 
@@ -11,14 +9,14 @@ from app.theme import apply_theme
 LONG = "A sentence that says rather much about an entry, and that is wrapped where it is too long"
 
 
-def ask(menu: QMenu, number: int) -> None:
+def ask(menu, number):
     """Rest with the mouse on an entry."""
     at = menu.actionGeometry(menu.actions()[number]).center()
     event = QHelpEvent(QEvent.Type.ToolTip, at, menu.mapToGlobal(at))
     QApplication.sendEvent(menu, event)
 
 
-def tip_rect() -> QRect:
+def tip_rect():
     (tip,) = [
         w for w in QApplication.topLevelWidgets() if w.metaObject().className() == "QTipLabel"
     ]

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QShortcut
@@ -37,7 +35,7 @@ def boxes(qtbot, window):
     return pixels, value
 
 
-def type_over(box: WholeNumberBox | NumberBox, text: str) -> None:
+def type_over(box, text):
     box.setFocus()
     box.selectAll()
     QTest.keyClicks(box, text)
@@ -104,7 +102,7 @@ def test_digits_that_are_rounded_beyond_the_limits_are_no_entry(boxes):
 
 
 def test_after_enter_keys_are_the_windows(window, boxes):
-    heard: list[str] = []
+    heard = []
     for key in ("Ctrl+Z", "R"):
         QShortcut(key, window).activated.connect(lambda key=key: heard.append(key))
     for box, typed in zip(boxes, ("1400", ".25"), strict=True):

@@ -1,7 +1,5 @@
 """Compiling ahead: what it prepares is what a volume's pictures use."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -34,8 +32,7 @@ def test_what_is_prepared_is_not_compiled_again(tmp_path, lighting):
 
 
 @pytest.mark.parametrize(
-    ("voxels", "kind"),
-    [("uint8", "uint8"), ("float32", "float32"), ("float64", "float32")],
+    ("voxels", "kind"), [("uint8", "uint8"), ("float32", "float32"), ("float64", "float32")]
 )
 def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels, kind):
     volume = compilation._ball(voxels)
@@ -43,11 +40,11 @@ def test_kernels_are_those_of_the_voxels_that_are_drawn(voxels, kind):
     assert found == (KernelGroup(kind, "soft", "images"), KernelGroup(kind, "soft", "questions"))
 
 
-def _run(cache: Path, *arguments: str) -> None:
+def _run(cache, *arguments):
     environment = os.environ | {"XDG_CACHE_HOME": str(cache)}
     command = [sys.executable, *arguments]
     subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=True)
 
 
-def _kernels(cache: Path) -> set[str]:
+def _kernels(cache):
     return {file.name for file in cache.rglob("*.nbc")}

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import os
 import subprocess
 from types import SimpleNamespace
@@ -42,9 +40,9 @@ def test_without_settings_only_an_nvidia_gpu_brings_cuda(has_nvidia):
 
 @pytest.mark.parametrize("failing", ["--target", "--python"])
 def test_where_uv_cannot_be_had_or_fails_pip_installs(failing, monkeypatch):
-    ran: list[list[str]] = []
+    ran = []
 
-    def record(command: list[str], **_: object) -> SimpleNamespace:
+    def record(command, **_):
         ran.append(list(command))
         return SimpleNamespace(returncode=int(failing in command), stdout="")
 

@@ -1,15 +1,11 @@
 """Which model the window takes when the user has named none."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
-from pytestqt.qtbot import QtBot
 from ramp import make_volume
 
 from app.state.library import KnownModel, Library
-from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 
 
@@ -19,13 +15,13 @@ def shipped(builders, monkeypatch):
     builders.volumes["hill"] = make_volume("hill", top=150.0)
     ramp = builders.volumes["ramp"].fingerprint
 
-    def models_of(_library: Library, fingerprint: str, remembered: object) -> list[KnownModel]:
+    def models_of(_library, fingerprint, remembered):
         return [KnownModel(Path("shipped"), "shipped", "")] if fingerprint == ramp else []
 
     monkeypatch.setattr(Library, "models_of", models_of)
 
 
-def open_volume(qtbot: QtBot, window: MainWindow, name: str) -> None:
+def open_volume(qtbot, window, name):
     window.workspace.opening.open(Path(name))
     qtbot.waitUntil(
         lambda: (

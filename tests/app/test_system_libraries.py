@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 from app import system_libraries
@@ -13,7 +11,7 @@ def test_nothing_is_missing_where_the_tests_run():
 def test_a_library_that_does_not_load_names_its_package(monkeypatch):
     real = system_libraries.ctypes.CDLL
 
-    def without_egl(name: str) -> object:
+    def without_egl(name):
         if "EGL" in name:
             raise OSError(name)
         return real(name)
@@ -32,9 +30,9 @@ def test_without_rights_the_exact_command_is_printed(monkeypatch, capsys):
 
 
 def test_with_rights_apt_get_installs(monkeypatch):
-    ran: list[list[str]] = []
+    ran = []
 
-    def record(command: list[str], **_: object) -> SimpleNamespace:
+    def record(command, **_):
         ran.append(command)
         return SimpleNamespace(returncode=0)
 

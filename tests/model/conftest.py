@@ -1,5 +1,4 @@
 import os
-from pathlib import Path
 
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
@@ -24,7 +23,7 @@ def scene(volume):
 @pytest.fixture(scope="session")
 def store(volume, scene, tmp_path_factory):
     """A complete store of 160 training and 32 hold-out samples."""
-    path: Path = tmp_path_factory.mktemp("stores") / "blobs.zarr"
+    path = tmp_path_factory.mktemp("stores") / "blobs.zarr"
     store = SampleStore.create(path, scene, 7, {"train": 160, "holdout": 32})
     render_store(store, volume, workers=1)
     return store

@@ -1,9 +1,7 @@
-from __future__ import annotations
-
 import pytest
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser):
     parser.addoption(
         "--regenerate-pictures",
         action="store_true",
@@ -12,7 +10,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture(scope="session")
-def regenerates(request: pytest.FixtureRequest) -> bool:
+def regenerates(request):
     """Whether the pictures are stored anew, instead of compared."""
     # Where all tests run, pytest has read its options before it finds this folder.
     return bool(request.config.getoption("--regenerate-pictures", default=False))

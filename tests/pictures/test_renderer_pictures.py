@@ -3,8 +3,6 @@
 The ray caster draws the stored pictures.
 """
 
-from __future__ import annotations
-
 from typing import get_args
 
 import compare
@@ -13,18 +11,15 @@ from compare import Tolerance
 from scenes import SCENES, volume_of
 
 from model.rendering.renderer import open_renderer
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import Lighting
 
 ROUNDING = Tolerance(0.0013, 0.005)
 """Of stored pictures, to 1/255, and of floating-point numbers."""
 
-TOLERANCES: dict[RendererName, dict[Lighting, Tolerance]] = {
+TOLERANCES = {
     "raycast": dict.fromkeys(get_args(Lighting), ROUNDING),
     # Its own pictures have 8 bits, and OpenGL interpolates with weights of 8 bits.
-    "vtk": {
-        "none": Tolerance(0.003, 0.012),
-        "direct": Tolerance(0.004, 0.04),
-    },
+    "vtk": {"none": Tolerance(0.003, 0.012), "direct": Tolerance(0.004, 0.04)},
 }
 """Largest differences of each renderer from a stored picture, under each light that it has."""
 
@@ -38,7 +33,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("name", "kind"), CASES)
-def test_a_renderer_draws_what_is_stored(name: str, kind: RendererName, regenerates: bool) -> None:
+def test_a_renderer_draws_what_is_stored(name, kind, regenerates):
     scene = SCENES[name]
     volume = volume_of(scene.volume)
     renderer = open_renderer(kind, volume, scene.lighting, sample_distance=scene.step)
@@ -49,5 +44,5 @@ def test_a_renderer_draws_what_is_stored(name: str, kind: RendererName, regenera
     compare.check(name, drawn, TOLERANCES[kind][scene.lighting], kind)
 
 
-def test_no_stored_picture_is_left_over() -> None:
+def test_no_stored_picture_is_left_over():
     assert {path.stem for path in compare.STORED.glob("*.png")} == set(SCENES)

@@ -1,17 +1,14 @@
-from __future__ import annotations
-
 import threading
 
-from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S
 
 from app.engines.background import BackgroundCall
 from model.errors import VolumeError
 
 
-def test_the_result_arrives(qtbot: QtBot) -> None:
+def test_the_result_arrives(qtbot):
     call = BackgroundCall(threading.current_thread, "test")
-    results: list[object] = []
+    results = []
     call.done.connect(results.append)
     with qtbot.waitSignals([call.done, call.finished], order="strict"):
         call.start()
@@ -20,12 +17,12 @@ def test_the_result_arrives(qtbot: QtBot) -> None:
     assert results[0] is not threading.current_thread()
 
 
-def test_an_error_arrives_as_a_sentence(qtbot: QtBot) -> None:
-    def fail() -> None:
+def test_an_error_arrives_as_a_sentence(qtbot):
+    def fail():
         raise VolumeError("a.nrrd: the file is empty.")
 
     call = BackgroundCall(fail, "test")
-    errors: list[str] = []
+    errors = []
     call.failed.connect(errors.append)
     with qtbot.waitSignals([call.failed, call.finished], order="strict"):
         call.start()
@@ -33,10 +30,10 @@ def test_an_error_arrives_as_a_sentence(qtbot: QtBot) -> None:
     assert errors == ["a.nrrd: the file is empty."]
 
 
-def test_an_abandoned_call_only_finishes(qtbot: QtBot) -> None:
+def test_an_abandoned_call_only_finishes(qtbot):
     may_return = threading.Event()
     call = BackgroundCall(lambda: may_return.wait(PATIENCE_S), "test")
-    results: list[object] = []
+    results = []
     call.done.connect(results.append)
     call.start()
     call.abandon()

@@ -1,53 +1,48 @@
 """Two askers of one engine: each hears its own answers, and the newest of them count."""
 
-from __future__ import annotations
-
 import threading
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import worker
 from app.engines.client import Channel, EngineClient
-from app.engines.messages import Result
-from app.engines.requests import ImageRequest, Watch
+from app.engines.requests import ImageRequest
 
 
 class Asking:
     """A client whose engine waits in each image, two channels to it, and their answers."""
 
-    def __init__(self, qtbot: QtBot) -> None:
+    def __init__(self, qtbot):
         self.client = EngineClient("test")
         self.engine = FakeEngine(gate=threading.Semaphore(0))
         self.one, self.other = (Channel(self.client, name, self.client) for name in ("one", "two"))
-        self.heard: dict[Channel, list[Result]] = {self.one: [], self.other: []}
+        self.heard = {self.one: [], self.other: []}
         for channel, heard in self.heard.items():
             channel.answered.connect(heard.append)
         with qtbot.waitSignal(self.client.engineReady):
             self.client.start(lambda: self.engine, "Loading …")
 
-    def ask(self, channel: Channel) -> ImageRequest:
+    def ask(self, channel):
         """Ask for an image on a channel."""
         image = make_request(0)
         return channel.ask(ImageRequest(image.inputs, image.quality))
 
-    def begin(self, channel: Channel) -> ImageRequest:
+    def begin(self, channel):
         """Ask, and wait until it is being drawn."""
         asked = self.ask(channel)
         assert self.engine.started.acquire(timeout=PATIENCE_S)
         return asked
 
-    def let_draw(self) -> None:
+    def let_draw(self):
         """Let the engine draw all that comes."""
         assert self.engine.gate is not None
         self.engine.gate.release(10)
 
 
 @pytest.fixture
-def asking(qtbot: QtBot) -> Iterator[Asking]:
+def asking(qtbot):
     asking = Asking(qtbot)
     yield asking
     asking.let_draw()
@@ -55,7 +50,7 @@ def asking(qtbot: QtBot) -> Iterator[Asking]:
     asking.client.join()
 
 
-def test_an_answer_goes_to_its_asker_alone(qtbot: QtBot, asking: Asking) -> None:
+def test_an_answer_goes_to_its_asker_alone(qtbot, asking):
     first, second = asking.ask(asking.one), asking.ask(asking.other)
     assert 0 < first.sequence < second.sequence
     assert asking.one.is_pending and asking.other.is_pending
@@ -69,7 +64,7 @@ def test_an_answer_goes_to_its_asker_alone(qtbot: QtBot, asking: Asking) -> None
     assert asking.client.state.name == "LOADING"
 
 
-def test_what_is_called_off_is_not_answered(qtbot: QtBot, asking: Asking) -> None:
+def test_what_is_called_off_is_not_answered(qtbot, asking):
     asking.begin(asking.one)
     asking.one.cancel()
     assert not asking.one.is_pending
@@ -82,15 +77,13 @@ def test_what_is_called_off_is_not_answered(qtbot: QtBot, asking: Asking) -> Non
     qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
 
 
-def test_how_far_the_newest_answer_has_got_is_heard_by_its_asker(
-    qtbot: QtBot, asking: Asking, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_how_far_the_newest_answer_has_got_is_heard_by_its_asker(qtbot, asking, monkeypatch):
     monkeypatch.setattr(worker, "PROGRESS_S", 0.0)
-    heard: list[float] = []
+    heard = []
     asking.one.progressed.connect(heard.append)
     asking.other.progressed.connect(lambda _part: pytest.fail("It asked for something else."))
 
-    def image(request: ImageRequest, watch: Watch) -> np.ndarray:
+    def image(request, watch):
         for part in (0.0, 0.5):
             watch.note(part)
         return np.zeros((8, 8, 4), np.float32)
@@ -101,7 +94,7 @@ def test_how_far_the_newest_answer_has_got_is_heard_by_its_asker(
     assert heard == [0.0, 0.5]
 
 
-def test_nothing_is_pending_any_more_once_the_engine_ends(asking: Asking) -> None:
+def test_nothing_is_pending_any_more_once_the_engine_ends(asking):
     asking.begin(asking.one)
     asking.let_draw()
     asking.client.stop()

@@ -1,14 +1,9 @@
-from __future__ import annotations
-
 import threading
-from collections.abc import Iterator
 
 import pytest
-from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines.client import Channel, EngineClient, EngineState
-from app.engines.messages import Result
 from app.engines.requests import IMAGES, VisibilityRequest
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
@@ -17,10 +12,10 @@ from model.scene.region import Region
 class Told:
     """A client, the states that it went through, and its results."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.client = EngineClient("test")
-        self.states: list[EngineState] = []
-        self.results: list[Result] = []
+        self.states = []
+        self.results = []
         self.client.stateChanged.connect(self.states.append)
         self.seen = Channel(self.client, "visibility", self.client)
         for channel in (self.client.images, self.seen):
@@ -28,14 +23,14 @@ class Told:
 
 
 @pytest.fixture
-def told(qtbot: QtBot) -> Iterator[Told]:
+def told(qtbot):
     told = Told()
     yield told
     told.client.stop()
     told.client.join()
 
 
-def test_an_image_is_waited_for_and_settles(qtbot: QtBot, told: Told) -> None:
+def test_an_image_is_waited_for_and_settles(qtbot, told):
     with qtbot.waitSignal(told.client.engineReady):
         told.client.start(FakeEngine, "Loading …")
     assert told.client.text == "Loading …"
@@ -49,10 +44,10 @@ def test_an_image_is_waited_for_and_settles(qtbot: QtBot, told: Told) -> None:
     assert told.results[0].request == make_request(3)
 
 
-def test_an_engine_draws_before_it_answers(qtbot: QtBot, told: Told) -> None:
+def test_an_engine_draws_before_it_answers(qtbot, told):
     may_load = threading.Event()
 
-    def build() -> FakeEngine:
+    def build():
         assert may_load.wait(PATIENCE_S)
         return FakeEngine()
 
@@ -68,7 +63,7 @@ def test_an_engine_draws_before_it_answers(qtbot: QtBot, told: Told) -> None:
     assert [result.request.channel for result in told.results] == [IMAGES, "visibility"]
 
 
-def test_it_settles_with_the_last_of_ever_better_images(qtbot: QtBot, told: Told) -> None:
+def test_it_settles_with_the_last_of_ever_better_images(qtbot, told):
     told.client.start(lambda: RefiningEngine([3, 6, 9]), "Loading …")
     with qtbot.waitSignal(told.client.settled):
         told.client.images.ask(make_request(1))
@@ -82,9 +77,7 @@ def test_it_settles_with_the_last_of_ever_better_images(qtbot: QtBot, told: Told
     assert not told.client.images.is_pending
 
 
-def test_errors_are_a_state_with_its_sentence_until_the_next_image(
-    qtbot: QtBot, told: Told
-) -> None:
+def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, told):
     engine = FakeEngine()
     engine.error = RenderError("The memory is full.")
     told.client.start(lambda: engine, "Loading …")
@@ -98,8 +91,8 @@ def test_errors_are_a_state_with_its_sentence_until_the_next_image(
     assert told.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
 
 
-def test_an_engine_that_cannot_be_built_fails(qtbot: QtBot, told: Told) -> None:
-    def fail() -> FakeEngine:
+def test_an_engine_that_cannot_be_built_fails(qtbot, told):
+    def fail():
         raise CheckpointError("model: the folder is missing.")
 
     with qtbot.waitSignal(told.client.settled):
@@ -109,7 +102,7 @@ def test_an_engine_that_cannot_be_built_fails(qtbot: QtBot, told: Told) -> None:
     assert told.client.error == "model: the folder is missing."
 
 
-def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot: QtBot, told: Told) -> None:
+def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot, told):
     engine = FakeEngine()
     with qtbot.waitSignal(told.client.engineReady):
         told.client.start(lambda: engine, "Loading …")
@@ -122,7 +115,7 @@ def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot: QtBot, told: T
     assert [r.sequence for r in engine.requests] == [2]
 
 
-def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot: QtBot, told: Told) -> None:
+def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot, told):
     engine = FakeEngine()
     told.client.engineReady.connect(lambda _ready: told.client.pause("Not for this volume."))
     told.client.start(lambda: engine, "Loading …")
@@ -134,7 +127,7 @@ def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot: QtBot, t
     assert [r.sequence for r in engine.requests] == [2]
 
 
-def test_an_older_images_error_says_nothing_about_the_newest(qtbot: QtBot, told: Told) -> None:
+def test_an_older_images_error_says_nothing_about_the_newest(qtbot, told):
     gate = threading.Semaphore(0)
     engine = FakeEngine(gate=gate)
     with qtbot.waitSignal(told.client.engineReady):

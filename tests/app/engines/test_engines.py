@@ -1,15 +1,11 @@
-from __future__ import annotations
-
 import math
 import threading
 from contextlib import nullcontext
 from dataclasses import replace
 from itertools import count
-from typing import Any, cast
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from ramp import make_volume
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
@@ -21,8 +17,6 @@ from app.engines.path_tracing import PathAnalyst, PathTracingEngine
 from app.engines.renderer_engine import ReferenceEngine, RendererEngine
 from app.engines.requests import (
     BatchRequest,
-    Engine,
-    Image,
     ImageRequest,
     PictureRequest,
     Quality,
@@ -48,13 +42,13 @@ from model.sensitivity.exact import region_responses
 class RecordingRenderer:
     """Paints each pixel with its row and column in the whole picture."""
 
-    def close(self) -> None:
+    def close(self):
         """Nothing is held."""
 
-    def __init__(self) -> None:
-        self.calls: list[tuple[Raster, float]] = []
+    def __init__(self):
+        self.calls = []
 
-    def render(self, inputs: object, size: Raster, sample_distance: float) -> NDArray[Any]:
+    def render(self, inputs, size, sample_distance):
         self.calls.append((size, sample_distance))
         image = np.ones((size.rows, size.columns, 4), dtype=np.float32)
         image[..., 0] = np.arange(size.top, size.bottom)[:, None] / 1000
@@ -62,9 +56,9 @@ class RecordingRenderer:
         return image
 
 
-def make_engine() -> tuple[RendererEngine, RecordingRenderer]:
+def make_engine():
     renderer = RecordingRenderer()
-    return RendererEngine(Drawer(cast(Any, renderer), 0.5)), renderer
+    return RendererEngine(Drawer(renderer, 0.5)), renderer
 
 
 class SlowRenderer(RecordingRenderer):
@@ -72,17 +66,17 @@ class SlowRenderer(RecordingRenderer):
 
     now = 0.0
 
-    def __init__(self, seconds: float) -> None:
+    def __init__(self, seconds):
         super().__init__()
         self.seconds = seconds
 
-    def render(self, inputs: object, size: Raster, sample_distance: float) -> NDArray[Any]:
+    def render(self, inputs, size, sample_distance):
         SlowRenderer.now += self.seconds * size.rows * size.columns
         return super().render(inputs, size, sample_distance)
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> None:
+def clock(monkeypatch):
     monkeypatch.setattr(drawer.time, "perf_counter", lambda: SlowRenderer.now)
 
 
@@ -91,7 +85,7 @@ AT_REST = ImageRequest(make_request(1).inputs, Quality(400, raster=PANE))
 MOVING = replace(AT_REST, quality=replace(AT_REST.quality, live=True))
 
 
-def rests(engine: Engine, **changes: Any) -> list[Image]:
+def rests(engine, **changes):
     """Images at rest, each wider than the one before; the last of them says so."""
     images = list(engine.images_of(replace(AT_REST, **changes)))
     widths = [image.width for image in images]
@@ -101,10 +95,8 @@ def rests(engine: Engine, **changes: Any) -> list[Image]:
 
 
 @pytest.mark.parametrize("seconds", [1e-7, 2e-6, 1e-5])
-def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(
-    clock: None, seconds: float
-) -> None:
-    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(seconds)), 0.5))
+def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(clock, seconds):
+    engine = RendererEngine(Drawer(SlowRenderer(seconds), 0.5))
     rests(engine)
     # By now it is known how long pixels take; the scene is another.
     images = rests(engine, inputs=replace(AT_REST.inputs, view=View(80.0)))
@@ -119,9 +111,9 @@ def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(
     assert [image.width for image in rests(engine)] == [PANE.width]
 
 
-def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock: None) -> None:
+def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock):
     seconds = 2.1 * LONGEST_SECONDS / (PANE.width * PANE.height)
-    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(seconds)), 0.5))
+    engine = RendererEngine(Drawer(SlowRenderer(seconds), 0.5))
     images = rests(engine)
     assert images[0].width < images[-1].width < PANE.width
     assert LONGEST_SECONDS / 8 < images[-1].seconds <= 1.25 * LONGEST_SECONDS
@@ -129,14 +121,14 @@ def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock: N
     # Where another renderer draws soon, nothing takes long, and no image becomes coarser.
     for slow in (2e-5, 1e-4):
         renderer = SlowRenderer(slow)
-        images = rests(RendererEngine(Drawer(cast(Any, renderer), 0.5, is_brief=True)))
+        images = rests(RendererEngine(Drawer(renderer, 0.5, is_brief=True)))
         assert images[-1].seconds <= 1.5 * REST_SECONDS or len({i.width for i in images}) == 1
         drawn = {raster.width: raster.rows for raster, _ in renderer.calls}
         assert len(drawn) == len({image.width for image in images})
 
 
-def test_an_image_that_moves_takes_as_long_as_is_chosen(clock: None) -> None:
-    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(1e-6)), 0.5))
+def test_an_image_that_moves_takes_as_long_as_is_chosen(clock):
+    engine = RendererEngine(Drawer(SlowRenderer(1e-6), 0.5))
     widths = []
     for stop in STOPS.values():
         for _ in range(3):
@@ -146,9 +138,9 @@ def test_an_image_that_moves_takes_as_long_as_is_chosen(clock: None) -> None:
     assert widths == sorted(widths) and widths[0] < widths[-1]
 
 
-def test_vtks_images_are_of_fewer_samples_while_something_moves(clock: None) -> None:
+def test_vtks_images_are_of_fewer_samples_while_something_moves(clock):
     renderer = SlowRenderer(1e-7)
-    engine = RendererEngine(Drawer(cast(Any, renderer), 0.5, "vtk"))
+    engine = RendererEngine(Drawer(renderer, 0.5, "vtk"))
     (image,) = engine.images_of(MOVING)
     assert image.is_preview and image.by == "VTK" and not image.by_raycast
     assert renderer.calls[-1][1] == 2.0
@@ -162,32 +154,32 @@ class FakeVtk(SlowRenderer):
     sample_distance = 0.5
     reason = remark = ""
 
-    def __init__(self, seconds: float, by_raycast: bool = False) -> None:
+    def __init__(self, seconds, by_raycast=False):
         super().__init__(seconds)
         self.by_raycast = by_raycast
         self.may_open = threading.Event()
         self.may_open.set()
-        self.threads: list[threading.Thread] = []
+        self.threads = []
 
-    def open(self) -> Any:
+    def open(self):
         assert self.may_open.wait(PATIENCE_S)
         self.threads.append(threading.current_thread())
         return self
 
-    def render(self, inputs: object, size: Raster, sample_distance: float) -> NDArray[Any]:
+    def render(self, inputs, size, sample_distance):
         self.threads.append(threading.current_thread())
         return super().render(inputs, size, sample_distance)
 
-    def close(self) -> None:
+    def close(self):
         self.threads.append(threading.current_thread())
 
 
-def next_to(vtk: FakeVtk) -> ReferenceEngine:
+def next_to(vtk):
     """An engine of a fast ray caster and this."""
-    return ReferenceEngine(Drawer(cast(Any, SlowRenderer(1e-7)), 0.5), vtk.open)
+    return ReferenceEngine(Drawer(SlowRenderer(1e-7), 0.5), vtk.open)
 
 
-def test_the_ray_casters_sharp_image_comes_before_vtk_is_opened_and_draws(clock: None) -> None:
+def test_the_ray_casters_sharp_image_comes_before_vtk_is_opened_and_draws(clock):
     vtk = FakeVtk(2e-6)
     engine = next_to(vtk)
     (moved,) = engine.images_of(MOVING)
@@ -213,7 +205,7 @@ def test_the_ray_casters_sharp_image_comes_before_vtk_is_opened_and_draws(clock:
     engine.close()
 
 
-def test_vtk_that_is_being_opened_holds_nothing_up(clock: None) -> None:
+def test_vtk_that_is_being_opened_holds_nothing_up(clock):
     vtk = FakeVtk(1e-6)
     vtk.may_open.clear()
     engine = next_to(vtk)
@@ -228,7 +220,7 @@ def test_vtk_that_is_being_opened_holds_nothing_up(clock: None) -> None:
     engine.close()
 
 
-def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock: None) -> None:
+def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock):
     vtk = FakeVtk(1e-7, by_raycast=True)
     engine = next_to(vtk)
     images = rests(engine)
@@ -240,13 +232,13 @@ def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock: Non
     engine.close()
 
 
-def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clock: None) -> None:
-    engine = RendererEngine(Drawer(cast(Any, SlowRenderer(1e-6)), 0.5))
+def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clock):
+    engine = RendererEngine(Drawer(SlowRenderer(1e-6), 0.5))
     request = TradeRequest(AT_REST.inputs, AT_REST.quality)
     with pytest.raises(NotOfferedError):
         engine.trade(request)
     rests(engine)
-    noted: list[float] = []
+    noted = []
     found = engine.trade(request, Watch(note=noted.append))
     assert noted == [number / len(SCALES) for number in range(len(SCALES))]
     pixels = [1000 * 400 * scale**2 for scale in sorted(SCALES)]
@@ -254,9 +246,9 @@ def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clo
     assert found[-1, 1] == 0 and (found[:-1, 1] > 0).all()
 
 
-def test_a_final_image_is_given_up_when_it_is_no_longer_wanted(clock: None) -> None:
+def test_a_final_image_is_given_up_when_it_is_no_longer_wanted(clock):
     renderer = SlowRenderer(1e-6)
-    engine = RendererEngine(Drawer(cast(Any, renderer), 0.5, "vtk"))
+    engine = RendererEngine(Drawer(renderer, 0.5, "vtk"))
     rests(engine)
     drawn, answers = len(renderer.calls), iter([True, False])
     with pytest.raises(SupersededError):
@@ -265,10 +257,10 @@ def test_a_final_image_is_given_up_when_it_is_no_longer_wanted(clock: None) -> N
 
 
 @pytest.mark.parametrize("asked", ["images_of", "region_sensitivity", "visibility"])
-def test_the_ray_caster_gives_up_anywhere(asked: str) -> None:
+def test_the_ray_caster_gives_up_anywhere(asked):
     engine = RendererEngine(Drawer(RaycastRenderer(make_volume(), threads=1), 0.5))
     inputs, quality = make_request(1).inputs, Quality(64)
-    request: Any = {
+    request = {
         "images_of": ImageRequest(inputs, quality),
         "region_sensitivity": RegionSensitivityRequest(inputs, quality, Outline(), 8.0),
         "visibility": VisibilityRequest(inputs, quality, (Outline(),)),
@@ -281,14 +273,14 @@ def test_the_ray_caster_gives_up_anywhere(asked: str) -> None:
     engine.close()
 
 
-def traced(engine: PathTracingEngine, size: int, samples: int) -> list[Image]:
+def traced(engine, size, samples):
     stop = replace(STOPS["balanced"], samples=samples, error=0.0)
     images = list(engine.images_of(ImageRequest(make_request(1).inputs, Quality(size), stop)))
     assert images[-1].is_last and not any(image.is_last for image in images[:-1])
     return images
 
 
-def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it() -> None:
+def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it():
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
     engine = PathTracingEngine(renderer, sample_distance=0.5)
     images = traced(engine, 32, 16)
@@ -311,11 +303,11 @@ def test_path_traced_light_says_its_samples_and_is_given_up_when_nobody_wants_it
     engine.close()
 
 
-def test_a_path_traced_image_goes_on_where_it_ended() -> None:
-    passes: list[int] = []
+def test_a_path_traced_image_goes_on_where_it_ended():
+    passes = []
 
     class Counting(PathTracer):
-        def _run(self, *arguments: Any) -> bool:
+        def _run(self, *arguments):
             passes.append(1)
             return super()._run(*arguments)
 
@@ -333,7 +325,7 @@ def test_a_path_traced_image_goes_on_where_it_ended() -> None:
     engine.close()
 
 
-def test_where_nothing_cleans_soft_light_is_seen_while_something_moves() -> None:
+def test_where_nothing_cleans_soft_light_is_seen_while_something_moves():
     soft = Drawer(RaycastRenderer(make_volume(), "soft", LightDirection()), 0.5)
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
     engine = PathTracingEngine(renderer, 0.5, open_soft=lambda: soft)
@@ -348,7 +340,7 @@ def test_where_nothing_cleans_soft_light_is_seen_while_something_moves() -> None
     engine.close()
 
 
-def test_small_path_traced_pictures_have_few_samples() -> None:
+def test_small_path_traced_pictures_have_few_samples():
     """Six of 200 x 200 pixels with 64 samples of each held the image up for half a minute."""
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None)
     assert renderer.samples == 64 and not renderer.cleans
@@ -365,9 +357,7 @@ def test_small_path_traced_pictures_have_few_samples() -> None:
     engine.close()
 
 
-def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(monkeypatch):
     monkeypatch.setattr(renderer_engine, "TILE", 40)
     monkeypatch.setattr(path_tracing, "MARGIN", 5)
     renderer = RefiningRenderer(PathTracer(make_volume(), threads=1), None, samples=2)
@@ -375,7 +365,7 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     whole, inputs = Raster(90, 50), make_request(1).inputs
     for samples in (1, 4):
         quality = Quality(50, raster=whole, samples=samples)
-        noted: list[float] = []
+        noted = []
         picture = engine.picture(PictureRequest(inputs, quality), Watch(note=noted.append))
         # How far it has got is told all the way, and in the end it is all there.
         assert noted == sorted(noted) and noted[-1] == pytest.approx(1.0)
@@ -392,10 +382,10 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(
     engine.close()
 
 
-def test_a_picture_to_save_is_put_together_from_tiles() -> None:
+def test_a_picture_to_save_is_put_together_from_tiles():
     engine, renderer = make_engine()
     size = Quality(900, raster=Raster(1500, 900))
-    noted: list[float] = []
+    noted = []
     picture = engine.picture(PictureRequest(make_request(1).inputs, size), Watch(note=noted.append))
     assert noted == [0.0, 0.5]
     assert picture.shape == (900, 1500, 4) and picture.dtype == np.uint8
@@ -404,13 +394,11 @@ def test_a_picture_to_save_is_put_together_from_tiles() -> None:
     np.testing.assert_array_equal(picture[0, :900, 1], np.rint(columns[:900]))
 
 
-def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(monkeypatch):
     volume, light = make_volume(), LightDirection()
-    built: list[FakeEngine] = []
+    built = []
 
-    def tracing() -> Any:
+    def tracing():
         built.append(FakeEngine())
         return built[-1]
 
@@ -432,7 +420,7 @@ def test_small_pictures_are_traced_where_that_is_wanted_and_there_is_time(
     assert built[0].closed
 
 
-def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit() -> None:
+def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit():
     volume, light = make_volume(), LightDirection()
     engine = PathAnalyst(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
@@ -466,9 +454,9 @@ def test_the_ray_caster_draws_in_one_thread_where_vtk_has_failed():
             self.by_raycast = True
             return super().render(inputs, size, sample_distance)
 
-    vtk = VtkElsewhere(cast(Any, Fallback))
+    vtk = VtkElsewhere(Fallback)
     for _ in range(2):
-        vtk.render(cast(Any, None), Raster(4, 4), 0.5)
+        vtk.render(None, Raster(4, 4), 0.5)
     vtk.close()
     assert threads[0] is not threading.current_thread()
     assert threads[1] is threading.current_thread()

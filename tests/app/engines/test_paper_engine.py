@@ -1,7 +1,5 @@
 """What the window asks of the paper's networks, by tiny untrained ones, and of a ray caster."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import torch
@@ -11,12 +9,7 @@ from torch import nn
 from app.engines.drawer import Drawer
 from app.engines.engines import GeneratorEngine
 from app.engines.renderer_engine import RendererEngine
-from app.engines.requests import (
-    UNWATCHED,
-    BatchRequest,
-    Quality,
-    RegionSensitivityRequest,
-)
+from app.engines.requests import UNWATCHED, BatchRequest, Quality, RegionSensitivityRequest
 from model.errors import NotOfferedError
 from model.generator.generator import Generator
 from model.networks.blocks import kaiming_init
@@ -35,7 +28,7 @@ SMALL = Quality(16)
 
 
 @pytest.fixture(scope="module")
-def engine() -> GeneratorEngine:
+def engine():
     torch.manual_seed(0)
     size = NetworkSize(0.25, 16, 32)
     network = TwoStageGenerator(size)
@@ -49,11 +42,11 @@ def engine() -> GeneratorEngine:
 
 
 @pytest.fixture(scope="module")
-def ray_caster() -> RendererEngine:
+def ray_caster():
     return RendererEngine(Drawer(RaycastRenderer(make_volume(), threads=1), 1.0))
 
 
-def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) -> None:
+def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine):
     assert engine.draws_codes
     other = SceneInputs.of(VIEW, make_tf(140.0))
     tfs = np.stack([one.opacity_tf.sample() for one in (INPUTS, other)])
@@ -64,13 +57,13 @@ def test_codes_are_drawn_as_the_tfs_that_they_are_of(engine: GeneratorEngine) ->
     np.testing.assert_allclose(from_codes, from_tfs, atol=1e-5)
 
 
-def test_the_ray_caster_draws_no_codes(ray_caster: RendererEngine) -> None:
+def test_the_ray_caster_draws_no_codes(ray_caster):
     assert not ray_caster.draws_codes
     with pytest.raises(NotOfferedError):
         BatchRequest(INPUTS, SMALL, codes=((0.0,) * 8,)).answer(ray_caster, UNWATCHED)
 
 
-def test_what_is_kept_of_an_image_belongs_to_it(engine: GeneratorEngine) -> None:
+def test_what_is_kept_of_an_image_belongs_to_it(engine):
     other = SceneInputs.of(View(200, -10, 0, 1.0), make_tf(140.0))
     half, whole = Outline.rectangle(0, 0, 0.5, 0.5), Outline()
     asked = [(INPUTS, half, 6.0), (INPUTS, whole, 6.0), (other, whole, 6.0), (INPUTS, half, 9.0)]

@@ -1,12 +1,8 @@
-from __future__ import annotations
-
 import threading
 
 import pytest
-from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
-from app.engines.messages import Result
 from app.engines.requests import VisibilityRequest
 from app.engines.worker import EngineWorker
 from model.errors import RenderError
@@ -16,34 +12,34 @@ from model.scene.region import Region
 class Harness:
     """A running worker, its engine and everything it reported."""
 
-    def __init__(self, qtbot: QtBot, engine: FakeEngine) -> None:
+    def __init__(self, qtbot, engine):
         self.engine = engine
-        self.results: list[Result] = []
-        self.receivers: list[threading.Thread] = []
+        self.results = []
+        self.receivers = []
         self.worker = EngineWorker(self._build, "test")
         self.worker.resultReady.connect(self._receive)
         with qtbot.waitSignal(self.worker.engineReady):
             self.worker.start()
 
-    def _build(self) -> FakeEngine:
+    def _build(self):
         self.engine.threads = [threading.current_thread()]
         return self.engine
 
-    def _receive(self, result: Result) -> None:
+    def _receive(self, result):
         self.results.append(result)
         self.receivers.append(threading.current_thread())
 
-    def end(self, qtbot: QtBot) -> None:
+    def end(self, qtbot):
         with qtbot.waitSignal(self.worker.finished):
             self.worker.stop()
         self.worker.join()
 
 
-def wait_started(engine: FakeEngine) -> None:
+def wait_started(engine):
     assert engine.started.acquire(timeout=PATIENCE_S)
 
 
-def test_the_newest_request_wins(qtbot: QtBot) -> None:
+def test_the_newest_request_wins(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
     harness.worker.submit(make_request(1))
@@ -57,7 +53,7 @@ def test_the_newest_request_wins(qtbot: QtBot) -> None:
     harness.end(qtbot)
 
 
-def test_a_stale_result_is_dropped(qtbot: QtBot) -> None:
+def test_a_stale_result_is_dropped(qtbot):
     harness = Harness(qtbot, FakeEngine())
     for sequence, live in ((5, False), (3, True), (6, False)):
         with qtbot.waitSignal(harness.worker._message):
@@ -78,9 +74,7 @@ def test_a_stale_result_is_dropped(qtbot: QtBot) -> None:
         (ValueError("odd shape"), "Unexpected ValueError: odd shape"),
     ],
 )
-def test_an_error_is_data_and_the_worker_goes_on(
-    qtbot: QtBot, error: Exception, sentence: str
-) -> None:
+def test_an_error_is_data_and_the_worker_goes_on(qtbot, error, sentence):
     harness = Harness(qtbot, FakeEngine())
     harness.engine.error = error
     with qtbot.waitSignal(harness.worker.resultReady):
@@ -97,7 +91,7 @@ def test_an_error_is_data_and_the_worker_goes_on(
     harness.end(qtbot)
 
 
-def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot: QtBot) -> None:
+def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot):
     harness = Harness(qtbot, FakeEngine())
     with qtbot.waitSignal(harness.worker.resultReady):
         harness.worker.submit(make_request(1))
@@ -110,7 +104,7 @@ def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot: QtBot)
     assert harness.receivers == [threading.current_thread()]
 
 
-def test_stopping_while_rendering_waits_for_nothing_and_delivers_nothing(qtbot: QtBot) -> None:
+def test_stopping_while_rendering_waits_for_nothing_and_delivers_nothing(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
     harness.worker.submit(make_request(1))
@@ -124,17 +118,17 @@ def test_stopping_while_rendering_waits_for_nothing_and_delivers_nothing(qtbot: 
     assert harness.engine.closed
 
 
-def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
+def test_stopping_while_the_engine_is_built_closes_it(qtbot):
     may_load = threading.Event()
-    engines: list[FakeEngine] = []
+    engines = []
 
-    def build() -> FakeEngine:
+    def build():
         assert may_load.wait(PATIENCE_S)
         engines.append(FakeEngine())
         return engines[0]
 
     worker = EngineWorker(build, "test")
-    ready: list[object] = []
+    ready = []
     worker.engineReady.connect(ready.append)
     worker.start()
     worker.submit(make_request(1))
@@ -147,18 +141,14 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot: QtBot) -> None:
     assert engines[0].requests == []
 
 
-def visibility(sequence: int) -> VisibilityRequest:
+def visibility(sequence):
     image = make_request(sequence)
     return VisibilityRequest(
-        image.inputs,
-        image.quality,
-        (Region(0, 0, 2, 2),),
-        sequence=sequence,
-        channel="visibility",
+        image.inputs, image.quality, (Region(0, 0, 2, 2),), sequence=sequence, channel="visibility"
     )
 
 
-def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
+def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, FakeEngine(gate=gate))
     harness.worker.submit(make_request(1))
@@ -178,13 +168,13 @@ def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot: QtBot) -> None:
     harness.end(qtbot)
 
 
-def widths_of(harness: Harness) -> list[tuple[int, int]]:
+def widths_of(harness):
     """Numbers of the requests, and widths of their images, in the order that they came."""
     images = [r for r in harness.results if r.request.channel == "images" and r.value is not None]
     return [(r.request.sequence, r.value.shape[1]) for r in images if r.value is not None]
 
 
-def test_images_become_better_until_there_is_a_newer_request(qtbot: QtBot) -> None:
+def test_images_become_better_until_there_is_a_newer_request(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
     harness.worker.submit(make_request(1))
@@ -201,7 +191,7 @@ def test_images_become_better_until_there_is_a_newer_request(qtbot: QtBot) -> No
     harness.end(qtbot)
 
 
-def test_nothing_better_follows_what_is_called_off(qtbot: QtBot) -> None:
+def test_nothing_better_follows_what_is_called_off(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
     harness.worker.submit(make_request(1))
@@ -216,7 +206,7 @@ def test_nothing_better_follows_what_is_called_off(qtbot: QtBot) -> None:
     harness.end(qtbot)
 
 
-def test_others_have_their_turn_while_images_become_better(qtbot: QtBot) -> None:
+def test_others_have_their_turn_while_images_become_better(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
     harness.worker.submit(make_request(1))

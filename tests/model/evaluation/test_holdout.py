@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -29,7 +27,7 @@ def test_nearest_images_have_the_smallest_rmse(store):
 
 
 def test_errors_are_those_of_the_rendered_images(generator, store):
-    seen: list[int] = []
+    seen = []
     result = evaluate(generator, store, 5, seen.append)
     assert (result.count, result.neighbors, seen) == (5, 160, [1, 2, 3, 4, 5])
     from model.samples.sampling import draw_sample

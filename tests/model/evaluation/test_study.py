@@ -1,7 +1,5 @@
 import json
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +24,6 @@ from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 from model.training.options import Budget, StageOptions, TrainingOptions
 from model.training.plan import TrainingPlan
 from model.training.sources import StoredSource
@@ -50,7 +47,7 @@ def samples(volume, tmp_path_factory):
     return store
 
 
-def plan_in(folder: Path, volume: Volume, samples: SampleStore) -> StudyPlan:
+def plan_in(folder, volume, samples):
     base = TrainingPlan(
         source=StoredSource(samples),
         preset="tiny",
@@ -91,10 +88,10 @@ def test_each_variant_is_trained_as_it_says_and_measured_like_evaluate(studied):
 
 
 def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(plan):
-    begun: list[str] = []
-    steps: list[int] = []
+    begun = []
+    steps = []
 
-    def stop(report: object) -> None:
+    def stop(report):
         steps.append(len(begun))
         if len(begun) == 2:
             raise KeyboardInterrupt
@@ -103,7 +100,7 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(plan
         run_study(STUDY, plan, lambda v: begun.append(v.name), stop)
     assert steps == [1, 1, 1, 2]
     steps.clear()
-    again: list[str] = []
+    again = []
     first = run_study(
         STUDY, plan, lambda v: again.append(v.name), lambda r: steps.append(r.samples)
     )
@@ -114,10 +111,10 @@ def test_what_is_finished_is_not_trained_again_and_what_was_stopped_goes_on(plan
 def test_a_collapse_is_a_result_and_the_study_goes_on(plan, monkeypatch):
     monkeypatch.setattr("model.training.monitor.WARM_UP", 0)
     monkeypatch.setattr("model.training.monitor.LEAST_DIVERSITY", 0)
-    begun: list[str] = []
+    begun = []
     encode = LatentCodec.encode
 
-    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+    def collapsing(self, opacity_tf):
         return encode(self, opacity_tf) * (0 if begun == ["a"] else 1)
 
     with monkeypatch.context() as patch:
@@ -134,14 +131,14 @@ def test_a_collapse_is_a_result_and_the_study_goes_on(plan, monkeypatch):
     assert "| two (collapsed) |" in table
     assert "codes of all opacity TFs" in table
     # It is not tried again.
-    again: list[int] = []
+    again = []
     assert run_study(STUDY, plan, on_report=lambda r: again.append(r.samples)) == json.loads(
         json.dumps(result)
     )
     assert not again
 
 
-def changed(plan: StudyPlan, **what: Any) -> StudyPlan:
+def changed(plan, **what):
     return replace(plan, base=replace(plan.base, **what))
 
 

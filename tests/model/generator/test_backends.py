@@ -6,22 +6,14 @@ from pathlib import Path
 import pytest
 import torch
 from blobs import blobs
-from torch import Tensor
 
 from model.errors import DeviceError
-from model.generator.backends import (
-    EAGER,
-    TOGETHER,
-    Backend,
-    candidates,
-    make_decode,
-    obstacle,
-)
+from model.generator.backends import EAGER, TOGETHER, Backend, candidates, make_decode, obstacle
 from model.generator.generator import Generator
 from model.networks.blocks import place
 from model.networks.card import ModelCard
 from model.networks.checkpoint import save_model
-from model.networks.generator_network import EncodedInputs, GeneratorNetwork
+from model.networks.generator_network import EncodedInputs
 from model.networks.paper import build_generator
 from model.networks.size import NetworkSize
 from model.scene.scene import Scene
@@ -32,7 +24,7 @@ CPU = torch.device("cpu")
 SIZE = NetworkSize(0.125, 16, 64)
 
 
-def network_of(scene: Scene) -> GeneratorNetwork:
+def network_of(scene):
     torch.manual_seed(0)
     network = build_generator(SIZE, scene)
     for parameter in network.parameters():
@@ -48,14 +40,14 @@ def scene():
 
 
 @torch.inference_mode()
-def inputs_of(network: GeneratorNetwork, count: int) -> tuple[Tensor, ...]:
+def inputs_of(network, count):
     torch.manual_seed(count)
     view, color = torch.rand(count, 5) * 2 - 1, torch.rand(count, 3, 256) * 2 - 1
     # Faint enough to look inside.
     return network.features(EncodedInputs(view, torch.rand(count, 256) * 0.2 - 1, color))
 
 
-def usable(backend: Backend) -> Backend:
+def usable(backend):
     trouble = obstacle(backend, CPU)
     if trouble is not None:
         pytest.skip(trouble)
@@ -65,7 +57,7 @@ def usable(backend: Backend) -> Backend:
 def test_openvino_draws_what_torch_draws(scene):
     network = network_of(scene)
     decode = make_decode(network, usable(Backend("openvino")), CPU)
-    built: list[int] = []
+    built = []
     make = decode._make
     decode._make = lambda *rows: built.append(len(rows[0])) or make(*rows)
     with torch.inference_mode():
@@ -116,7 +108,7 @@ def folder(scene, tmp_path):
 def test_where_the_fastest_fails_torch_draws(folder, monkeypatch, caplog):
     usable(Backend("openvino"))
 
-    def broken(*arguments: object) -> None:
+    def broken(*arguments):
         raise RuntimeError("made up")
 
     monkeypatch.setattr("model.generator.backends._openvino", broken)
@@ -130,9 +122,9 @@ def test_the_fastest_backend_is_measured_once(folder, monkeypatch, tmp_path_fact
     usable(Backend("openvino"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path_factory.mktemp("cache")))
-    timed: list[Backend] = []
+    timed = []
 
-    def seconds(generator: Generator) -> float:
+    def seconds(generator):
         timed.append(generator.backend)
         return {"eager": 1.0, "openvino": 2.0}[generator.backend.name]
 

@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +19,7 @@ from model.sensitivity.learned import Sensitivity
 
 @pytest.fixture(scope="module")
 def generator(scene, tmp_path_factory):
-    folder: Path = tmp_path_factory.mktemp("model")
+    folder = tmp_path_factory.mktemp("model")
     network = lively_network()
     save_model(folder, ModelCard(scene, "draft", SIZE), network)
     return Generator.load(folder, "cpu")

@@ -1,9 +1,6 @@
 """Pictures of codes against the network run by hand, on codes and on decoded TFs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +19,7 @@ from model.samples.sampling import draw_sample
 
 @pytest.fixture(scope="module")
 def folder(scene, tmp_path_factory):
-    folder: Path = tmp_path_factory.mktemp("model")
+    folder = tmp_path_factory.mktemp("model")
     save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
     return folder
 

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import itertools
 import json
 import shutil
@@ -64,7 +62,7 @@ def test_it_is_the_network_that_was_trained():
     """The same numbers as PyTorch's own layers with the shipped weights give."""
     weights = {k: v.float() for k, v in load_file(SHIPPED_CODEC / WEIGHTS_FILE).items()}
     channels = [1, 16, 32, 64, 128, 128]
-    layers: list[nn.Module] = []
+    layers = []
     for a, b in itertools.pairwise(channels):
         layers += [nn.Conv1d(a, b, 5, stride=2, padding=2), nn.LeakyReLU(0.2)]
     layers += [nn.Conv1d(128, 256, 8), nn.LeakyReLU(0.2), nn.Flatten()]

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from toy_codec import ToyCodec
@@ -51,11 +49,11 @@ def test_codes_that_are_not_finite_are_refused(tfs):
 
 
 class _Constant(ToyCodec):
-    def __init__(self, value: float = 0.5) -> None:
+    def __init__(self, value=0.5):
         self.value = value
 
-    def encode(self, opacities: np.ndarray) -> np.ndarray:
+    def encode(self, opacities):
         return np.full((len(opacities), 3), self.value, dtype=np.float32)
 
-    def decode(self, codes: np.ndarray) -> np.ndarray:
+    def decode(self, codes):
         return np.zeros((len(codes), 256), dtype=np.float32)

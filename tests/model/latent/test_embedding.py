@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import subprocess
 import sys
 import threading
@@ -57,7 +55,7 @@ def test_codes_on_a_line_have_a_map():
 
 
 def test_tsne_keeps_clusters_apart_and_tells_its_progress(codes):
-    noted: list[float] = []
+    noted = []
     places = EmbeddingProcess(codes).run(noted.append)
     assert noted == sorted(noted)
     assert noted[-1] == 1.0
@@ -69,7 +67,7 @@ def test_tsne_keeps_clusters_apart_and_tells_its_progress(codes):
 def test_a_cancelled_process_ends_without_a_map():
     codes = np.random.default_rng(0).normal(size=(3000, 6)).astype(np.float32)
     process = EmbeddingProcess(codes)
-    found: list[object] = ["nothing yet"]
+    found = ["nothing yet"]
     thread = threading.Thread(target=lambda: found.__setitem__(0, process.run()))
     thread.start()
     process.cancel()
@@ -81,7 +79,7 @@ def test_a_cancelled_process_ends_without_a_map():
 def test_a_process_that_crashes_is_an_error(codes, monkeypatch):
     start = subprocess.Popen
 
-    def crash(_command: list[str], **options: object) -> subprocess.Popen[str]:
+    def crash(_command, **options):
         return start([sys.executable, "-c", "import os; os.abort()"], **options)
 
     monkeypatch.setattr(subprocess, "Popen", crash)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -25,11 +23,11 @@ def volume():
     return blobs()
 
 
-def mode(mean: float, width: float, height: float) -> np.ndarray:
+def mode(mean, width, height):
     return OpacityTF((0.0, 255.0), (GaussianMode(mean, width, height),)).sample()
 
 
-def seen(view: View, crop: CropBox | None = None) -> SceneInputs:
+def seen(view, crop=None):
     tf = TransferFunction(OpacityTF((0.0, 255.0)), WHITE)
     return SceneInputs.of(view, tf, crop=crop)
 

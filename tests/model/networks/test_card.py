@@ -1,17 +1,9 @@
-from __future__ import annotations
-
-from typing import Any
-
 import pytest
 
-from model.networks.card import (
-    KIND_NAMES,
-    error_text,
-    errors_by_kind,
-)
+from model.networks.card import KIND_NAMES, error_text, errors_by_kind
 from model.scene.random_inputs import SHARES
 
-METRICS: dict[str, Any] = {
+METRICS = {
     "holdout": {"rmse": 0.0823, "emd": 0.0131},
     "holdout_count": 2000,
     "kinds": {

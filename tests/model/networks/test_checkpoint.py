@@ -1,10 +1,6 @@
-from __future__ import annotations
-
 import json
 import pickle
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import pytest
 import safetensors.torch
@@ -36,17 +32,17 @@ def folder(tmp_path, card, network):
     return tmp_path / "model"
 
 
-def weights_file(folder: Path) -> Path:
+def weights_file(folder):
     (path,) = folder.glob("*.safetensors")
     return path
 
 
-def edit(folder: Path, **changes: Any) -> None:
+def edit(folder, **changes):
     path = folder / "model.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
 
 
-def replace_weights(folder: Path, content: bytes) -> None:
+def replace_weights(folder, content):
     import hashlib
 
     weights_file(folder).write_bytes(content)
@@ -127,7 +123,7 @@ def test_truncated_altered_and_missing_weights(folder):
 
 
 class Bomb:
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self):
         return (pytest.fail, ("a pickle was executed",))
 
 

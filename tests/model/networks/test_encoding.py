@@ -2,9 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from model.networks.generator_network import (
-    decode_unit,
-)
+from model.networks.generator_network import decode_unit
 from model.scene.inputs import rgb_to_lab
 from model.training.batch import encode_batch
 

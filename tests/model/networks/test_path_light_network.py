@@ -1,7 +1,5 @@
 """The network behind the denoiser: what it does untrained, with other colours, and as a file."""
 
-from __future__ import annotations
-
 import pytest
 import safetensors.torch
 import torch
@@ -21,13 +19,13 @@ from model.networks.path_light_network import (
 SMALL = PathLightSize(8)
 
 
-def inputs(samples: int = 2) -> torch.Tensor:
+def inputs(samples=2):
     generator = torch.Generator().manual_seed(1)
     colors = {name: torch.rand(2, 3, 32, 48, generator=generator) for name in COLORS}
     return network_inputs(colors, torch.rand(2, 1, 32, 48, generator=generator), samples)
 
 
-def lively() -> PathLightNetwork:
+def lively():
     torch.manual_seed(3)
     network = PathLightNetwork(SMALL)
     torch.nn.init.normal_(network.out.weight, std=0.1)

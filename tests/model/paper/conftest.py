@@ -1,7 +1,3 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 from blobs import blobs
@@ -20,7 +16,7 @@ from model.scene.scene import Scene
 @pytest.fixture(scope="package")
 def folder(tmp_path_factory):
     """An untrained model of the paper's networks."""
-    folder: Path = tmp_path_factory.mktemp("paper") / "model"
+    folder = tmp_path_factory.mktemp("paper") / "model"
     scene = Scene.of(blobs(), 64, tf_family="paper")
     save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
     return folder

@@ -1,7 +1,5 @@
 """What VTK cannot draw is noticed, and drawn by the ray caster."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -23,14 +21,14 @@ INPUTS = SceneInputs(
 )
 
 
-def make_volume(length: int = 12) -> Volume:
+def make_volume(length=12):
     values = np.random.default_rng(0).integers(0, 256, (8, 8, length))
     values[0, 0, :2] = 0, 255
     spacing = (12 / length, 1.0, 1.0)
     return Volume(values.astype(np.uint8), spacing, name="noise")
 
 
-def expected(volume: Volume) -> np.ndarray:
+def expected(volume):
     renderer = RaycastRenderer(volume)
     image = renderer.render(INPUTS, 24)
     renderer.close()
@@ -38,7 +36,7 @@ def expected(volume: Volume) -> np.ndarray:
     return image
 
 
-def break_shader(renderer: VtkRenderer) -> None:
+def break_shader(renderer):
     actor = renderer._renderer.GetVolumes().GetItemAsObject(0)
     actor.GetShaderProperty().AddFragmentShaderReplacement("g_skip = false;", False, "no(;", True)
 
@@ -79,7 +77,7 @@ def test_it_may_fail_later_as_when_the_context_is_lost(capfd, monkeypatch):
 
 
 def test_without_opengl_the_ray_caster_draws(monkeypatch):
-    def no_opengl() -> None:
+    def no_opengl():
         raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
 
     monkeypatch.setattr(vtk_renderer, "offscreen_window", no_opengl)
@@ -94,10 +92,10 @@ class TestWithoutAGraphicsCard:
     """Where VTK would draw by the processor, the ray caster does."""
 
     @pytest.fixture(autouse=True)
-    def no_card(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def no_card(self, monkeypatch):
         monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
 
-    def test_the_ray_caster_draws_and_says_why(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_the_ray_caster_draws_and_says_why(self, monkeypatch):
         monkeypatch.setattr(vtk_renderer, "offscreen_window", pytest.fail)
         volume = make_volume()
         both = FallbackRenderer(volume, spares_processor=True)
@@ -106,7 +104,7 @@ class TestWithoutAGraphicsCard:
         assert "llvmpipe" in both.remark and "Choose VTK" in both.remark
         both.close()
 
-    def test_vtk_draws_where_it_is_chosen(self) -> None:
+    def test_vtk_draws_where_it_is_chosen(self):
         both = FallbackRenderer(make_volume())
         assert both.render(INPUTS, 24)[..., 3].max() > 0.1
         assert isinstance(both._renderer, VtkRenderer)

@@ -1,14 +1,11 @@
 """Images of a volume on a logarithmic scale, against those of its logarithm as a volume."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.renderer import Renderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
@@ -19,7 +16,7 @@ SIZE = 48
 VIEW = View(35.0, 25.0, 7.0, 0.9)
 
 
-def drawn(kind: type[Renderer], volume: Volume, inputs: SceneInputs):
+def drawn(kind, volume, inputs):
     renderer = kind(volume, "direct")
     image = renderer.render(inputs, SIZE)
     renderer.close()

@@ -1,10 +1,7 @@
 """Missing voxels are transparent: beside closed forms, crop boxes and other fill values."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.latent.tiny_pictures import OVERVIEW_SIZE, overview_of
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -24,13 +21,13 @@ SIZE = 48
 EDGE = 32
 
 
-def ball(dtype: str = "float32") -> NDArray[np.generic]:
+def ball(dtype="float32"):
     """A ball of 200 with a soft surface."""
     z, y, x = np.mgrid[:EDGE, :EDGE, :EDGE] - (EDGE - 1) / 2
     return (200 * np.clip(13 - np.sqrt(x * x + y * y + z * z), 0, 1)).astype(dtype)
 
 
-def half_ball(dtype: str = "float32", fill: float = 0.0) -> Volume:
+def half_ball(dtype="float32", fill=0.0):
     """The ball without what is measured at larger x than its middle."""
     voxels = ball(dtype)
     missing = np.zeros(voxels.shape, bool)
@@ -39,11 +36,11 @@ def half_ball(dtype: str = "float32", fill: float = 0.0) -> Volume:
     return Volume(voxels, missing=missing)
 
 
-def inputs(opacity: OpacityTF = BALL_TF, crop: CropBox | None = None) -> SceneInputs:
+def inputs(opacity=BALL_TF, crop=None):
     return SceneInputs(OBLIQUE, opacity, COLOR, crop=crop)
 
 
-def image(volume: Volume, name: str = "raycast", given: SceneInputs | None = None, **options):
+def image(volume, name="raycast", given=None, **options):
     renderer = open_renderer(name, volume, **options)
     try:
         return renderer.render(given or inputs(), SIZE)

@@ -1,13 +1,8 @@
 """Movies are written picture by picture, whole or not at all."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.rendering.movie_file import write_movie
@@ -44,7 +39,7 @@ class EndedError(Exception):
 @pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_a_movie_that_is_ended_leaves_nothing(tmp_path, suffix):
-    def frames() -> Iterator[NDArray[np.uint8]]:
+    def frames():
         yield np.zeros((16, 16, 3), np.uint8)
         raise EndedError
 

@@ -1,7 +1,5 @@
 """Opacity of a sample and its derivative, against arithmetic of 60 digits."""
 
-from __future__ import annotations
-
 from decimal import Decimal, localcontext
 
 import numpy as np
@@ -13,7 +11,7 @@ OPACITIES = (0.0, 1e-7, 0.5, 1.0)
 DISTANCES = (0.25, 0.5, 1.0, 2.0)
 
 
-def power(base: float, exponent: float) -> Decimal:
+def power(base, exponent):
     """(1 - base) to the power of an exponent, to 60 digits; 0 to the power of 0 is 1."""
     with localcontext() as context:
         context.prec = 60

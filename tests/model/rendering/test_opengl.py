@@ -1,7 +1,5 @@
 """Whether a graphics card draws is known by the name that OpenGL gives itself."""
 
-from __future__ import annotations
-
 import pytest
 
 from model.errors import CannotDrawError
@@ -20,22 +18,22 @@ class Window:
 
     opened = 0
 
-    def __init__(self, reported: str, known: str) -> None:
+    def __init__(self, reported, known):
         self.reported, self.known = reported, known
 
-    def open(self) -> Window:
+    def open(self):
         self.opened += 1
         return self
 
-    def SetSize(self, *_: int) -> None:  # noqa: N802
+    def SetSize(self, *_):  # noqa: N802
         pass
 
     Render = Finalize = SetSize
 
-    def ReportCapabilities(self) -> str:  # noqa: N802
+    def ReportCapabilities(self):  # noqa: N802
         return self.reported
 
-    def GetState(self) -> str:  # noqa: N802
+    def GetState(self):  # noqa: N802
         return self.known
 
 
@@ -85,7 +83,7 @@ def test_what_does_not_say_its_name_or_is_not_there(monkeypatch):
     assert opengl.software_name() == ""
     opengl.opengl_name.cache_clear()
 
-    def no_opengl() -> Window:
+    def no_opengl():
         raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
 
     monkeypatch.setattr(opengl, "offscreen_window", no_opengl)

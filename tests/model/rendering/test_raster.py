@@ -1,16 +1,12 @@
 """Wide pictures, parts of pictures, panned views and crop boxes, in both renderers."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.renderer import Renderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -27,14 +23,12 @@ SIZE = 32
 
 @pytest.fixture(scope="module", params=["vtk", "raycast"])
 def renderer(request, volume):
-    made: Renderer = (
-        VtkRenderer(volume) if request.param == "vtk" else RaycastRenderer(volume, threads=1)
-    )
+    made = VtkRenderer(volume) if request.param == "vtk" else RaycastRenderer(volume, threads=1)
     yield made
     made.close()
 
 
-def assert_same(one: NDArray[np.float32], other: NDArray[np.float32]) -> None:
+def assert_same(one, other):
     # A pixel may fall on the other side of a face by rounding, or a step of 1/255 apart.
     assert np.sqrt(np.mean((one - other) ** 2)) < 1 / 255
     assert np.mean(np.abs(one - other) > 2 / 255) < 0.01

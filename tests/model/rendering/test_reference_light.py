@@ -1,7 +1,5 @@
 """The float64 reference of renderers, against closed forms and its own differences."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -19,7 +17,7 @@ from tests.benchmarks.extremes import picture
 WHITE = ColorTF((0.0, 1.0), ((0.0, 1.0, 1.0, 1.0),))
 
 
-def constant(opacity: float) -> OpacityTF:
+def constant(opacity):
     return OpacityTF((0.0, 1.0), points=((0.0, opacity),))
 
 

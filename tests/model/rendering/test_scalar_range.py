@@ -1,18 +1,14 @@
 """Volumes over a range other than their voxels': interpolated first, clamped afterwards."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
-from model.rendering.renderer import Renderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, render
@@ -31,19 +27,19 @@ RANGES = [
 """Narrow, between two voxels, cut off at one end, beyond one end, wide, and the voxels' own."""
 
 
-def ramp(dtype: str = "float32", count: int = 11) -> Volume:
+def ramp(dtype="float32", count=11):
     """A volume that rises from 0 to 100 along x, in a few steps; linear between them."""
     return Volume(np.broadcast_to(np.linspace(0, 100, count), (12, 14, count)).astype(dtype))
 
 
-def noise(dtype: str) -> Volume:
+def noise(dtype):
     """Voxels without any relation to their neighbours, from 0 to 100."""
     voxels = np.random.default_rng(5).integers(0, 101, (9, 10, 11))
     voxels[0, 0, :2] = 0, 100
     return Volume(voxels.astype(dtype))
 
 
-def inputs_over(scalar_range: Range, view: View = VIEW, opacity: float = 0.3) -> SceneInputs:
+def inputs_over(scalar_range, view=VIEW, opacity=0.3):
     """A TF whose colour tells the value, and that shows all values, the ends' the most."""
     lo, hi = scalar_range
     middle = (lo + hi) / 2
@@ -55,14 +51,14 @@ def inputs_over(scalar_range: Range, view: View = VIEW, opacity: float = 0.3) ->
     )
 
 
-def drawn(kind: type[Renderer], volume: Volume, inputs: SceneInputs, **options) -> NDArray:
+def drawn(kind, volume, inputs, **options):
     renderer = kind(volume, **options)
     image = renderer.render(inputs, SIZE)
     renderer.close()
     return image
 
 
-def rms(difference: NDArray) -> float:
+def rms(difference):
     return float(np.sqrt(np.mean(difference**2)))
 
 
@@ -126,7 +122,7 @@ def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range():
     rays = cast(volume, VIEW, SIZE, 0.5)
     bins = np.rint(LEVELS_PER_BIN * rays.bins) / LEVELS_PER_BIN
 
-    def image(amount: float) -> NDArray:
+    def image(amount):
         per_sample = correct(base + amount * edit, 0.5)
         return composite(bins, rays.shares, per_sample, color.sample())[..., :3]
 

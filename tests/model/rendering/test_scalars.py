@@ -95,8 +95,7 @@ def test_integers_over_a_range_that_float32_cannot_hold_are_rescaled():
 
 @pytest.mark.parametrize("renderer", [RaycastRenderer, VtkRenderer])
 @pytest.mark.parametrize(
-    ("dtype", "outlier"),
-    [("float32", 3e38), ("float32", -1e30), ("float64", 1e300)],
+    ("dtype", "outlier"), [("float32", 3e38), ("float32", -1e30), ("float64", 1e300)]
 )
 def test_one_outlier_changes_one_voxel(volume, renderer, dtype, outlier):
     voxels = volume.voxels.astype(dtype)

@@ -1,7 +1,5 @@
 """The bar's length is measured in the pictures of the ray caster."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -18,14 +16,14 @@ RANGE = (0.0, 255.0)
 SPACING = 0.25
 
 
-def dots(depth: int) -> Volume:
+def dots(depth):
     """Two dots at voxels 10 and 30 along x, in a plane of constant y: 5 mm apart."""
     voxels = np.zeros((41, 41, 41), np.uint8)
     voxels[20, depth, [10, 30]] = 255
     return Volume(voxels, (SPACING,) * 3, file=FileFacts(spacing_unit="mm"))
 
 
-def distance(volume: Volume, view: View, raster: Raster) -> float:
+def distance(volume, view, raster):
     """How far apart both are in the picture, in pixels."""
     opacity = OpacityTF(RANGE, points=((0.0, 0.0), (100.0, 0.0), (255.0, 1.0)))
     colors = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0), (255.0, 1.0, 1.0, 1.0)))

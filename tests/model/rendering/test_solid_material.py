@@ -1,10 +1,7 @@
 """Solid material is lit: its faces by their normals, its inside evenly, noise by neither."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.noise import noise_of
 from model.rendering.renderer import open_renderer
@@ -12,7 +9,6 @@ from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import RendererName
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
@@ -29,23 +25,21 @@ DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Of both renderers."""
 
 
-def block(noise: float = 0.0) -> Volume:
+def block(noise=0.0):
     """Material that fills its volume, but for one voxel."""
     voxels = 150 + np.random.default_rng(4).normal(0, 1, (EDGE,) * 3) * noise
     voxels[0, 0, 0], voxels[0, 0, 1] = 0.0, 200.0
     return Volume(voxels.astype(np.float32))
 
 
-def ball(noise: float = 0.0) -> Volume:
+def ball(noise=0.0):
     z, y, x = np.mgrid[:EDGE, :EDGE, :EDGE] - (EDGE - 1) / 2
     inside = np.clip(18.5 - np.sqrt(x * x + y * y + z * z), 0, 1)
     voxels = 180 * inside + np.random.default_rng(4).normal(0, 1, inside.shape) * noise
     return Volume(np.clip(np.rint(voxels), 0, 200).astype(np.uint8), (1.0, 1.0, 1.0)).over(RANGE)
 
 
-def render(
-    name: RendererName, volume: Volume, view: View, crop: CropBox | None = None, **options
-) -> NDArray[np.float32]:
+def render(name, volume, view, crop=None, **options):
     renderer = open_renderer(name, volume, "direct", HEADLIGHT, **options)
     try:
         return renderer.render(SceneInputs(view, SOLID, WHITE, crop=crop), SIZE)
@@ -53,7 +47,7 @@ def render(
         renderer.close()
 
 
-def face_light(view: View, row: int, column: int, normal: NDArray[np.float64]) -> float:
+def face_light(view, row, column, normal):
     """Blinn's predecessor Phong, of a headlight on a face, at a pixel."""
     right, up, back = view.basis()
     tangent = np.tan(np.radians(15.0))

@@ -1,14 +1,11 @@
 """The reference renderer against closed forms and against itself turned around."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raster import Raster, middle_square
 from model.rendering.vtk_renderer import VtkRenderer
@@ -33,20 +30,18 @@ def renderer(volume):
     renderer.close()
 
 
-def render(
-    volume: Volume, view: View, opacity_tf: OpacityTF, color_tf: ColorTF, size: int, **options
-) -> NDArray[np.float32]:
+def render(volume, view, opacity_tf, color_tf, size, **options):
     renderer = VtkRenderer(volume, **options)
     image = renderer.render(SceneInputs(view, opacity_tf, color_tf), size)
     renderer.close()
     return image
 
 
-def constant(opacity: float) -> OpacityTF:
+def constant(opacity):
     return OpacityTF(RANGE, points=((0.0, opacity), (255.0, opacity)))
 
 
-def slab(nx: int = 33, ny: int = 9, nz: int = 33, spacing=(1.0, 1.0, 1.0)) -> Volume:
+def slab(nx=33, ny=9, nz=33, spacing=(1.0, 1.0, 1.0)):
     """A nearly constant volume: one corner differs, since constant volumes are refused."""
     scalars = np.full((nz, ny, nx), 128, np.uint8)
     scalars[0, 0, 0] = 0
@@ -147,7 +142,7 @@ def test_the_whole_volume_is_in_view_at_distance_1(renderer):
 
 
 def test_a_renderer_works_in_a_thread_of_its_own(volume):
-    images: list[NDArray[np.float32]] = []
+    images = []
     thread = threading.Thread(
         target=lambda: images.append(render(volume, VIEW, MODES, RAINBOW, SIZE))
     )

@@ -1,7 +1,5 @@
 """A store rendered by the workers of a Dask scheduler."""
 
-from __future__ import annotations
-
 import logging
 import os
 import signal
@@ -9,10 +7,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -22,7 +18,7 @@ from distributed import Client, LocalCluster
 from model.errors import DatasetError, RenderError
 from model.samples import cluster as cluster_module
 from model.samples.cluster import block_renderer, render_store_on_cluster
-from model.samples.sample_store import BLOCK, SPLITS, SampleBatch, SampleStore
+from model.samples.sample_store import BLOCK, SPLITS, SampleStore
 from model.scene.volume import Volume
 
 TOTAL = 192
@@ -32,7 +28,7 @@ posix = pytest.mark.skipif(os.name == "nt", reason="POSIX signals")
 
 
 @contextmanager
-def started(workers: int) -> Iterator[LocalCluster]:
+def started(workers):
     with (
         # Dask limits numerical libraries' threads.
         mock.patch.dict(os.environ),
@@ -73,7 +69,7 @@ def new(scene, tmp_path):
     return SampleStore.create(tmp_path / "new.zarr", scene, 7, {"train": 160, "holdout": 32})
 
 
-def assert_equal(one: SampleStore, other: SampleStore) -> None:
+def assert_equal(one, other):
     one.require_complete()
     for split in SPLITS:
         everything = range(other.count(split))
@@ -93,29 +89,29 @@ def test_a_wrong_address_is_said(new, volume, monkeypatch):
 
 
 def test_an_interrupted_run_goes_on_and_makes_the_same_store(store, new, volume, scheduler):
-    def interrupt(count: int) -> None:
+    def interrupt(count):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         render_store_on_cluster(new, volume, scheduler, on_progress=interrupt)
-    seen: list[int] = []
+    seen = []
     render_store_on_cluster(new, volume, scheduler, on_progress=seen.append)
     assert seen == [BLOCK] * (TOTAL // BLOCK - 1)
     assert_equal(new, store)
     render_store_on_cluster(new, volume, "nowhere:1")  # Nothing is missing: nobody is asked.
 
 
-def blocks_do(patch: pytest.MonkeyPatch, work: Callable[..., Any]) -> None:
+def blocks_do(patch, work):
     """Let workers do something else than to render; a lambda pickles whole."""
     patch.setattr(cluster_module, "block_renderer", lambda: work)
 
 
-def all_but_one_wait_for(gate: Path) -> Callable[..., SampleBatch]:
+def all_but_one_wait_for(gate):
     render = block_renderer()
     # Whichever block comes first: a certain one could wait behind another in a worker's queue.
     started = gate.with_name("started")
 
-    def work(*arguments: Any) -> SampleBatch:
+    def work(*arguments):
         try:
             started.touch(exist_ok=False)
         except FileExistsError:
@@ -135,9 +131,9 @@ def test_a_killed_worker_costs_nothing_but_its_block(
     with Client(cluster, set_as_default=False) as client:
         client.wait_for_workers(2)
         processes = client.run(os.getpid)
-    seen: list[int] = []
+    seen = []
 
-    def kill_at_first(count: int) -> None:
+    def kill_at_first(count):
         seen.append(count)
         if len(seen) == 1:
             workers = cluster.scheduler.workers
@@ -184,7 +180,7 @@ sys.meta_path.insert(0, Without())
 
 
 @contextmanager
-def worker_in(folder: Path, scheduler: str) -> Iterator[None]:
+def worker_in(folder, scheduler):
     """A worker as a user starts one, with the folder's own site customization."""
     command = [sys.executable, "-m", "dask", "worker", scheduler, "--nthreads", "1"]
     environment = os.environ | {"PYTHONPATH": str(folder)}

@@ -1,7 +1,5 @@
 """Pairs of few and many samples: what they hold, and that none is drawn twice."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from ramp import make_volume
@@ -39,7 +37,7 @@ def test_more_samples_are_nearer_to_what_is_learned(tmp_path):
     (pairs,) = read_pairs(tmp_path).values()
     assert pairs.denoised.shape[1] == pairs.traced.shape[1] == len(FEW)
 
-    def rmse(pictures: np.ndarray) -> float:
+    def rmse(pictures):
         return float(np.sqrt(np.mean((pictures.astype(float) - pairs.exact) ** 2)))
 
     errors = [rmse(pairs.traced[:, place]) for place in range(len(FEW))]
@@ -57,7 +55,7 @@ def test_damaged_and_missing_pairs_are_told(tmp_path):
 
 
 def test_blocks_of_a_volume_are_joined(tmp_path):
-    def pairs(value: float) -> Pairs:
+    def pairs(value):
         color = np.full((2, 3, 4, 4), value, np.float16)
         few = np.full((2, len(FEW), 3, 4, 4), value, np.float16)
         return Pairs(color, color, color, color[:, :1], few, few, color, np.full(2, value))

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -16,17 +14,17 @@ import zarr
 from model.errors import DatasetError
 from model.samples.sample_rendering import make_renderer, render_store
 from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
-from model.samples.sampling import Split, draw_sample
+from model.samples.sampling import draw_sample
 from model.scene.scene import Scene
 from model.scene.view import View
 from model.scene.volume import Volume
 
 
-def content(store: SampleStore, split: Split) -> SampleBatch:
+def content(store, split):
     return store.read(split, range(store.count(split)))
 
 
-def assert_equal(one: SampleBatch, other: SampleBatch) -> None:
+def assert_equal(one, other):
     assert one.arrays.keys() == other.arrays.keys()
     for name, values in one.arrays.items():
         np.testing.assert_array_equal(values, other.arrays[name])
@@ -56,12 +54,12 @@ def test_two_processes_write_the_same_store(store, scene, volume, tmp_path):
 
 def test_a_store_can_grow(store, scene, volume, tmp_path):
     path = tmp_path / "grown.zarr"
-    counts: dict[Split, int] = {"train": 40, "holdout": 5}
+    counts = {"train": 40, "holdout": 5}
     render_store(SampleStore.create(path, scene, 7, counts), volume, workers=1)
     grown = SampleStore.create(path, scene, 7, {"train": 70, "holdout": 5})
     # The second block was not full: it is rendered again, the first one stays.
     assert grown.missing_samples() == 70 - BLOCK
-    seen: list[int] = []
+    seen = []
     render_store(grown, volume, workers=1, on_progress=seen.append)
     assert sum(seen) == 70 - BLOCK
     assert_equal(content(grown, "train"), content(store, "train")[:70])
@@ -104,7 +102,7 @@ def test_a_killed_rendering_goes_on_without_loss_or_repetition(store, scene, vol
     assert 0 < missing <= 192 - 2 * BLOCK
     with pytest.raises(DatasetError, match=f"{missing} samples are not rendered yet"):
         resumed.require_complete()
-    seen: list[int] = []
+    seen = []
     render_store(resumed, volume, workers=1, on_progress=seen.append)
     assert sum(seen) == missing
     assert_equal(content(resumed, "train"), content(store, "train"))
@@ -129,7 +127,7 @@ def test_a_pass_can_start_in_the_middle(store, skip, monkeypatch):
 
 
 def test_a_kill_while_growing_leaves_a_store_that_can_go_on(scene, volume, tmp_path, monkeypatch):
-    counts: dict[Split, int] = {"train": 40, "holdout": 5}
+    counts = {"train": 40, "holdout": 5}
     for resizes in range(5):
         path = tmp_path / f"{resizes}.zarr"
         SampleStore.create(path, scene, 7, counts)
@@ -174,15 +172,15 @@ def test_another_scene_or_volume_is_refused(store, volume, scene):
         make_renderer(other, scene)
 
 
-def copied(store: SampleStore, to: Path) -> Path:
+def copied(store, to):
     return Path(shutil.copytree(store.path, to))
 
 
-def chunk_files(path: Path, split: str = "train", name: str = "rgba") -> list[Path]:
+def chunk_files(path, split="train", name="rgba"):
     return sorted(file for file in (path / split / name / "c").rglob("*") if file.is_file())
 
 
-def flip_a_bit(file: Path) -> None:
+def flip_a_bit(file):
     data = bytearray(file.read_bytes())
     data[len(data) // 2] ^= 4
     file.write_bytes(data)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import colorsys
 
 import numpy as np
@@ -15,7 +13,7 @@ DRAWS = 2000
 PAPER = Scene("v", "f", RANGE, WINDOW, 64, tf_family="paper")
 
 
-def opacity_tfs() -> list:
+def opacity_tfs():
     rng = np.random.default_rng(0)
     return [draw_opacity_tf(rng, PAPER) for _ in range(DRAWS)]
 

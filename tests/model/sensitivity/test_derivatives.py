@@ -18,7 +18,6 @@ from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.scene import Lighting
 from model.scene.tf_perturbation import edit_around
 from model.scene.volume import Volume
 from model.sensitivity.display import cosine
@@ -32,11 +31,7 @@ LIGHT = LightDirection(-40.0, 30.0)
 VALUES, WIDTH = (60.0, 110.0, 220.0), 6.0
 EDITS = np.array([edit_around(value, RANGE, WIDTH) for value in VALUES])
 
-CASES: list[tuple[Lighting, float]] = [
-    *(("none", step) for step in (0.5, 1.0, 2.0)),
-    ("direct", 0.5),
-    ("soft", 0.5),
-]
+CASES = [*(("none", step) for step in (0.5, 1.0, 2.0)), ("direct", 0.5), ("soft", 0.5)]
 """Lights and sample distances."""
 
 
@@ -82,7 +77,7 @@ def by_level(monkeypatch):
 
 @pytest.fixture(scope="module")
 def renderers(volume):
-    every: dict[str, RaycastRenderer] = {
+    every = {
         lighting: RaycastRenderer(volume, lighting, LIGHT, threads=1)
         for lighting in ("none", "direct", "soft")
     }

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
 
@@ -21,7 +19,7 @@ from model.training.trainer import train
 CPU = torch.device("cpu")
 
 
-def statistics_of(network: nn.Module) -> dict[str, torch.Tensor]:
+def statistics_of(network):
     return {k: v for k, v in network.state_dict().items() if "running" in k}
 
 
@@ -41,7 +39,7 @@ def test_layers_put_out_mean_0_and_variance_1(generator, store, monkeypatch):
         assert torch.equal(generator.state_dict()[name], before[name])
         assert "running" in name or "num_batches" in name or torch.equal(value, before[name])
     norms = [m for m in own.modules() if isinstance(m, nn.BatchNorm2d)]
-    seen: dict[nn.Module, torch.Tensor] = {}
+    seen = {}
     for norm in norms:
         norm.register_forward_hook(lambda m, _, output: seen.update({m: output}))
     samples = encode_batch(store.read("train", range(NORM_SAMPLES)), store.scene, 32)

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import cast
 
 import pytest
 import torch
@@ -17,10 +16,10 @@ from model.training.monitor import (
     latent_health,
 )
 from model.training.options import StageOptions, TrainingOptions
-from model.training.stage import Stage, StepResult
+from model.training.stage import StepResult
 
 SETTINGS = TrainingOptions(adversarial_start=0.5)
-JOINT = cast(Stage, SimpleNamespace(name="joint", stage=StageOptions(8, 8e-4, 3), options=SETTINGS))
+JOINT = SimpleNamespace(name="joint", stage=StageOptions(8, 8e-4, 3), options=SETTINGS)
 HEALTHY = {"latent_spread": 1.0, "latent_rank": 5.0, "diversity": 0.9}
 ALIKE = {**HEALTHY, "diversity": 0.01}
 ONE_CODE = {**HEALTHY, "latent_spread": 1e-6}
@@ -80,7 +79,7 @@ def test_what_has_not_left_its_start_is_given_time(bad):
         assert guard.check_measurement(JOINT, bad, LATEST_START) is None
     assert guard.check_measurement(JOINT, bad, LATEST_START) is not None
     # The next stage has a start of its own.
-    other = cast(Stage, SimpleNamespace(**{**vars(JOINT), "name": "translation"}))
+    other = SimpleNamespace(**{**vars(JOINT), "name": "translation"})
     guard = CollapseGuard()
     guard.check_measurement(JOINT, HEALTHY, LATEST_START)
     assert guard.check_measurement(other, bad, WARM_UP) is None and guard.healthy
@@ -89,7 +88,7 @@ def test_what_has_not_left_its_start_is_given_time(bad):
 @pytest.mark.parametrize("start", [0.0, 0.5, 0.9, 1.0])
 def test_what_is_advised_can_be_done_and_makes_a_difference(start):
     options = replace(SETTINGS, adversarial_start=start)
-    stage = cast(Stage, SimpleNamespace(**{**vars(JOINT), "options": options}))
+    stage = SimpleNamespace(**{**vars(JOINT), "options": options})
     said = [
         CollapseGuard().check_measurement(stage, ALIKE, WARM_UP, last=True),
         CollapseGuard().check_measurement(stage, ONE_CODE, WARM_UP, last=True),

@@ -1,7 +1,5 @@
 """Two real processes (gloo, on the CPU) that train one generator."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -19,7 +17,7 @@ from model.training import parallel
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="gloo under torchrun")
 
 
-def torchrun(*arguments: str) -> None:
+def torchrun(*arguments):
     command = [sys.executable, "-m", "torch.distributed.run", "--standalone", "--nproc-per-node=2"]
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": str(Path.cwd())}
     done = subprocess.run(

@@ -1,7 +1,5 @@
 """Training of the network behind the denoiser, on pictures whose error is known."""
 
-from __future__ import annotations
-
 from itertools import count
 from types import SimpleNamespace
 
@@ -18,7 +16,7 @@ from model.training.path_light_training import PathLightOptions, PathLightTraine
 CPU = torch.device("cpu")
 
 
-def too_dark(count: int = 6, seed: int = 0) -> Pairs:
+def too_dark(count=6, seed=0):
     """Pairs whose denoised pictures have nine tenths of the light, and whose truth is noisy."""
     rng = np.random.default_rng(seed)
     exact = rng.uniform(0.2, 0.8, (count, 3, 1, 1)) * np.ones((count, 3, 32, 32))
@@ -28,7 +26,7 @@ def too_dark(count: int = 6, seed: int = 0) -> Pairs:
     return Pairs(half, half, half, one, few, few, noisy.astype(np.float16), np.full(count, 0.05))
 
 
-def make(minutes: float = 0.1) -> PathLightTrainer:
+def make(minutes=0.1):
     torch.manual_seed(0)
     options = PathLightOptions(minutes, PathLightSize(8), averaging=0.9, learning_rate=5e-3)
     return PathLightTrainer({"a": too_dark()}, options, CPU)

@@ -1,13 +1,8 @@
 """The precision of training steps, measured once on a machine."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
-
 import pytest
 import torch
 
-from model.networks.names import Precision
 from model.training import plan as precision
 from model.training.plan import choose_precision
 
@@ -26,9 +21,9 @@ CPU = torch.device("cpu")
 )
 def test_the_faster_one_is_chosen_and_measured_once(seconds, faster, monkeypatch, tmp_path):
     monkeypatch.setattr("model.measurements.cache_folder", lambda: tmp_path)
-    timed: list[str] = []
+    timed = []
 
-    def steps(kind: Precision) -> Iterator[float]:
+    def steps(kind):
         timed.append(kind)
         yield from seconds[kind]
 

@@ -1,7 +1,5 @@
 """Recorded steps of a GPU: the same losses as those of steps that Python starts."""
 
-from __future__ import annotations
-
 import pytest
 import torch
 
@@ -17,13 +15,13 @@ SCENE = Scene("none", "", (0.0, 1.0), (0.0, 1.0), 32)
 SIZE = NetworkSize(0.125, 16, 32, modulation=True, opacity_modulation=True, deep_codec=True)
 
 
-def losses_of_steps(device: torch.device, recorded: bool, count: int) -> list[dict[str, float]]:
+def losses_of_steps(device, recorded, count):
     options = TrainingOptions().with_settings(["unrendered_tfs=4", "small_time_share=0"])
     stage = Schedule(SIZE, options, SCENE, device).stages["joint"]
     stage.recorded = recorded
     random = torch.Generator().manual_seed(1)
 
-    def draw(*shape: int) -> torch.Tensor:
+    def draw(*shape):
         return (2 * torch.rand(8, *shape, generator=random) - 1).to(device)
 
     found = []

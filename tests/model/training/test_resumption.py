@@ -1,7 +1,5 @@
 """Runs that are stopped, killed, damaged, and go on."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -9,7 +7,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from training_runs import RECIPE, Stop, assert_same_state, plan
@@ -17,7 +14,6 @@ from training_runs import RECIPE, Stop, assert_same_state, plan
 from model.errors import TrainingError
 from model.networks.card import load_card
 from model.networks.checkpoint import load_model
-from model.training.plan import TrainingPlan, TrainingReport
 from model.training.stages import JointStage
 from model.training.state import load_progress
 from model.training.trainer import train
@@ -37,13 +33,13 @@ def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(store, tmp_path, monkeypat
     # The discriminator learns from the start.
     options = replace(RECIPE, one_stage=True, small_time_share=0.0, adversarial_start=0.0)
 
-    def run(name: str) -> TrainingPlan:
+    def run(name):
         return replace(plan(store, tmp_path / name, 64, 1e9), options=options)
 
     train(run("whole"))
     losses, pressed = JointStage._generator_losses, []
 
-    def interrupted(*arguments: Any) -> Any:
+    def interrupted(*arguments):
         pressed.append(1)
         if len(pressed) == 2:
             signal.raise_signal(signal.SIGINT)
@@ -60,7 +56,7 @@ def test_ctrl_c_in_the_middle_of_a_step_costs_nothing(store, tmp_path, monkeypat
 
 
 def test_ctrl_c_pressed_again_is_heard_at_once(store, tmp_path, monkeypatch):
-    def impatient(*_: Any) -> dict[str, float]:
+    def impatient(*_):
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("this is never come to")
@@ -103,7 +99,7 @@ def test_a_killed_run_loses_at_most_one_interval(finished, store, tmp_path):
     process.wait()
     process.stdout.close()
     load_model(folder)  # whatever the moment of the kill, the model in the folder is whole
-    reports: list[TrainingReport] = []
+    reports = []
     train(plan(store, folder), resume=True, on_report=reports.append)
     # With an interval of 0 every step is saved: the kill may cost the step in work.
     assert reports[0].samples >= 112
@@ -111,7 +107,7 @@ def test_a_killed_run_loses_at_most_one_interval(finished, store, tmp_path):
 
 
 def test_a_longer_budget_can_be_given_on_resuming(store, stopped):
-    reports: list[TrainingReport] = []
+    reports = []
     with pytest.raises(KeyboardInterrupt):
         train(plan(store, stopped, samples=640), True, lambda r: (reports.append(r), Stop(1)(r)))
     assert (reports[0].samples, reports[0].spent) == (48, 48 / 640)

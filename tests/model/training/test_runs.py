@@ -1,13 +1,10 @@
 """The real pipeline on a small volume: whole runs, their budgets, troubles and starts."""
 
-from __future__ import annotations
-
 import csv
 import itertools
 import json
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +19,11 @@ from model.networks.card import load_card
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import LatentCodec
 from model.samples.sample_store import SampleBatch, SampleStore
-from model.samples.sampling import Split
 from model.scene.light import LightDirection, LightRange
 from model.scene.scene import Scene
 from model.training import trainer
 from model.training.options import Budget, StageOptions
-from model.training.plan import TrainingReport, WarmStart
+from model.training.plan import WarmStart
 from model.training.sources import reduced
 from model.training.stages import OpacityStage, Schedule
 from model.training.state import STATE_FILE, load_progress
@@ -67,7 +63,7 @@ def test_a_budget_in_minutes_ends_in_time(store, tmp_path, monkeypatch):
     ticks = itertools.count()
     clock = SimpleNamespace(monotonic=lambda: 0.25 * next(ticks))
     monkeypatch.setattr("model.training.trainer.time", clock)
-    reports: list[TrainingReport] = []
+    reports = []
     timed = replace(plan(store, tmp_path, interval=1e9), budget=Budget(minutes=0.1))
     train(timed, on_report=reports.append)
     seconds = [r.seconds for r in reports]
@@ -83,9 +79,9 @@ def test_a_budget_in_minutes_ends_in_time(store, tmp_path, monkeypatch):
 
 def test_even_a_tiny_budget_leaves_a_model_and_is_saved_soon(store, tmp_path, monkeypatch):
     monkeypatch.setattr(trainer, "FIRST_SAVE_S", 0.0)
-    saved: list[bool] = []
+    saved = []
 
-    def note(_report: TrainingReport) -> None:
+    def note(_report):
         saved.append((tmp_path / STATE_FILE).exists())
 
     train(plan(store, tmp_path, samples=1, interval=1e9), on_report=note)
@@ -102,7 +98,7 @@ def test_what_cannot_begin_is_said(finished, store, scene, tmp_path):
         train(plan(store, finished))
     assert caught.value.suggested == {"resume": ""}
     for samples, holdout in ((3, 8), (64, 1)):
-        counts: dict[Split, int] = {"train": samples, "holdout": holdout}
+        counts = {"train": samples, "holdout": holdout}
         few = SampleStore.create(tmp_path / f"{samples}.zarr", scene, 0, counts)
         with pytest.raises(DatasetError, match="too few"):
             train(plan(few, tmp_path / "run"))
@@ -113,7 +109,7 @@ def test_what_cannot_begin_is_said(finished, store, scene, tmp_path):
 
 
 def test_two_runs_never_share_a_folder(store, stopped):
-    def start_another(report: TrainingReport) -> None:
+    def start_another(report):
         with pytest.raises(TrainingError, match="another process is training there"):
             train(plan(store, stopped), resume=True)
         raise KeyboardInterrupt
@@ -129,7 +125,7 @@ def test_a_gradient_that_is_not_finite_changes_nothing_and_stops_the_run(
 ):
     error = OpacityStage._generator_losses
 
-    def overflow(self: OpacityStage, *given: Any) -> dict[str, torch.Tensor]:
+    def overflow(self, *given):
         losses = error(self, *given)
         # Finite itself, but its slope is not.
         losses["opacity_l1"] = losses["opacity_l1"] + (given[1] - given[1]).square().sum().sqrt()
@@ -148,12 +144,12 @@ def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch, ended
     # A network of a few steps draws grey images whatever the code.
     monkeypatch.setattr("model.training.monitor.LEAST_DIVERSITY", 0)
     encode = LatentCodec.encode
-    seen: list[TrainingReport] = []
+    seen = []
 
-    def collapsing(self: LatentCodec, opacity_tf: torch.Tensor) -> torch.Tensor:
+    def collapsing(self, opacity_tf):
         return encode(self, opacity_tf) * (len(seen) < 2)
 
-    def note(report: TrainingReport) -> None:
+    def note(report):
         seen.append(report)
         if ended_by == "Ctrl-C" and len(seen) == 2:
             raise KeyboardInterrupt
@@ -170,7 +166,7 @@ def test_a_collapse_keeps_the_last_good_state(store, stopped, monkeypatch, ended
 def grown(store, tmp_path_factory):
     """A run whose images grow, and its reports: 5 steps of each stage."""
     folder = tmp_path_factory.mktemp("runs") / "grown"
-    reports: list[TrainingReport] = []
+    reports = []
     train(replace(plan(store, folder, 160, 1e9), options=GROWING), on_report=reports.append)
     return folder, reports
 

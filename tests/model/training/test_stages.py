@@ -1,25 +1,22 @@
 """One step of each stage, against losses worked out by hand."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 import torch
 from told_codec import Told
-from torch import Tensor, nn
+from torch import nn
 
 from model.errors import TrainingError
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
-from model.training.batch import EncodedBatch, encode_batch
+from model.training.batch import encode_batch
 from model.training.codec_loss import LAYER, CodecLoss, decoded_tf_error
 from model.training.options import TrainingOptions
-from model.training.stage import EMA, WARM_UP, Losses, Setup, adversarial
+from model.training.stage import EMA, WARM_UP, Setup, adversarial
 from model.training.stages import OpacityStage, TranslationStage
 
 SIZE = NetworkSize(0.125, 16, 64)
@@ -34,7 +31,7 @@ def batch(store):
     return encode_batch(store.read("train", range(24)), store.scene, 16)
 
 
-def stages(options: TrainingOptions) -> tuple[OpacityStage, TranslationStage]:
+def stages(options):
     torch.manual_seed(0)
     setup = Setup(SIZE, 5, options, CodecLoss(SCENE, PLAIN), CPU)
     opacity = OpacityStage(setup)
@@ -143,7 +140,7 @@ class Tight(OpacityStage):
 
     room = 8
 
-    def _generate(self, batch: EncodedBatch) -> tuple[Tensor, Tensor]:
+    def _generate(self, batch):
         if len(batch) > self.room:
             raise torch.OutOfMemoryError("made up")
         return super()._generate(batch)
@@ -153,7 +150,7 @@ class Tight(OpacityStage):
 def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(batch, adversarial_start):
     options = TrainingOptions(adversarial_start=adversarial_start)
 
-    def trained(kind: type[OpacityStage]) -> tuple[OpacityStage, Losses]:
+    def trained(kind):
         torch.manual_seed(0)
         stage = kind(Setup(SIZE, 5, options, LOSS, CPU))
         # Without batch statistics, parts add up to the whole.
@@ -177,7 +174,7 @@ def test_a_batch_too_large_for_the_memory_is_learned_from_in_parts(batch, advers
 class TightBackwards(OpacityStage):
     """Runs out of memory when the generator is to learn from more than eight samples."""
 
-    def _generator_losses(self, batch: EncodedBatch, fake: Tensor, extra: Any) -> Losses:
+    def _generator_losses(self, batch, fake, extra):
         if len(batch) > 8:
             raise torch.OutOfMemoryError("made up")
         return super()._generator_losses(batch, fake, extra)

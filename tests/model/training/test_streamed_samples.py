@@ -1,10 +1,7 @@
 """Fresh samples: the right ones, in an order that neither speed nor threads can change."""
 
-from __future__ import annotations
-
 import multiprocessing
 import threading
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -16,10 +13,8 @@ import pytest
 
 from model.errors import RenderError
 from model.samples.sample_rendering import make_renderer, render_samples
-from model.samples.sample_store import BLOCK, SampleBatch
+from model.samples.sample_store import BLOCK
 from model.samples.sampling import draw_sample
-from model.scene.scene import Scene
-from model.scene.volume import Volume
 from model.training.sources import (
     FIRST_SAMPLES,
     PROCESS_RINGS,
@@ -36,9 +31,7 @@ def raycast(scene):
 
 
 @contextmanager
-def stream(
-    volume: Volume, scene: Scene, ring: int = RING_SAMPLES, **options: object
-) -> Iterator[StreamSource]:
+def stream(volume, scene, ring=RING_SAMPLES, **options):
     with mock.patch("model.training.sources.RING_SAMPLES", ring):
         source = StreamSource(volume, scene, seed=5, **options)
     try:
@@ -47,19 +40,19 @@ def stream(
         source.close()
 
 
-def assert_same(one: SampleBatch, other: SampleBatch) -> None:
+def assert_same(one, other):
     for name, values in one.arrays.items():
         np.testing.assert_array_equal(values, other.arrays[name])
 
 
 @cache
-def numbers_of_azimuths(scene: Scene, first: int, count: int) -> dict[float, int]:
+def numbers_of_azimuths(scene, first, count):
     """The number in the split of each sample: no two azimuths are the same."""
     indices = range(first, first + count)
     return {draw_sample(scene, 5, "train", i).view.azimuth: i for i in indices}
 
 
-def numbers(batch: SampleBatch, scene: Scene, first: int = 0, count: int = 4096) -> list[int]:
+def numbers(batch, scene, first=0, count=4096):
     known = numbers_of_azimuths(scene, first, count)
     return [known[azimuth] for azimuth in batch.inputs["view"][:, 0].tolist()]
 
@@ -136,7 +129,7 @@ def test_samples_are_learned_from_as_often_as_asked(volume, raycast):
 
 
 def test_a_failing_renderer_ends_the_training(volume, raycast, monkeypatch):
-    def fail(*_: object) -> None:
+    def fail(*_):
         raise RenderError("out of paint")
 
     with stream(volume, raycast, threads=2) as source:

@@ -1,17 +1,11 @@
 """Sizes, shapes and derivatives of the four networks."""
 
-from __future__ import annotations
-
 import pytest
 import torch
 from torch import nn
 
 from model.errors import TfscopeError
-from model.networks.blocks import (
-    Modulation,
-    ResidualBlock,
-    parameter_count,
-)
+from model.networks.blocks import Modulation, ResidualBlock, parameter_count
 from model.networks.generator_network import EncodedInputs
 from model.networks.paper import (
     BINS,
@@ -101,7 +95,7 @@ def test_a_doubling_block_is_the_block_of_the_doubled_image(kernel, channels):
         torch.testing.assert_close(value, plain.get_buffer(name), rtol=0.02, atol=1e-9)
 
 
-def lively(network: nn.Module) -> nn.Module:
+def lively(network):
     """Weights large enough that every path carries a signal."""
     generator = torch.Generator().manual_seed(1)
     for parameter in network.parameters():
@@ -121,7 +115,7 @@ def test_the_image_has_the_whole_gradient_to_the_opacity_tf():
     tf = torch.rand(1, 256).double().requires_grad_()
     weights = torch.rand(1, 3, 16, 16).double()
 
-    def loss(tf: torch.Tensor) -> torch.Tensor:
+    def loss(tf):
         return (network(EncodedInputs(view, tf, color))[0] * weights).sum()
 
     (gradient,) = torch.autograd.grad(loss(tf), tf)
@@ -219,7 +213,7 @@ def test_images_follow_each_colour_of_the_tf_as_finite_differences_say():
     color = torch.rand(1, 3, 256, dtype=torch.float64, requires_grad=True)
     edit = torch.randn(1, 3, 256, dtype=torch.float64)
 
-    def brightness(tf: torch.Tensor) -> torch.Tensor:
+    def brightness(tf):
         return network(EncodedInputs(conditions, opacity, tf))[0].mean()
 
     (slope,) = torch.autograd.grad(brightness(color), color)

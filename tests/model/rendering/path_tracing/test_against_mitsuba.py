@@ -1,12 +1,10 @@
 """Media of changing extinction and albedo, against pictures that Mitsuba 3 has drawn."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import pytest
-from mitsuba_scenes import SCENES, SIZE, MitsubaScene, stored
+from mitsuba_scenes import SCENES, SIZE, stored
 
 from model.rendering.path_tracing.renderer import PathTracer
 
@@ -21,7 +19,7 @@ UNSEEN = 1e-3
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES, ids=[scene.name for scene in SCENES])
-def test_pixels_are_within_three_standard_errors_of_mitsubas(scene: MitsubaScene) -> None:
+def test_pixels_are_within_three_standard_errors_of_mitsubas(scene):
     theirs, their_error = stored(scene.name)
     pictures = []
     for seed in range(SEEDS):

@@ -1,7 +1,5 @@
 """Clean pictures, and the error that is told of them, against many samples."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Pictures in the light of fewer pixels: colours and opacity stay, light is interpolated."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -21,7 +19,7 @@ from model.scene.volume import Volume
 RNG = np.random.default_rng(1)
 
 
-def whole(volume: Volume, view: View) -> SceneInputs:
+def whole(volume, view):
     """Return inputs under which higher values are more opaque, and of other colours."""
     low, high = volume.scalar_range
     middle = (low + high) / 2
@@ -32,7 +30,7 @@ def whole(volume: Volume, view: View) -> SceneInputs:
     return SceneInputs(view, opacity, ColorTF((low, high), stops))
 
 
-def test_details_of_the_colours_stay_under_even_light() -> None:
+def test_details_of_the_colours_stay_under_even_light():
     unlit = RNG.random((20, 24, 4), dtype=np.float32)
     unlit[..., :3] *= unlit[..., 3:]
     few = resized(unlit, (unlit.shape[0] // 2, unlit.shape[1] // 2))[..., :3]
@@ -44,7 +42,7 @@ def test_details_of_the_colours_stay_under_even_light() -> None:
         np.testing.assert_array_equal(picture[..., 3], unlit[..., 3])
 
 
-def test_nothing_shines_where_nothing_is() -> None:
+def test_nothing_shines_where_nothing_is():
     unlit = np.zeros((8, 8, 4), dtype=np.float32)
     unlit[2:6, 2:6] = 0.5
     few = resized(unlit, (unlit.shape[0] // 2, unlit.shape[1] // 2))[..., :3]
@@ -55,7 +53,7 @@ def test_nothing_shines_where_nothing_is() -> None:
 
 
 @pytest.mark.skipif(not available(), reason="no denoiser for this machine")
-def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels() -> None:
+def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels():
     z, y, x = np.mgrid[-1:1:48j, -1:1:48j, -1:1:48j]
     waves = 20 * np.sin(25 * x) * np.sin(25 * y) * np.sin(25 * z)
     volume = Volume((120 + waves - 100 * (x**2 + y**2 + z**2)).astype(np.float32).clip(0))

@@ -1,7 +1,5 @@
 """The denoiser: what it keeps, threads, and machines without it."""
 
-from __future__ import annotations
-
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -9,11 +7,7 @@ import numpy as np
 import pytest
 
 from model.rendering.path_tracing import denoising
-from model.rendering.path_tracing.denoising import (
-    DenoisingError,
-    available,
-    denoise,
-)
+from model.rendering.path_tracing.denoising import DenoisingError, available, denoise
 
 needs_denoiser = pytest.mark.skipif(not available(), reason="no denoiser for this machine")
 
@@ -68,13 +62,13 @@ def test_a_library_that_fails_is_an_error_in_plain_words(monkeypatch):
 
         class Device:
             @staticmethod
-            def is_cpu_available() -> bool:
+            def is_cpu_available():
                 return True
 
-            def commit(self) -> None:
+            def commit(self):
                 pass
 
-            def get_error(self) -> str:
+            def get_error(self):
                 return "out of memory"
 
     monkeypatch.setitem(sys.modules, "pyoidn", Library)

@@ -3,8 +3,6 @@
 Where a position were no number, memory outside the volume would be read.
 """
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 
@@ -24,7 +22,7 @@ from model.scene.volume import Volume
 LENGTH = 20
 
 
-def scene(faint: float) -> tuple[Volume, SceneInputs]:
+def scene(faint):
     """A block of two values: of one next to nothing is seen, the other is half opaque."""
     voxels = np.zeros((LENGTH, LENGTH, LENGTH), np.uint8)
     voxels[..., LENGTH // 2 :] = 255
@@ -59,7 +57,7 @@ def tracked(medium, place, direction, state, transmits):
     return track(medium, place, direction, state, transmits)
 
 
-def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction() -> None:
+def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction():
     volume, inputs = scene(1e-41)
     tracer = PathTracer(volume, threads=1)
     scatterer = tracer._scatterer(inputs, 0.5)
@@ -76,7 +74,7 @@ def test_a_path_without_depth_leaves_a_medium_of_next_to_no_extinction() -> None
         assert (level, t, through) == (-1, 2.0, 1.0)
 
 
-def test_light_collides_with_nothing_that_is_too_faint_to_count() -> None:
+def test_light_collides_with_nothing_that_is_too_faint_to_count():
     volume, inputs = scene(1e-9)
     tracer = PathTracer(volume, threads=1)
     scatterer = tracer._scatterer(inputs, 0.5)

@@ -1,7 +1,5 @@
 """Surfaces of voxels that are many pixels: without the rings of the steps along view rays."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -18,7 +16,7 @@ RASTER = Raster(240, 240, 92, 92, 56, 56)
 """The middle of a picture in which a voxel is ten pixels."""
 
 
-def flame() -> Volume:
+def flame():
     """Smooth drops of few 8-bit steps a voxel, as a simulated flame is stored."""
     z, y, x = np.mgrid[0:16, 0:16, 0:16] / 7.5 - 1
     values = 230 * np.exp(-1.6 * (x**2 + y**2 + z**2))
@@ -26,14 +24,14 @@ def flame() -> Volume:
     return Volume(np.rint(values.clip(0, 255)).astype(np.uint8))
 
 
-def scene(view: View) -> SceneInputs:
+def scene(view):
     """An opaque, white surface."""
     opacity = OpacityTF((0.0, 255.0), points=((0.0, 0.0), (90.0, 0.0), (120.0, 1.0)))
     color = ColorTF((0.0, 255.0), ((0.0, 0.8, 0.8, 0.8), (255.0, 0.8, 0.8, 0.8)))
     return SceneInputs(view, opacity, color, LightDirection(25.0, 20.0))
 
 
-def ring_power(view: View, samples: int = 64) -> float:
+def ring_power(view, samples=64):
     """Power along the surface of what no smooth shading has; the noise of paths cancels in it."""
     # Light that is scattered once, from one direction, has the least noise.
     tracer = PathTracer(flame(), lamp=Lamp(gloss=0.0, sky=0.0, bounces=1, radius=0.05))
@@ -53,9 +51,7 @@ def ring_power(view: View, samples: int = 64) -> float:
     "view",
     [View(60, 40, 0, 0.7), View(110, -30, 0, 0.7), View(250, 60, 0, 0.7), View(20, 15, 0, 0.7)],
 )
-def test_rings_on_surfaces_are_less_than_a_fifth_of_those_of_the_usual_steps(
-    view: View, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rings_on_surfaces_are_less_than_a_fifth_of_those_of_the_usual_steps(view, monkeypatch):
     finer = ring_power(view)
     monkeypatch.setattr(renderer, "LARGE", np.inf)
     assert finer < ring_power(view) / 5

@@ -1,7 +1,5 @@
 """Light that is found again as the view turns, against the same places seen from the other side."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -19,28 +17,28 @@ SIZE = 48
 
 
 @pytest.fixture(scope="module")
-def block() -> Volume:
+def block():
     """An opaque block in which each place has another value, longer along one axis."""
     z, y, x = np.mgrid[-1:1:40j, -1:1:32j, -1:1:24j]
     values = 120 + 40 * np.sin(3 * x + y) + 40 * np.sin(3 * y - z)
     return Volume(values.astype(np.float32), (1.2, 0.9, 0.8))
 
 
-def inputs_from(azimuth: float, volume: Volume) -> SceneInputs:
+def inputs_from(azimuth, volume):
     low, high = volume.scalar_range
     opacity = OpacityTF((low, high), points=((low, 1.0), (high, 1.0)))
     color = ColorTF((low, high), ((low, 0.0, 0.0, 0.0), (high, 1.0, 1.0, 1.0)))
     return SceneInputs(View(azimuth, 15.0, 5.0, 0.9, 0.1, -0.05), opacity, color)
 
 
-def looks(volume: Volume, inputs: SceneInputs) -> tuple[np.ndarray, np.ndarray]:
+def looks(volume, inputs):
     renderer = RaycastRenderer(volume)
     rgba, depth = renderer.frame(inputs, SIZE)
     renderer.close()
     return rgba[..., :3], depth
 
 
-def test_places_are_found_where_they_were_seen_before(block: Volume) -> None:
+def test_places_are_found_where_they_were_seen_before(block):
     first, turned = inputs_from(30.0, block), inputs_from(36.0, block)
     before, depth = looks(block, first)
     now, depth_now = looks(block, turned)
@@ -61,12 +59,12 @@ def test_places_are_found_where_they_were_seen_before(block: Volume) -> None:
     assert np.abs(before - now)[known].mean() > 10 * gap
 
 
-def test_noise_becomes_less_and_an_edit_begins_anew(block: Volume) -> None:
+def test_noise_becomes_less_and_an_edit_begins_anew(block):
     inputs, raster, history = inputs_from(30.0, block), Raster(SIZE, SIZE), LightHistory(block)
     depth = np.full((SIZE, SIZE), block.radius, dtype=np.float32)
     rng = np.random.default_rng(5)
 
-    def noise() -> np.ndarray:
+    def noise():
         return 1 + rng.standard_normal((SIZE, SIZE, 3)).astype(np.float32)
 
     spreads = [history.averaged(inputs, raster, noise(), depth).std() for _ in range(40)]

@@ -1,7 +1,5 @@
 """The path tracer: against closed forms, quadrature, and the ray caster's opacities."""
 
-from __future__ import annotations
-
 import math
 import threading
 from dataclasses import replace
@@ -29,9 +27,7 @@ FACING = View(0.0, 0.0, 0.0, 0.7)
 ANISOTROPIC = (1.0, 1.7, 0.6)
 
 
-def homogeneous(
-    opacity: float, color: tuple[float, float, float], n: int = 12, spacing=(1.0, 1.0, 1.0)
-) -> tuple[Volume, OpacityTF, ColorTF]:
+def homogeneous(opacity, color, n=12, spacing=(1.0, 1.0, 1.0)):
     """A block of some values that all look the same."""
     values = np.arange(n**3, dtype=np.float32).reshape(n, n, n) / (n**3 - 1)
     volume = Volume(values, spacing)
@@ -40,7 +36,7 @@ def homogeneous(
     return volume, opacity_tf, ColorTF((lo, hi), ((lo, *color), (hi, *color)))
 
 
-def balls(dtype: str, spacing=(1.0, 1.0, 1.0), missing: bool = False) -> Volume:
+def balls(dtype, spacing=(1.0, 1.0, 1.0), missing=False):
     """Some soft balls of different values."""
     rng = np.random.default_rng(5)
     shape = (26, 22, 30)
@@ -60,7 +56,7 @@ def balls(dtype: str, spacing=(1.0, 1.0, 1.0), missing: bool = False) -> Volume:
     return Volume(values, spacing, missing=hidden)
 
 
-def seen(volume: Volume, view: View = VIEW, **others) -> SceneInputs:
+def seen(volume, view=VIEW, **others):
     """Half-transparent balls of many colours."""
     lo, hi = volume.scalar_range
     width = hi - lo
@@ -71,7 +67,7 @@ def seen(volume: Volume, view: View = VIEW, **others) -> SceneInputs:
     return SceneInputs(view, opacity, color, **others)
 
 
-def traced(volume: Volume, inputs: SceneInputs, size=24, samples=8, **others):
+def traced(volume, inputs, size=24, samples=8, **others):
     tracer = PathTracer(volume, **others)
     try:
         return tracer.render(inputs, size, samples=samples)
@@ -127,7 +123,7 @@ def test_a_white_surface_that_faces_the_light_is_white_and_one_has_its_color():
         np.testing.assert_allclose(middle[:3], color, atol=0.05)
 
 
-def through_middle(volume: Volume, view: View) -> tuple[np.ndarray, np.ndarray]:
+def through_middle(volume, view):
     """Places along the ray through the picture's middle, and their distances, in fine steps."""
     back = view.basis()[2]
     eye = np.array(volume.extent) / 2 + view.camera_distance(volume.radius) * back
@@ -138,7 +134,7 @@ def through_middle(volume: Volume, view: View) -> tuple[np.ndarray, np.ndarray]:
     return places[inside], t[inside]
 
 
-def extinction_at(volume: Volume, opacity_tf: OpacityTF, places: np.ndarray) -> np.ndarray:
+def extinction_at(volume, opacity_tf, places):
     """Extinction per world length, interpolated as SciPy does; 0 outside."""
     indices = (places / np.array(volume.spacing)).T[::-1]
     values = map_coordinates(volume.voxels.astype(float), indices, order=1, cval=np.nan)
@@ -294,7 +290,7 @@ def test_a_picture_that_is_not_wanted_ends_within_a_pass():
     tracer = PathTracer(volume, threads=2)
     asked, limit = [], threading.Event()
 
-    def wanted() -> bool:
+    def wanted():
         asked.append(1)
         return not limit.is_set()
 

@@ -1,7 +1,5 @@
 """Refined pictures: cleaned while that helps, until they are good enough."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -32,25 +30,23 @@ class Cleaner:
 
     doubling = 1.0
 
-    def __init__(self) -> None:
-        self.cleaned: list[int] = []
+    def __init__(self):
+        self.cleaned = []
 
     def clean(self, radiance, estimate, samples):
         self.cleaned.append(samples)
         return np.full(SHAPE, 0.53, dtype=np.float32)
 
-    def deed(self, samples: int) -> str:
+    def deed(self, samples):
         return "cleaned" if samples < 8 else "cleaned well"
 
 
 @pytest.fixture
-def cleaner() -> Cleaner:
+def cleaner():
     return Cleaner()
 
 
-def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(
-    cleaner: Cleaner,
-) -> None:
+def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(cleaner):
     found = list(refined(Tracer(), None, 2, 32, cleaning=lambda *scene: cleaner))
     assert [each.samples for each in found] == [1, 2, 4, 8, 16, 32]
     assert [each.deed for each in found[2:]] == ["cleaned", "cleaned well", "", ""]
@@ -61,13 +57,13 @@ def test_a_picture_is_cleaned_until_its_noise_is_less_than_what_that_leaves(
     assert cleaner.cleaned == [1, 2, 4, 4, 8]
 
 
-def test_no_more_samples_are_drawn_than_an_error_takes(cleaner: Cleaner) -> None:
+def test_no_more_samples_are_drawn_than_an_error_takes(cleaner):
     clean = refined(Tracer(), None, 2, 1024, cleaning=lambda *scene: cleaner, error=0.031)
     assert list(clean)[-1].samples == 4
     assert list(refined(Tracer(), None, 2, 1024, cleaning=None, error=0.03))[-1].samples == 16
 
 
-def test_a_whole_picture_is_the_last_of_those(cleaner: Cleaner) -> None:
+def test_a_whole_picture_is_the_last_of_those(cleaner):
     whole = drawn(Tracer(), None, 2, 4, cleaning=lambda *scene: cleaner)
     assert (whole.samples, whole.deed) == (4, "cleaned")
     assert whole.error == pytest.approx(0.03, rel=1e-5)
@@ -76,6 +72,6 @@ def test_a_whole_picture_is_the_last_of_those(cleaner: Cleaner) -> None:
     assert aimed.samples == 4
 
 
-def test_without_what_cleans_them_pictures_stay_as_they_were_traced() -> None:
+def test_without_what_cleans_them_pictures_stay_as_they_were_traced():
     assert not any(each.deed for each in refined(Tracer(), None, 2, 8, cleaning=None))
     assert RefiningRenderer(Tracer(), None, 8).render(None, 2).max() == 0.5

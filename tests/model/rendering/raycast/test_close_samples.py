@@ -1,10 +1,7 @@
 """Samples so close that the volume is read at every fourth one only."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.batch import CLOSE
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -22,13 +19,13 @@ VIEWS = (View(35.0, 25.0, 7.0, 0.9), View(200.0, -60.0, -8.0, 0.4), View(77.0, -
 """From outside, from near by, and from inside the volume, where rays are short."""
 
 
-def waves(shape: tuple[int, int, int] = (21, 26, 18)) -> NDArray[np.float32]:
+def waves(shape=(21, 26, 18)):
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in shape), indexing="ij")
     values = np.exp(-(x**2 + (y - 0.3) ** 2 + z**2) / 0.4) + 0.1 * np.sin(4 * x + 3 * y - 2 * z)
     return np.asarray((values - values.min()) / np.ptp(values), dtype=np.float32)
 
 
-def rmse(a: NDArray[np.floating], b: NDArray[np.floating]) -> float:
+def rmse(a, b):
     return float(np.sqrt(np.mean((a[..., :3] - b[..., :3]) ** 2)))
 
 

@@ -1,12 +1,7 @@
 """The ray caster against VTK's, which is the reference: same views, same TFs, same step."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
@@ -27,7 +22,7 @@ RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 
 
 @pytest.fixture(scope="module", params=shipped_volumes(), ids=lambda path: path.name[:12])
 def shipped(request):
-    path: Path = request.param
+    path = request.param
     return read_volume(path)
 
 
@@ -37,7 +32,7 @@ def samples(shipped):
     return [draw_sample(scene, 11, "train", index) for index in range(3)]
 
 
-def errors(volume: Volume, samples: list[SceneInputs], **options) -> NDArray[np.float64]:
+def errors(volume, samples, **options):
     """Root mean square difference of each image between the two renderers."""
     ours, vtk = RaycastRenderer(volume, **options), VtkRenderer(volume, **options)
     found = []

@@ -1,14 +1,10 @@
 """Rays and the camera at the extremes: poles, full turns, rays on faces, 2 x 2 x 2 voxels."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import Any
 
 import numba
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.rays import make_ray
@@ -27,13 +23,11 @@ HALF = OpacityTF(RANGE, points=((0.0, 0.5),))
 
 
 @numba.njit
-def ray_of(camera: Any, step: float, column: int, row: int, size: int) -> Any:
+def ray_of(camera, step, column, row, size):
     return make_ray(camera, step, column, row, size)
 
 
-def straight_camera(
-    eye: tuple[float, float, float], axis: int, sign: int, shape: Any
-) -> NDArray[np.float64]:
+def straight_camera(eye, axis, sign, shape):
     """A camera in voxels whose only pixel looks along an axis; the near plane at 0."""
     forward, right, up = np.zeros((3, 3))
     forward[axis], right[axis - 1], up[axis - 2] = sign, 0.25, 0.25

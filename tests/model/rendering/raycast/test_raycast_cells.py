@@ -1,13 +1,10 @@
 """Min-max cells against a search of the whole volume."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.cells import FARTHEST, MinMaxCells
 
@@ -24,7 +21,7 @@ def executor():
         yield executor
 
 
-def random_bytes(shape: tuple[int, int, int], seed: int = 0) -> NDArray[np.uint8]:
+def random_bytes(shape, seed=0):
     """Noise of different strength from place to place."""
     rng = np.random.default_rng(seed)
     strength = rng.integers(1, 256, [-(-n // EDGE) for n in shape])
@@ -34,7 +31,7 @@ def random_bytes(shape: tuple[int, int, int], seed: int = 0) -> NDArray[np.uint8
     return rng.integers(0, strength[:nz, :ny, :nx], endpoint=True).astype(np.uint8)
 
 
-def extremes(scalars: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def extremes(scalars):
     """Lowest and highest voxel that interpolation in a cell reads, the common faces with it."""
     cells = [max(-(-(n - 1) // EDGE), 1) for n in scalars.shape]
     low, high = np.empty(cells, int), np.empty(cells, int)
@@ -44,7 +41,7 @@ def extremes(scalars: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.
     return low, high
 
 
-def only(value: int) -> NDArray[np.bool_]:
+def only(value):
     return np.arange(256) == value
 
 

@@ -1,12 +1,9 @@
 """Gradient shading and cast light, against closed forms."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
-from typing import Any
 
 import numba
 import numpy as np
@@ -39,11 +36,11 @@ LIGHTS = (LightDirection(), HEADLIGHT, LightDirection(60.0, -20.0), LightDirecti
 Cast = Callable[..., NDArray[np.float32]]
 
 
-def constant(opacity: float) -> OpacityTF:
+def constant(opacity):
     return OpacityTF(RANGE, points=((0.0, opacity),))
 
 
-def towards(light: LightDirection, view: View) -> NDArray[np.float64]:
+def towards(light, view):
     """World direction to the light: to the viewer's right by its azimuth, and up."""
     right, up, back = view.basis()
     azimuth, elevation = math.radians(light.azimuth), math.radians(light.elevation)
@@ -51,13 +48,13 @@ def towards(light: LightDirection, view: View) -> NDArray[np.float64]:
     return math.cos(elevation) * level + math.sin(elevation) * up
 
 
-def homogeneous(shape: tuple[int, int, int] = (33, 33, 33)) -> Volume:
+def homogeneous(shape=(33, 33, 33)):
     scalars = np.full(shape, 128, np.uint8)
     scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
     return Volume(scalars)
 
 
-def turned(volume: Volume) -> Volume:
+def turned(volume):
     """The volume after a quarter turn about z, which takes x to y and y to -x."""
     scalars = volume.scalars.transpose(0, 2, 1)[:, :, ::-1]
     x, y, z = volume.spacing
@@ -67,7 +64,7 @@ def turned(volume: Volume) -> Volume:
 # Gradient shading
 
 
-def ramp_and_normal() -> tuple[Volume, NDArray[np.float64]]:
+def ramp_and_normal():
     """A linear ramp, neither cubic nor isotropic, and its normal."""
     normal = np.array([1.0, 0.5, -0.7]) / np.linalg.norm([1.0, 0.5, -0.7])
     spacing = (1.5, 0.8, 1.1)
@@ -97,7 +94,7 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind, error):
 
 
 @numba.njit
-def gradient_at(scalars: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+def gradient_at(scalars, shape, x, y, z):
     return gradient(scalars, shape, x, y, z)
 
 
@@ -172,14 +169,7 @@ def executor():
 def cast(executor, monkeypatch):
     """Light on the voxels of a small volume of bytes, of given parts, in [z, y, x]."""
 
-    def light(
-        volume: Volume,
-        opacity_tf: OpacityTF,
-        view: View = VIEW,
-        light: LightDirection = HEADLIGHT,
-        ambient: float = 0.0,
-        distant: float = 1.0,
-    ) -> NDArray[np.float32]:
+    def light(volume, opacity_tf, view=VIEW, light=HEADLIGHT, ambient=0.0, distant=1.0):
         monkeypatch.setattr(illumination, "AMBIENT", ambient)
         monkeypatch.setattr(illumination, "DISTANT", distant)
         opacities = opacity_tf.sample(volume.scalar_range)
@@ -226,17 +216,17 @@ def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast):
 
 
 def test_ambient_light_is_kept_while_the_view_changes(volume, executor, monkeypatch):
-    sweeps: list[NDArray[np.float64]] = []
+    sweeps = []
     plain = Illumination._sweep
 
-    def counted(self: Illumination, direction: NDArray[np.float64]) -> NDArray[np.float32]:
+    def counted(self, direction):
         sweeps.append(direction)
         return plain(self, direction)
 
     monkeypatch.setattr(Illumination, "_sweep", counted)
     around = len(illumination.AROUND)
 
-    def new_sweeps() -> int:
+    def new_sweeps():
         count = len(sweeps)
         sweeps.clear()
         return count

@@ -1,10 +1,7 @@
 """The ray caster's images against a second ray caster in float64, and against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -36,18 +33,18 @@ VIEWS = (
 TOLERANCE = 2e-3
 
 
-def constant(opacity: float) -> OpacityTF:
+def constant(opacity):
     return OpacityTF(RANGE, points=((0.0, opacity),))
 
 
-def slab(value: int = 128, shape: tuple[int, int, int] = (33, 9, 33)) -> Volume:
+def slab(value=128, shape=(33, 9, 33)):
     """A nearly constant volume: two corners differ, since constant volumes are refused."""
     scalars = np.full(shape, value, np.uint8)
     scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
     return Volume(scalars)
 
 
-def field() -> NDArray[np.float64]:
+def field():
     """A smooth field from 0 to 1 without symmetries, 14 x 23 x 19 voxels."""
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (19, 23, 14)), indexing="ij")
     values = np.exp(-((x - 0.2) ** 2 + y**2 + (z + 0.3) ** 2) / 0.3)
@@ -56,9 +53,7 @@ def field() -> NDArray[np.float64]:
     return (values - values.min()) / np.ptp(values)
 
 
-def random_tf(
-    rng: np.random.Generator, scalar_range: tuple[float, float], highest: float = 0.4
-) -> tuple[OpacityTF, ColorTF]:
+def random_tf(rng, scalar_range, highest=0.4):
     values = np.linspace(*scalar_range, 17).tolist()
     opacities = (highest * rng.random(17)).tolist()
     stops = tuple((value, *rng.random(3).tolist()) for value in values)
