@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawing import drawn
 
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
@@ -29,9 +30,7 @@ def make_volume(length=12):
 
 
 def expected(volume):
-    renderer = RaycastRenderer(volume)
-    image = renderer.render(INPUTS, 24)
-    renderer.close()
+    image = drawn(RaycastRenderer, volume, INPUTS, 24)
     assert image[..., 3].max() > 0.1
     return image
 

@@ -4,23 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drawing import VIEW, drawn
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
-from model.scene.view import View
 from model.scene.volume import Volume
 
 SIZE = 48
-VIEW = View(35.0, 25.0, 7.0, 0.9)
-
-
-def drawn(kind, volume, inputs):
-    renderer = kind(volume, "direct")
-    image = renderer.render(inputs, SIZE)
-    renderer.close()
-    return image
 
 
 @pytest.mark.parametrize("kind", [RaycastRenderer, VtkRenderer])
@@ -30,7 +22,7 @@ def test_the_image_is_that_of_the_natural_logarithm(kind):
     lo, hi = volume.scalar_range
     opacity = OpacityTF((lo, hi), (GaussianMode(0.4, 0.3, 0.4),), scale="log")
     color = ColorTF((lo, hi), ((lo, 0.0, 0.2, 1.0), (hi, 1.0, 0.3, 0.0)))
-    found = drawn(kind, volume, SceneInputs(VIEW, opacity, color))
+    found = drawn(kind, volume, SceneInputs(VIEW, opacity, color), SIZE, "direct")
     # The same picture in nepers: everything is ln 10 times as large.
     by = np.log(10.0)
     plain = Volume(np.log(values))
@@ -39,6 +31,6 @@ def test_the_image_is_that_of_the_natural_logarithm(kind):
         opacity, scalar_range=ends, modes=(GaussianMode(0.4 * by, 0.3 * by, 0.4),), scale="linear"
     )
     colors = ColorTF(ends, ((ends[0], 0.0, 0.2, 1.0), (ends[1], 1.0, 0.3, 0.0)))
-    expected = drawn(kind, plain, SceneInputs(VIEW, nepers, colors))
+    expected = drawn(kind, plain, SceneInputs(VIEW, nepers, colors), SIZE, "direct")
     assert expected[..., 3].max() > 0.3
     assert np.abs(found - expected).max() < 2e-3

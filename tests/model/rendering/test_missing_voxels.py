@@ -1,7 +1,10 @@
 """Missing voxels are transparent: beside closed forms, crop boxes and other fill values."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+from drawing import drawn, rms
 
 from model.latent.tiny_pictures import OVERVIEW_SIZE, overview_of
 from model.rendering.raycast.renderer import RaycastRenderer
@@ -41,11 +44,7 @@ def inputs(opacity=BALL_TF, crop=None):
 
 
 def image(volume, name="raycast", given=None, **options):
-    renderer = open_renderer(name, volume, **options)
-    try:
-        return renderer.render(given or inputs(), SIZE)
-    finally:
-        renderer.close()
+    return drawn(partial(open_renderer, name), volume, given or inputs(), SIZE, **options)
 
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
@@ -65,7 +64,7 @@ def test_half_a_ball_is_the_ball_cut_in_two(name):
     cut = inputs(crop=CropBox((0.0, 0.0, 0.0), (0.5, 1.0, 1.0)))
     expected = image(Volume(ball()), "raycast", cut, sample_distance=0.1)
     found = image(half_ball(), name, sample_distance=0.1)
-    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.006
+    assert rms(found - expected) < 0.006
 
 
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
@@ -96,11 +95,8 @@ def test_drawn_they_are_what_is_stored_there(name):
 
 def test_the_overview_of_opacities_leaves_them_out():
     volume = half_ball(fill=200.0)
-    samples = BALL_TF.sample(RANGE)[None]
-    overview = overview_of(volume, inputs(), samples).opacity[0]
-    renderer = RaycastRenderer(volume)
-    expected = renderer.render(inputs(), OVERVIEW_SIZE)[..., 3].mean()
-    renderer.close()
+    overview = overview_of(volume, inputs(), BALL_TF.sample(RANGE)[None]).opacity[0]
+    expected = drawn(RaycastRenderer, volume, inputs(), OVERVIEW_SIZE)[..., 3].mean()
     assert overview == pytest.approx(expected, abs=0.01)
 
 

@@ -4,33 +4,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from drawing import MODES, RAINBOW, constant, drawn, rms, slab
 
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
-from model.scene.volume import Volume
 
-RANGE = (0.0, 255.0)
-COLORS = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
-MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
-INPUTS = SceneInputs(View(35.0, 20.0, 5.0, 0.8), MODES, COLORS)
+INPUTS = SceneInputs(View(35.0, 20.0, 5.0, 0.8), MODES, RAINBOW)
 SIZE = 32
 
 
-@pytest.fixture(scope="module", params=["vtk", "raycast"])
+@pytest.fixture(scope="module", params=[VtkRenderer, RaycastRenderer])
 def renderer(request, volume):
-    made = VtkRenderer(volume) if request.param == "vtk" else RaycastRenderer(volume, threads=1)
+    made = request.param(volume)
     yield made
     made.close()
 
 
 def assert_same(one, other):
     # A pixel may fall on the other side of a face by rounding, or a step of 1/255 apart.
-    assert np.sqrt(np.mean((one - other) ** 2)) < 1 / 255
+    assert rms(one - other) < 1 / 255
     assert np.mean(np.abs(one - other) > 2 / 255) < 0.01
 
 
@@ -63,19 +59,14 @@ def test_panning_moves_the_picture_as_it_is(renderer):
     assert_same(moved[: -SIZE // 8, SIZE // 4 :], still[SIZE // 8 :, : -SIZE // 4])
 
 
-def test_a_cropped_slab_has_the_opacity_of_its_thickness():
-    scalars = np.zeros((9, 9, 9), dtype=np.uint8)
-    scalars[0, 0, 0] = 255
-    volume = Volume(scalars)
-    constant = OpacityTF(RANGE, points=((0.0, 0.1), (255.0, 0.1)))
-    inputs = SceneInputs(View(0.0, 0.0), constant, COLORS, crop=CropBox((0, 0.3, 0), (1, 0.8, 1)))
+# VTK has one sample more at a clipping plane, half a voxel long.
+@pytest.mark.parametrize(("kind", "error"), [(VtkRenderer, 0.035), (RaycastRenderer, 1e-3)])
+def test_a_cropped_slab_has_the_opacity_of_its_thickness(kind, error):
+    crop = CropBox((0, 0.3, 0), (1, 0.8, 1))
+    inputs = SceneInputs(View(0.0, 0.0), constant(0.1), RAINBOW, crop=crop)
     # 8 voxel lengths deep, of which half is shown.
     expected = 1 - 0.9 ** (0.5 * 8)
-    # VTK has one sample more at a clipping plane, half a voxel long.
-    for renderer, error in ((VtkRenderer(volume), 0.035), (RaycastRenderer(volume), 1e-3)):
-        middle = renderer.render(inputs, 33)[16, 16, 3]
-        assert middle == pytest.approx(expected, abs=error)
-        renderer.close()
+    assert drawn(kind, slab((9, 9, 9)), inputs, 33)[16, 16, 3] == pytest.approx(expected, abs=error)
 
 
 def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume):
@@ -84,11 +75,9 @@ def test_both_renderers_agree_on_panned_cropped_and_wide_pictures(volume):
         view=replace(INPUTS.view, pan_x=-0.3, pan_y=0.2),
         crop=CropBox((0.2, 0.0, 0.1), (0.9, 0.7, 1.0)),
     )
-    images = []
-    for made in (VtkRenderer(volume), RaycastRenderer(volume, threads=1)):
-        images.append(made.render(inputs, Raster(60, 40)))
-        made.close()
-    assert np.sqrt(np.mean((images[0] - images[1]) ** 2)) < 0.01
+    kinds = VtkRenderer, RaycastRenderer
+    images = [drawn(kind, volume, inputs, Raster(60, 40)) for kind in kinds]
+    assert rms(images[0] - images[1]) < 0.01
     assert images[0][..., 3].mean() > 0.03
 
 

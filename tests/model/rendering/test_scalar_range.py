@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawing import drawn, rms
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
@@ -51,17 +52,6 @@ def inputs_over(scalar_range, view=VIEW, opacity=0.3):
     )
 
 
-def drawn(kind, volume, inputs, **options):
-    renderer = kind(volume, **options)
-    image = renderer.render(inputs, SIZE)
-    renderer.close()
-    return image
-
-
-def rms(difference):
-    return float(np.sqrt(np.mean(difference**2)))
-
-
 @pytest.mark.parametrize("dtype", ["uint8", "float32"])
 @pytest.mark.parametrize("chosen", RANGES)
 @pytest.mark.parametrize("make", [ramp, noise])
@@ -72,7 +62,7 @@ def test_what_lies_between_voxels_is_what_it_is_over_any_range(dtype, chosen, ma
     # VTK leaves out the last step of each ray, so it is to be a short one.
     expected = render(volume, VIEW, opacity, color, SIZE, 0.13)
     assert expected[..., 3].max() > 0.3
-    ours, vtk = (drawn(kind, volume, inputs, sample_distance=0.13) for kind in KINDS)
+    ours, vtk = (drawn(kind, volume, inputs, SIZE, sample_distance=0.13) for kind in KINDS)
     assert np.abs(ours - expected).max() < 1e-3
     assert rms(vtk - expected) < 0.006
 
@@ -91,7 +81,7 @@ def test_a_range_decides_about_tfs_and_not_about_light(chosen):
             inputs = SceneInputs(VIEW, tf, ColorTF(each.scalar_range, color))
             # From the side: the volume's gradient runs across the view.
             light = LightDirection(-45.0, 45.0)
-            images.append(drawn(kind, each, inputs, lighting="direct", light=light))
+            images.append(drawn(kind, each, inputs, SIZE, lighting="direct", light=light))
         assert images[0][..., :3].max() > 0.1
         assert rms(images[0] - images[1]) < 0.006
 
@@ -106,7 +96,7 @@ def test_a_thin_shell_in_a_cliff_is_found():
     inputs = SceneInputs(VIEW, shell, white)
     expected = render(volume, VIEW, shell.sample(), white.sample(), SIZE, 0.02)
     for kind in KINDS:
-        image = drawn(kind, volume, inputs, sample_distance=0.02)
+        image = drawn(kind, volume, inputs, SIZE, sample_distance=0.02)
         assert rms(image - expected) < 0.02
     assert 0.01 < expected[..., 3].mean() < 0.2
 

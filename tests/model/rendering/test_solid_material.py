@@ -1,7 +1,10 @@
 """Solid material is lit: its faces by their normals, its inside evenly, noise by neither."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+from drawing import constant, drawn, rms, slab
 
 from model.rendering.noise import noise_of
 from model.rendering.renderer import open_renderer
@@ -40,11 +43,8 @@ def ball(noise=0.0):
 
 
 def render(name, volume, view, crop=None, **options):
-    renderer = open_renderer(name, volume, "direct", HEADLIGHT, **options)
-    try:
-        return renderer.render(SceneInputs(view, SOLID, WHITE, crop=crop), SIZE)
-    finally:
-        renderer.close()
+    inputs = SceneInputs(view, SOLID, WHITE, crop=crop)
+    return drawn(partial(open_renderer, name), volume, inputs, SIZE, "direct", HEADLIGHT, **options)
 
 
 def face_light(view, row, column, normal):
@@ -98,7 +98,7 @@ def test_the_renderers_agree_on_solid_material():
         for crop in (None, CropBox((0.2, 0.3, 0.1), (0.8, 0.9, 0.5))):
             view = View(azimuth=-40.0, elevation=50.0)
             ours, vtk = (render(name, volume, view, crop) for name in ("raycast", "vtk"))
-            assert np.sqrt(np.mean((ours - vtk) ** 2)) < 0.006
+            assert rms(ours - vtk) < 0.006
             assert np.abs(ours - vtk).max() < 0.1
 
 
@@ -125,23 +125,17 @@ def test_noise_of_smooth_and_of_small_volumes_is_none():
 @pytest.mark.parametrize("flat", [1, 1000])
 @pytest.mark.parametrize("name", ["raycast", "vtk"])
 def test_what_is_thinner_than_a_step_is_as_opaque_as_its_length(name, flat):
-    voxels = np.full((5, 40, 40), 128, np.uint8)
-    voxels[0, 0, :2] = 0, 200
-    volume = Volume(voxels, (flat, flat, 1.0))
-    even = OpacityTF(RANGE, points=((0.0, 0.6), (200.0, 0.6)))
-    renderer = open_renderer(name, volume)
-    inputs = SceneInputs(View(azimuth=0.0, elevation=90.0), even, WHITE)
-    found = float(renderer.render(inputs, 64)[32, 32, 3])
-    renderer.close()
+    volume = Volume(slab((5, 40, 40)).voxels, (flat, flat, 1.0))
+    inputs = SceneInputs(View(azimuth=0.0, elevation=90.0), constant(0.6), WHITE)
+    found = drawn(partial(open_renderer, name), volume, inputs, 64)[32, 32, 3]
     assert found == pytest.approx(1 - 0.4 ** (4 / volume.voxel_size), abs=0.003)
 
 
 def test_vtks_picture_does_not_depend_on_the_unit_of_length():
-    voxels = ball().voxels
-    images = []
-    for unit in (1.0, 1e-9, 1e6):
-        renderer = VtkRenderer(Volume(voxels, (unit, unit, 2 * unit)).over(RANGE), "direct")
-        images.append(renderer.render(SceneInputs(View(), SOLID, WHITE, crop=LOWER), 48))
-        renderer.close()
+    voxels, inputs = ball().voxels, SceneInputs(View(), SOLID, WHITE, crop=LOWER)
+    images = [
+        drawn(VtkRenderer, Volume(voxels, (unit, unit, 2 * unit)).over(RANGE), inputs, 48, "direct")
+        for unit in (1.0, 1e-9, 1e6)
+    ]
     for image in images[1:]:
         assert np.abs(image - images[0]).max() <= 2 / 255

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from drawing import RAINBOW, drawn
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
@@ -9,15 +10,13 @@ from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
 from model.scene.scene import Scene
-from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.shipped import shipped_volumes
 
 SIZE = 128
-RANGE = (0.0, 255.0)
-RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
 
 
 @pytest.fixture(scope="module", params=shipped_volumes(), ids=lambda path: path.name[:12])
@@ -59,14 +58,15 @@ def test_gradient_shading_agrees(shipped, samples, azimuth, elevation):
 def test_an_opaque_volume_covers_what_vtk_covers(shape):
     scalars = np.full(shape, 200, np.uint8)
     scalars[0, 0, 0] = 0
-    volume = Volume(scalars)
     opaque = OpacityTF((0.0, 200.0), points=((0.0, 1.0), (200.0, 1.0)))
-    for view in (View(35.0, 25.0, 7.0, 0.9), View(0.0, 80.0), View(130.0, -5.0, 0.0, 0.7)):
-        alphas = []
-        for kind in (RaycastRenderer, VtkRenderer):
-            renderer = kind(volume)
-            alphas.append(renderer.render(SceneInputs(view, opaque, RAINBOW), SIZE)[..., 3])
-            renderer.close()
-        assert np.isin(alphas[0], (0.0, 1.0)).all()
-        assert alphas[0].mean() == pytest.approx(alphas[1].mean(), rel=0.01)
-        assert ((alphas[0] > 0.5) != (alphas[1] > 0.5)).sum() <= 8
+    # From outside, from a pole with roll, and from near by.
+    views = (35.0, 25.0, 7.0, 0.9), (0.0, 80.0), (20.0, 90.0, 15.0), (130.0, -5.0, 0.0, 0.7)
+    for view in views:
+        inputs = SceneInputs(View(*view), opaque, RAINBOW)
+        ours, theirs = (
+            drawn(kind, Volume(scalars), inputs, SIZE)[..., 3]
+            for kind in (RaycastRenderer, VtkRenderer)
+        )
+        assert np.isin(ours, (0.0, 1.0)).all()
+        assert ours.mean() == pytest.approx(theirs.mean(), rel=0.01)
+        assert ((ours > 0.5) != (theirs > 0.5)).sum() <= 8

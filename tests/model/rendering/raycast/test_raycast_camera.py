@@ -5,21 +5,14 @@ from itertools import pairwise
 import numba
 import numpy as np
 import pytest
+from drawing import MODES, RAINBOW
 
 from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.rays import make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
-from tests.reference_raycaster import cast
-
-RANGE = (0.0, 255.0)
-WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
-RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
-MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
-HALF = OpacityTF(RANGE, points=((0.0, 0.5),))
 
 
 @numba.njit
@@ -50,38 +43,6 @@ def test_every_elevation_with_roll_gives_a_continuous_image(renderer):
         changes = [np.abs(one - other).mean() for one, other in pairwise(images)]
         assert min(changes) > 0
         assert max(changes) < 4 * np.median(changes)
-
-
-@pytest.mark.parametrize("view", [View(0, 0), View(90, 0), View(0, -90)])
-@pytest.mark.parametrize("size", [16, 17])
-def test_axis_aligned_views(renderer, view, size):
-    image = renderer.render(SceneInputs(view, HALF, WHITE), size)
-    assert np.isfinite(image).all()
-    assert image[size // 2, size // 2, 3] > 0.99
-    assert not image[0, 0].any()
-
-
-def test_rays_are_those_of_a_pinhole_camera(volume):
-    view, size, step = View(35.0, 25.0, 7.0, 0.5), 9, 0.5
-    camera = camera_array(view, volume)
-    expected = cast(volume, view, size, step)
-    counts = np.isfinite(expected.bins).sum(axis=-1)
-    eye = view.camera_distance(volume.radius) * view.basis()[2] + volume.center
-    for row, column in np.ndindex(size, size):
-        world = step * volume.voxel_size
-        ray, first = ray_of(camera, world, column, row, size)
-        assert ray.count == counts[row, column]
-        if ray.count == 0:
-            continue
-        enter = expected.along[row, column] - expected.shares[row, column] * world
-        assert first == pytest.approx(enter[0] + world)
-        assert ray.rest == pytest.approx(expected.shares[row, column, ray.count - 1], abs=1e-5)
-        start = np.array(ray.start) * volume.spacing
-        assert np.linalg.norm(start - eye) == pytest.approx(first, rel=1e-5)
-        forward = np.array(ray.step) * volume.spacing / world
-        assert np.linalg.norm(forward) == pytest.approx(1, rel=1e-5)
-        assert 0 < ray.rest <= 1
-        assert ray.last == pytest.approx(ray.count - 2 + ray.rest, abs=1e-5)
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

@@ -1,43 +1,28 @@
 """Gradient shading and cast light, against closed forms."""
 
 import math
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 
-import numba
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from scipy.ndimage import map_coordinates
+from drawing import RANGE, VIEW, constant, image_of, slab
 
 from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.raycast.shading import gradient
 from model.rendering.vtk_renderer import VtkRenderer
-from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 
-RANGE = (0.0, 255.0)
 BYTES = (0.0, 1.0)
 GREY = ColorTF(RANGE, ((0.0, 0.5, 0.5, 0.5),))
 BLACK = ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),))
-RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
-MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
 SOLID = OpacityTF(RANGE, points=((20.0, 0.0), (120.0, 0.8)))
-VIEW = View(35.0, 25.0, 7.0, 0.9)
 HEADLIGHT = LightDirection(0.0, 0.0)
 LIGHTS = (LightDirection(), HEADLIGHT, LightDirection(60.0, -20.0), LightDirection(170.0, 10.0))
-
-Cast = Callable[..., NDArray[np.float32]]
-
-
-def constant(opacity):
-    return OpacityTF(RANGE, points=((0.0, opacity),))
 
 
 def towards(light, view):
@@ -48,17 +33,8 @@ def towards(light, view):
     return math.cos(elevation) * level + math.sin(elevation) * up
 
 
-def homogeneous(shape=(33, 33, 33)):
-    scalars = np.full(shape, 128, np.uint8)
-    scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
-    return Volume(scalars)
-
-
-def turned(volume):
-    """The volume after a quarter turn about z, which takes x to y and y to -x."""
-    scalars = volume.scalars.transpose(0, 2, 1)[:, :, ::-1]
-    x, y, z = volume.spacing
-    return Volume(np.ascontiguousarray(scalars), (y, x, z))
+def homogeneous():
+    return slab((33, 33, 33))
 
 
 # Gradient shading
@@ -83,77 +59,26 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind, error):
     # From where the values are low: that side of the plane is transparent.
     for light, view in product(LIGHTS, (View(-60.0, 20.0, 0.0, 0.8), View(-40.0, 50.0, 9.0, 0.7))):
         assert view.basis()[2] @ normal < -0.5
-        renderer = kind(volume, lighting="direct", light=light, sample_distance=0.5)
+        options = {"lighting": "direct", "light": light, "sample_distance": 0.5}
         # Gloss is white, whatever the colour: the difference is diffuse light alone.
-        gray, black = (renderer.render(SceneInputs(view, opacity_tf, c), 64) for c in (GREY, BLACK))
-        renderer.close()
-        assert (gray[30:34, 30:34, 3] == 1).all()
-        diffuse = 2 * (gray - black)[30:34, 30:34, :3]
+        gray, black = (
+            image_of(kind, volume, view, opacity_tf, color, **options)[30:34, 30:34]
+            for color in (GREY, BLACK)
+        )
+        assert (gray[..., 3] == 1).all()
         expected = DIFFUSE * abs(normal @ towards(light, view))
-        np.testing.assert_allclose(diffuse, expected, atol=error)
-
-
-@numba.njit
-def gradient_at(scalars, shape, x, y, z):
-    return gradient(scalars, shape, x, y, z)
-
-
-def test_gradients_are_differences_of_the_interpolated_field():
-    """Also at the faces, where positions outside count as on the face."""
-    numbers = np.random.default_rng(5)
-    scalars = (100 * numbers.random((6, 4, 7))).astype(np.float32)
-    shape = scalars.shape[::-1]
-    last = np.array(shape) - 1
-    inside = numbers.random((300, 3)) * last
-    corners = np.array(list(product(*((0.0, 1.0, n - 1.0, float(n)) for n in last))))
-    for position in np.concatenate([inside, corners]).astype(np.float32):
-        ends = np.clip([position + way * step for step in np.eye(3) for way in (-1, 1)], 0, last)
-        values = map_coordinates(scalars.astype(np.float64), ends[:, ::-1].T, order=1)
-        found = gradient_at(scalars.ravel(), shape, *position)
-        np.testing.assert_allclose(found, values[1::2] - values[::2], atol=1e-3)
-
-
-def test_gloss_is_that_of_vtk_whichever_side_is_lit():
-    volume, _ = ramp_and_normal()
-    opacity_tf = OpacityTF(RANGE, points=((126.0, 0.0), (127.0, 1.0)))
-    # The last ones stand behind the volume.
-    for azimuth, elevation in ((0, 0), (-45, 45), (-45, -45), (120, 20), (170, 10), (180, 0)):
-        light = LightDirection(azimuth, elevation)
-        images = []
-        for kind in (RaycastRenderer, VtkRenderer):
-            renderer = kind(volume, lighting="direct", light=light)
-            view = View(-50.0, 30.0, 0.0, 0.8)
-            images.append(
-                renderer.render(SceneInputs(view, opacity_tf, BLACK), 64)[20:44, 20:44, :3]
-            )
-            renderer.close()
-        # VTK leaves out the last step of each ray, which shows at the volume's edges.
-        assert np.quantile(abs(images[0] - images[1]), 0.98) < 5 / 255
+        np.testing.assert_allclose(2 * (gray - black)[..., :3], expected, atol=error)
 
 
 @pytest.mark.parametrize("lighting", ["direct", "soft"])
 def test_light_leaves_the_opacity_as_it_is(volume, lighting):
-    unlit = RaycastRenderer(volume).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
-    lit = RaycastRenderer(volume, lighting).render(SceneInputs(VIEW, SOLID, RAINBOW), 32)
+    unlit, lit = (
+        image_of(RaycastRenderer, volume, VIEW, SOLID, size=32, lighting=each)
+        for each in ("none", lighting)
+    )
     np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1e-5)
     assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
     assert lit.max() <= 1
-
-
-@pytest.mark.parametrize("lighting", ["direct", "soft"])
-def test_the_light_turns_with_the_view(volume, lighting):
-    one = RaycastRenderer(volume, lighting).render(
-        SceneInputs(View(20.0, 15.0, 5.0), SOLID, RAINBOW), 32
-    )
-    view = View(110.0, 15.0, 5.0)
-    other = RaycastRenderer(turned(volume), lighting).render(SceneInputs(view, SOLID, RAINBOW), 32)
-    np.testing.assert_allclose(other, one, atol=4e-3)
-    # The light came along: a light that stays behind gives another picture.
-    behind = LightDirection(135.0, 45.0)
-    third = RaycastRenderer(turned(volume), lighting, behind).render(
-        SceneInputs(view, SOLID, RAINBOW), 32
-    )
-    assert np.abs(third - one).mean() > 0.01
 
 
 # Cast light
@@ -213,39 +138,6 @@ def test_ambient_light_in_the_middle_of_a_homogeneous_cube(cast):
     assert received[16, 16, 16] < received[16, 16, 2] < received[16, 2, 2] < received[2, 2, 2] < 1
     for axis in range(3):
         np.testing.assert_allclose(np.flip(received, axis), received, atol=0.01)
-
-
-def test_ambient_light_is_kept_while_the_view_changes(volume, executor, monkeypatch):
-    sweeps = []
-    plain = Illumination._sweep
-
-    def counted(self, direction):
-        sweeps.append(direction)
-        return plain(self, direction)
-
-    monkeypatch.setattr(Illumination, "_sweep", counted)
-    around = len(illumination.AROUND)
-
-    def new_sweeps():
-        count = len(sweeps)
-        sweeps.clear()
-        return count
-
-    cached = Illumination(volume.scalars, BYTES, volume, executor)
-    modes, even = (tf.sample(volume.scalar_range) for tf in (MODES, constant(0.2)))
-    cached.grid(VIEW, HEADLIGHT, modes)
-    assert new_sweeps() == around + 1
-    turned_grid = cached.grid(View(200.0, -30.0), HEADLIGHT, modes).grid
-    assert new_sweeps() == 1
-    other_grid = cached.grid(VIEW, HEADLIGHT, even).grid
-    assert new_sweeps() == around + 1
-    # What comes from the cache is what a fresh one computes.
-    for view, opacities, grid in (
-        (View(200.0, -30.0), modes, turned_grid),
-        (VIEW, even, other_grid),
-    ):
-        fresh = Illumination(volume.scalars, BYTES, volume, executor)
-        np.testing.assert_array_equal(fresh.grid(view, HEADLIGHT, opacities).grid, grid)
 
 
 def test_light_on_a_coarser_grid_is_about_the_same(executor):

@@ -2,26 +2,16 @@
 
 import numpy as np
 import pytest
+from drawing import MODES, RAINBOW, RANGE, VIEW, WHITE, constant, drawn, slab
 
 from model.rendering.raycast.classification import LARGEST_ERROR
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import (
-    TF_SAMPLES,
-    ColorTF,
-    GaussianMode,
-    OpacityTF,
-    TransferFunction,
-)
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, depth, render
 
-RANGE = (0.0, 255.0)
-WHITE = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),))
-RAINBOW = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (100.0, 0.9, 0.8, 0.1), (255.0, 1.0, 0.3, 0.2)))
-MODES = OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2), GaussianMode(220.0, 30.0, 0.5)))
-VIEW = View(35.0, 25.0, 7.0, 0.9)
 VIEWS = (
     VIEW,
     View(200.0, -60.0, -8.0, 0.4),
@@ -31,17 +21,6 @@ VIEWS = (
 """From outside, from near by, and from inside the volume."""
 
 TOLERANCE = 2e-3
-
-
-def constant(opacity):
-    return OpacityTF(RANGE, points=((0.0, opacity),))
-
-
-def slab(value=128, shape=(33, 9, 33)):
-    """A nearly constant volume: two corners differ, since constant volumes are refused."""
-    scalars = np.full(shape, value, np.uint8)
-    scalars[0, 0, 0], scalars[-1, -1, -1] = 0, 255
-    return Volume(scalars)
 
 
 def field():
@@ -59,11 +38,6 @@ def random_tf(rng, scalar_range, highest=0.4):
     stops = tuple((value, *rng.random(3).tolist()) for value in values)
     points = tuple(zip(values, opacities, strict=True))
     return OpacityTF(scalar_range, points=points), ColorTF(scalar_range, stops)
-
-
-@pytest.fixture(scope="module")
-def renderer(volume):
-    return RaycastRenderer(volume, threads=1)
 
 
 @pytest.mark.parametrize(
@@ -156,19 +130,15 @@ def test_a_homogeneous_slab_absorbs_exponentially(opacity, step):
     assert alpha == pytest.approx(exact, rel=1e-5, abs=1e-9)
 
 
-def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume):
-    one, three = RaycastRenderer(volume, threads=1), RaycastRenderer(volume, threads=3)
-    image = one.render(SceneInputs(VIEW, MODES, RAINBOW), 40)
-    three.render(SceneInputs(View(200.0, -60.0), constant(0.4), WHITE), 32)
-    np.testing.assert_array_equal(three.render(SceneInputs(VIEW, MODES, RAINBOW), 40), image)
-
-
-def test_the_step_may_be_changed_between_images(volume):
-    changed, fresh = RaycastRenderer(volume), RaycastRenderer(volume, sample_distance=2.0)
-    changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32)
-    changed.sample_distance = 2.0
-    expected = fresh.render(SceneInputs(VIEW, MODES, RAINBOW), 32)
-    np.testing.assert_array_equal(changed.render(SceneInputs(VIEW, MODES, RAINBOW), 32), expected)
+@pytest.mark.parametrize("lighting", ["none", "direct", "soft"])
+def test_images_do_not_depend_on_threads_nor_on_what_was_rendered_before(volume, lighting):
+    inputs = SceneInputs(VIEW, MODES, RAINBOW)
+    image = drawn(RaycastRenderer, volume, inputs, 40, lighting, threads=1)
+    three = RaycastRenderer(volume, lighting, threads=3)
+    for view, opacity_tf in ((VIEWS[1], MODES), (VIEWS[1], constant(0.4)), (VIEW, constant(0.4))):
+        three.render(SceneInputs(view, opacity_tf, WHITE), 32)
+    np.testing.assert_array_equal(three.render(inputs, 40), image)
+    three.close()
 
 
 def test_where_a_value_is_visible_adds_up_to_the_opacity():
