@@ -7,7 +7,7 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, cast
 
-from model.errors import TfscopeError
+from model.errors import TfscopeError, reason
 
 if TYPE_CHECKING:
     from typer.core import TyperGroup
@@ -39,6 +39,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
         command = cast("TyperGroup", get_command(application))
         words = with_options_for_files(sys.argv[1:] if arguments is None else arguments, command)
         code = command(words, standalone_mode=False)
+        # What waits in a buffer would fail after the end.
+        sys.stdout.flush()
     except TfscopeError as error:
         return _fail(f"{error} {_options(error.suggested)}")
     except KeyboardInterrupt:
@@ -48,6 +50,11 @@ def run(arguments: Sequence[str] | None = None) -> int:
         # The reader of standard output has ended; prevent a further error at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
+    except OSError as error:
+        return _fail(
+            f"{error.filename or 'The output'}: it cannot be opened or written ({reason(error)}); "
+            "choose another name or place."
+        )
     except Exception as error:
         # typer's usage errors, whose class is private, have a method for their message.
         if not hasattr(error, "format_message"):

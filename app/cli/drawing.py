@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from app.cli.console import counting, warn, warn_of
 from app.cli.outputs import make_room_for
 from app.cli.render import Render
-from app.cli.values import fonts, range_text, view_text
+from app.cli.values import HOME_VIEW, fonts, range_text, view_text
 from model.errors import RenderError, reason
 from model.files import writing
 from model.generator.catalog import model_for, shipped_models
@@ -28,7 +28,7 @@ from model.rendering.scale_bar import DEPTH_TEXT, Scale
 from model.scene.hints import narrow_part
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.light import LightDirection
-from model.scene.orientation import turntable
+from model.scene.orientation import line_distance, turntable
 from model.scene.ranges import fit_to_range, fit_to_volume
 from model.scene.scene import Lighting, RendererName, Scene
 from model.scene.thinned_volume import ThinnedVolume
@@ -225,6 +225,9 @@ def _volume_drawer(asked: Render) -> Drawer:
     _check_for_lighting(asked, lighting)
     size = scene.image_size if scene else DEFAULT_SIZE
     step = asked.sample_distance or (scene.sample_distance if scene else DEFAULT_SAMPLE_DISTANCE)
+    nearby = line_distance(volume.proportions)
+    if asked.view is None and nearby is not None:
+        asked = replace(asked, view=replace(HOME_VIEW, distance=nearby))
     inputs, raster = asked.inputs(tf), asked.size or Raster(size, size)
     place = volume, lighting, light, step
     draw, drawn_by, close = (_path_tracer if lighting == "path" else _renderer)(

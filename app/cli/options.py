@@ -173,6 +173,12 @@ _VOLUME: dict[str, Field[Any]] = {
         "'0.5,0.5,2 um'. (default: the file's)",
         metavar="X,Y,Z",
     ),
+    "stretch": option(
+        None,
+        "How many times as long as its spacing says z is drawn. (default: 1, or what shows "
+        "something where z has another unit than x and y)",
+        metavar="FACTOR",
+    ),
     "scalar_range": option(
         None,
         "Scalar range over which TFs lie, in the data's units, or LO%,HI% for percentiles of the "

@@ -84,7 +84,9 @@ def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> Vi
     What is at a place in the plane through the volume's centre stays there: to the right and up
     from the image's middle, in halves of its shorter side.
     """
-    distance = min(max(view.distance * ZOOM_PER_NOTCH**notches, NEAREST), FARTHEST)
+    # Volumes that are no more than a line are seen from nearer.
+    nearest = min(NEAREST, view.distance)
+    distance = min(max(view.distance * ZOOM_PER_NOTCH**notches, nearest), FARTHEST)
     grown = view.distance / distance
     (x, y), pan_x, pan_y = at, view.pan_x, view.pan_y
     return replace(

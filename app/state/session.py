@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from dataclasses import asdict, dataclass, field, fields
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from app.state.former_files import former_session
@@ -131,8 +131,10 @@ def _written(place: Path, session: Path) -> dict[str, str]:
 def _found(written: _Place, session: Path) -> Path:
     """Return where a file or folder is now, or where it was if it is nowhere."""
     folder, place = session.absolute().parent, Path(written.path)
+    # Of a path of Windows, elsewhere, too.
+    name = PureWindowsPath(written.path).name
     # What has moved along with the session comes before what was left behind.
     places = [folder / written.beside] if written.beside else []
-    places += [place, folder / place.name]
-    places += [each for each in shipped_volumes() if each.name == place.name]
+    places += [place, folder / place.name, folder / name]
+    places += [each for each in shipped_volumes() if each.name == name]
     return next((each.resolve() for each in places if each.exists()), place)

@@ -286,13 +286,13 @@ class _Task:
             When the file holds no usable volume.
         """
         with watched(listener):
-            volume = self._read()
+            volume, gone = self._read()
         volume = volume.over(robust_range(volume))
         memory, damage = self.recall(volume.fingerprint)
         if self.wanted.memory is not None:
             tf = self.wanted.memory.tf or memory.tf
             memory = replace(self.wanted.memory, tf=tf, models=memory.models)
-        problems, shown = [damage], volume
+        problems, shown = [gone, damage], volume
         try:
             if memory.draws_missing and volume.missing is not None:
                 shown = volume.drawing_missing(True)
@@ -310,20 +310,21 @@ class _Task:
             problems = (*problems, error_sentence(error))
         return _Read(OpenedVolume.of(self.path, volume), problems, model, again)
 
-    def _read(self) -> Volume:
-        """Read what was chosen, or the largest volume if an old choice is no longer there."""
+    def _read(self) -> tuple[Volume, str]:
+        """Read what was chosen, or the largest volume if an old choice is gone, which is said."""
         wanted = self.wanted
         options: dict[str, Any] = {} if wanted.raw is None else {"raw": wanted.raw}
         if wanted.choice is None:
-            return self.read_volume(self.path, **options)
+            return self.read_volume(self.path, **options), ""
         try:
-            return self.read_volume(self.path, **options, choice=wanted.choice)
+            return self.read_volume(self.path, **options, choice=wanted.choice), ""
         except ReadingCancelledError:
             raise
-        except VolumeError:
+        except VolumeError as error:
             if not wanted.is_remembered:
                 raise
-        return self.read_volume(self.path, **options)
+            said = f"{error_sentence(error)} The file's largest volume is shown."
+        return self.read_volume(self.path, **options), said
 
     def _over(self, volume: Volume, memory: VolumeMemory, model: _ModelNow) -> Volume:
         """Return the volume over the range and on the scale that are wanted, or remembered.

@@ -231,17 +231,16 @@ class Files(QObject):
         """Show all that is known of the open volume and its file."""
         opened = self._workspace.opened
         if opened is not None:
-            dialog = PropertiesDialog(opened.path, opened.volume, self._window)
-            dialog.spacingTyped.connect(self._respace)
+            dialog = PropertiesDialog(opened.path, opened.volume, self._respace, self._window)
             dialog.finished.connect(dialog.deleteLater)
             dialog.open()
 
-    def _respace(self, spacing: str) -> None:
-        """Read the open volume again with a spacing that was typed; its TF and view stay."""
+    def _respace(self, **typed: str) -> None:
+        """Read the open volume again with a typed spacing or stretch; its TF and view stay."""
         opened, state = self._workspace.opened, self._context.state
         if opened is not None:
             path, choice = self._choice or (opened.path, Choice())
-            choice = replace(choice if path == opened.path else Choice(), spacing=spacing)
+            choice = replace(choice if path == opened.path else Choice(), **typed)
             self._choice = opened.path, choice
             is_raw = opened.path.suffix.lower() == RAW_SUFFIX and opened.path.is_file()
             layout = self._known_layout(opened.path) if is_raw else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -29,7 +29,7 @@ from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
 from model.volume_files.choice import Choice
 from model.volume_files.description import describe
-from model.volume_files.frame import typed_spacing
+from model.volume_files.frame import typed_spacing, typed_stretch
 
 TITLES: dict[ChoiceKind, str] = {
     "series": "Series",
@@ -179,13 +179,20 @@ def _size_label(contents: list[Content]) -> QLabel:
 
 
 class PropertiesDialog(QDialog):
-    """Lists a volume's properties in the words of ``info``; the spacing can be typed."""
+    """Lists a volume's properties in the words of ``info``; spacing and stretch can be typed.
 
-    spacingTyped = Signal(str)
-    """Emitted with another spacing and its unit, see :func:`typed_spacing`."""
+    What was typed is handed to `read_again`, as keywords of a :class:`Choice`.
+    """
 
-    def __init__(self, path: Path, volume: Volume, parent: QWidget | None = None) -> None:
+    def __init__(
+        self,
+        path: Path,
+        volume: Volume,
+        read_again: Callable[..., object],
+        parent: QWidget | None = None,
+    ) -> None:
         super().__init__(parent)
+        self._read_again = read_again
         self.setWindowTitle(f"Properties of {volume.name}")
         self.rows = [("file", str(path)), *describe(volume)]
         content = QWidget()
@@ -195,17 +202,25 @@ class PropertiesDialog(QDialog):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         self.spacing = QLineEdit(dict(self.rows)["spacing"].replace(" x ", ", "))
         self.spacing.setAccessibleName("Spacing along x, y and z, and its unit")
-        self.apply = QPushButton("Read with this spacing")
+        self.stretch = QLineEdit(f"{volume.file.stretch:.6g}")
+        self.stretch.setAccessibleName("How many times as long as its spacing says z is drawn")
+        self.apply = QPushButton("Read again")
         self.apply.setEnabled(False)
-        self.apply.clicked.connect(self._take_spacing)
-        self.spacing.textEdited.connect(self._check_spacing)
+        self.apply.clicked.connect(self._apply)
+        for box in (self.spacing, self.stretch):
+            box.setCursorPosition(0)
+            box.textEdited.connect(self._check)
+        self._before = self.spacing.text(), self.stretch.text()
         for name, text in self.rows:
             if name == "spacing":
                 line = QHBoxLayout()
                 line.setSpacing(8)
-                line.addWidget(self.spacing, 1)
+                line.addWidget(self.stretch, 1)
+                line.addWidget(QLabel("times as long"))
                 line.addWidget(self.apply)
-                form.addRow("Spacing", line)
+                form.addRow("Spacing", self.spacing)
+                form.addRow("z is drawn", line)
+            if name in ("spacing", "z is drawn"):
                 continue
             label = QLabel(text)
             label.setTextFormat(Qt.TextFormat.PlainText)
@@ -227,15 +242,25 @@ class PropertiesDialog(QDialog):
         column.addWidget(buttons)
         self.resize(560, 460)
 
-    def _check_spacing(self, text: str) -> None:
-        problem = ""
-        try:
-            typed_spacing(text)
-        except VolumeError as error:
-            problem = str(error)
-        self.apply.setEnabled(not problem)
-        self.spacing.setToolTip(problem)
+    def _check(self) -> None:
+        problems = []
+        for box, parse in ((self.spacing, typed_spacing), (self.stretch, typed_stretch)):
+            problem = ""
+            try:
+                parse(box.text())
+            except VolumeError as error:
+                problem = str(error)
+            box.setToolTip(problem)
+            problems.append(problem)
+        is_changed = (self.spacing.text(), self.stretch.text()) != self._before
+        self.apply.setEnabled(is_changed and not any(problems))
 
-    def _take_spacing(self) -> None:
-        self.spacingTyped.emit(self.spacing.text())
+    def _apply(self) -> None:
+        typed = {"spacing": self.spacing.text(), "stretch": self.stretch.text()}
+        # A spacing that was typed is not stretched but by what stands there.
+        unchanged = typed["spacing"] == self._before[0], typed["stretch"] == "1" == self._before[1]
+        for name, is_left in zip([*typed], unchanged, strict=True):
+            if is_left:
+                del typed[name]
+        self._read_again(**typed)
         self.accept()

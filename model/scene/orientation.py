@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -114,6 +115,10 @@ MARGIN = 0.05
 FILLED = 0.85
 """Part of an image's height that what is shown of a volume fills in the home view."""
 
+LINE, LINE_WIDTH = 200.0, 0.1
+"""Ratio of the longest to the next side from which on a volume is a line, of which the home view
+shows the middle, so wide as a part of the image's height."""
+
 CLOSEST = 0.1
 """Least distance of what is shown from the camera in the home view, in bounding-sphere radii."""
 
@@ -195,11 +200,19 @@ def home_view(
     """
     angles = angles or home_angles(_in_radii(points, proportions), up, front)
     view = view_in(up, *angles, front=front)
-    if reach != SQUARE:
+    if reach != SQUARE or line_distance(proportions) is not None:
         return centred(replace(view, distance=FARTHEST), proportions, points, reach)
     whole = fit_distance(proportions, view, points=points)
     distance = max(whole, _nearest(view, proportions, points, reach, whole))
     return replace(view, distance=min(max(distance, NEAREST_HOME), FARTHEST_HOME))
+
+
+def line_distance(lengths: Sequence[float]) -> float | None:
+    """Distance from which a volume that is no more than a line has some width; None for others."""
+    _, middle, longest = sorted(lengths)
+    if longest < LINE * middle:
+        return None
+    return middle / math.hypot(*lengths) / LINE_WIDTH * math.cos(math.radians(VIEW_ANGLE / 2))
 
 
 def centred(
@@ -209,6 +222,8 @@ def centred(
     reach: Reach = SQUARE,
 ) -> View:
     """Pan a view to the middle of some places, and come as near as the home view does, or stay."""
+    if (nearby := line_distance(proportions)) is not None:
+        return replace(view, distance=nearby)
     distance = _nearest(view, proportions, points, reach, view.distance)
     low, high = _ends(view, proportions, points, distance)
     pan_x, pan_y = map(float, -(low + high) / 2)

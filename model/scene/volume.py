@@ -59,6 +59,8 @@ class FileFacts:
     """All that the file or folder holds, where that is more than one volume."""
     is_labels: bool = False
     """Whether the file declares its values to be labels, between which nothing lies."""
+    stretch: float = 1.0
+    """How many times as long as the file says z is drawn, whose unit may be another."""
 
 
 Triple = tuple[float, float, float]

@@ -86,7 +86,7 @@ def read_volume(
     try:
         _check_path(path)
         wanted = component_of(choice.component) if component is None else component
-        return make_volume(path, _read_grid(path, raw, choice), wanted, choice.spacing)
+        return make_volume(path, _read_grid(path, raw, choice), wanted, choice)
     except OSError as error:
         raise unreadable(path, error) from None
     except MemoryError:

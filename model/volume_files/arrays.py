@@ -27,7 +27,7 @@ from model.volume_files.conventions import (
 from model.volume_files.frame import (
     frame_notes,
     in_one_unit,
-    in_proportion,
+    proposed_stretch,
     unit_directions,
 )
 from model.volume_files.grid import Grid
@@ -224,8 +224,11 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
             )
     lengths, unit, unit_notes = in_one_unit(steps, [axis.unit for axis in axes])
     factors = [b / a if a and b else 1.0 for a, b in zip(steps, lengths, strict=True)]
+    stretch = 1.0
     if unit_notes:
-        lengths, unit_notes = in_proportion(lengths, values.shape[2::-1], [a.unit for a in axes])
+        stretch, note = proposed_stretch(lengths, values.shape[2::-1], [a.unit for a in axes])
+        unit_notes, factors[2] = (note,), factors[2] * stretch
+        lengths[2] = None if lengths[2] is None else lengths[2] * stretch
     origin = [start * f for start, f in zip(starts, factors, strict=True)]
     right = placed(values, lengths, origin, missing=missing)
     return replace(
@@ -236,7 +239,7 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
         notes=notes + unit_notes + right.notes,
         missing=right.missing,
         up="" if vertical.is_down is None and axes[0].unit[:6] != "degree" else "+z",
-        facts=replace(grid.facts, spacing_unit=unit),
+        facts=replace(grid.facts, spacing_unit=unit, stretch=stretch),
     )
 
 

@@ -36,8 +36,8 @@ class Choice:
     """What to read of a file or folder that holds more than one volume.
 
     Each is a name or a number from 0, or "magnitude" of components; None for the largest or, among
-    equals, the first. `spacing` is what was typed in place of the file's, for
-    :func:`~model.volume_files.frame.typed_spacing`.
+    equals, the first. `spacing` and `stretch` are what was typed in place of the file's, for
+    :func:`~model.volume_files.frame.typed_spacing` and ``typed_stretch``.
     """
 
     series: str | None = None
@@ -46,6 +46,7 @@ class Choice:
     channel: str | None = None
     component: str | None = None
     spacing: str | None = None
+    stretch: str | None = None
 
     @classmethod
     def parse(cls, text: str) -> Choice:

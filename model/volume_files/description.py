@@ -17,6 +17,7 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     """List a volume's properties as labels and texts, one row for each content and note."""
     volume = volume.linear
     low, high = volume.data_range
+    spacing = *volume.spacing[:2], volume.spacing[2] / volume.file.stretch
     unit = f" {volume.file.spacing_unit}" if volume.file.spacing_unit else ""
     rows = [("name", volume.name)]
     if volume.file.format:
@@ -24,12 +25,14 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     rows += [
         ("dimensions", f"{times(volume.dimensions)} voxels"),
         ("type", str(volume.voxels.dtype)),
-        ("spacing", " x ".join(f"{s:g}" for s in volume.spacing) + unit),
+        ("spacing", " x ".join(f"{s:g}" for s in spacing) + unit),
         ("origin", ", ".join(f"{o:g}" for o in volume.origin) + unit),
         ("scalar range", f"{low:g} to {high:g}"),
         ("units", volume.units or "unknown"),
         ("size in memory", readable_size(volume.voxels.nbytes)),
     ]
+    if volume.file.stretch != 1.0:
+        rows.append(("z is drawn", f"{volume.file.stretch:.4g} times as long"))
     if volume.file.is_labels:
         rows.append(("values", "labels, by what the file says"))
     if volume.missing_text:
@@ -57,7 +60,8 @@ def content_text(content: Content) -> str:
 def as_data(volume: Volume) -> dict[str, Any]:
     """Return a volume's properties as plain data, for programs.
 
-    Lengths are along x, y and z; what is unknown is empty. Values are on the linear scale.
+    Lengths are along x, y and z, that of z stretched; what is unknown is empty. Values are on the
+    linear scale.
     """
     volume = volume.linear
     return {
@@ -67,6 +71,7 @@ def as_data(volume: Volume) -> dict[str, Any]:
         "type": str(volume.voxels.dtype),
         "spacing": list(volume.spacing),
         "spacing_unit": volume.file.spacing_unit,
+        "stretch": volume.file.stretch,
         "origin": list(volume.origin),
         "directions": [list(direction) for direction in volume.file.directions],
         "space": volume.file.space,

@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
+from model.scene.orientation import line_distance
 from model.scene.view import axis_labelled
-from model.scene.volume import Content, Triple, Volume, is_resolved
-from model.volume_files.frame import typed_spacing
+from model.scene.volume import Content, Volume, is_resolved
+from model.volume_files.checks import times
+from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.frame import typed_spacing, typed_stretch
 from model.volume_files.grid import Grid
 
 Component = int | Literal["magnitude"]
@@ -34,9 +37,6 @@ and the share of them at each end that does not count for it."""
 FEWEST_OTHERS = 16
 """Different values that the others must have: a mask or labels have no fill value."""
 
-THIN = 200.0
-"""Ratio of the longest to the next side from which on a volume is a line."""
-
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 
 
@@ -50,15 +50,15 @@ def component_of(text: str | None) -> Component | None:
 
 
 def make_volume(
-    path: Path, grid: Grid, component: Component | None, spacing: str | None = None
+    path: Path, grid: Grid, component: Component | None, choice: Choice = LARGEST
 ) -> Volume:
     """Convert the grid of a file or folder to a volume.
 
     Without a chosen component it has the only one, the magnitude of up to four, or the first.
     """
     grid = finished(path, grid, component)
-    if spacing is not None:
-        grid = _respaced(grid, *typed_spacing(spacing))
+    if choice.spacing is not None or choice.stretch is not None:
+        grid = _as_typed(grid, choice)
     grid = replace(grid, notes=grid.notes + _thin_notes(grid))
     try:
         return Volume(
@@ -79,26 +79,41 @@ def make_volume(
         ) from None
 
 
-def _respaced(grid: Grid, spacing: Triple, unit: str) -> Grid:
-    """Return a grid with a spacing that was typed, and without notes on the file's."""
+def _as_typed(grid: Grid, choice: Choice) -> Grid:
+    """Return a grid with spacing and stretch that were typed, and without notes on the file's."""
+    facts, (x, y, z) = grid.facts, grid.spacing
+    own, unit, stretch = (x, y, z / facts.stretch), facts.spacing_unit, facts.stretch
     assumed = re.compile(r"voxel spacing.*(assumed|unusable)|units of the axes differ")
     notes = [note for note in grid.notes if not assumed.search(note)]
-    own, is_own = grid.spacing, len(notes) == len(grid.notes)
-    file_has = " x ".join(f"{step:g}" for step in own) if is_own else "none that can be used"
-    notes.append(f"The voxel spacing was typed; the file has {file_has}.")
-    facts = replace(grid.facts, spacing_unit=unit or grid.facts.spacing_unit)
-    return replace(grid, spacing=spacing, notes=tuple(notes), facts=facts)
+    if choice.spacing is not None:
+        is_own = not any("voxel spacing" in note and assumed.search(note) for note in grid.notes)
+        file_has = " x ".join(f"{step:g}" for step in own) if is_own else "none that can be used"
+        notes.append(f"The voxel spacing was typed; the file has {file_has}.")
+        own, typed_unit = typed_spacing(choice.spacing)
+        unit, stretch = typed_unit or unit, 1.0
+    if choice.stretch is not None:
+        stretch = typed_stretch(choice.stretch)
+    if choice.stretch is not None and stretch != 1.0:
+        notes.append(f"z is drawn {stretch:g} times as long as its spacing says, as was typed.")
+    return replace(
+        grid,
+        spacing=(own[0], own[1], own[2] * stretch),
+        origin=(*grid.origin[:2], grid.origin[2] * stretch / facts.stretch),
+        notes=tuple(notes),
+        facts=replace(facts, spacing_unit=unit, stretch=stretch),
+    )
 
 
 def _thin_notes(grid: Grid) -> tuple[str, ...]:
     """Say of a volume that is no more than a line what is to be seen."""
     sizes = grid.values.shape[2::-1]
-    _, middle, longest = sorted(n * step for n, step in zip(sizes, grid.spacing, strict=True))
-    if longest < THIN * middle:
+    lengths = [n * step for n, step in zip(sizes, grid.spacing, strict=True)]
+    if line_distance(lengths) is None:
         return ()
+    _, middle, longest = sorted(lengths)
     return (
-        f"The volume of {' x '.join(map(str, sizes))} voxels is {longest / middle:.0f} times as "
-        "long as it is wide: seen as a whole it is a thin line; move closer.",
+        f"The volume of {times(sizes)} voxels is {longest / middle:.0f} times as long as it is "
+        "wide, a thin line as a whole; its middle is shown from nearby.",
     )
 
 

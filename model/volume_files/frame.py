@@ -15,6 +15,7 @@ from model.scene.volume import Triple
 AXES = "xyz"
 SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
 MOST_UNLIKE_SPACING = 1e4
+MOST_STRETCHED = 1e9
 
 HEIGHTS = 0.2, 1.0
 """Least and greatest height of a box whose height has another unit than its width, by that."""
@@ -68,6 +69,20 @@ def typed_spacing(text: str) -> tuple[Triple, str]:
     return (x, y, z), unit_name(unit)
 
 
+def typed_stretch(text: str) -> float:
+    """Parse how many times as long as its spacing says z is drawn; refuse other texts."""
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 1 / MOST_STRETCHED <= factor <= MOST_STRETCHED:
+        raise VolumeError(
+            f"'{text}' is not a stretch of z; give how many times as long as its spacing says z is "
+            "drawn, such as 20, or 1 for as it is."
+        )
+    return factor
+
+
 def in_one_unit(
     lengths: Sequence[float | None], units: Sequence[str]
 ) -> tuple[list[float | None], str, tuple[str, ...]]:
@@ -92,22 +107,26 @@ def in_one_unit(
     return converted, unit, ()
 
 
-def in_proportion(
+def proposed_stretch(
     lengths: Sequence[float | None], dimensions: Sequence[int], units: Sequence[str]
-) -> tuple[list[float | None], tuple[str, ...]]:
-    """Stretch z, whose unit is another than that of x and y, into a box that shows something."""
-    names = ", ".join(unit_name(unit) or "none" for unit in units)
-    x, y, z = (abs(length or 0.0) * (n - 1) for length, n in zip(lengths, dimensions, strict=True))
-    widest, step = max(x, y), lengths[2]
-    if not step or not widest or HEIGHTS[0] <= z / widest <= HEIGHTS[1]:
-        return list(lengths), (f"The units of the axes differ ({names}); they are taken as one.",)
-    height = min(max(z / widest, HEIGHTS[0]), HEIGHTS[1])
-    stretched = math.copysign(height * widest / (dimensions[2] - 1), step)
-    note = (
-        f"The units of the axes differ ({names}): z is drawn {stretched / step:.3g} times as long "
-        f"as its numbers say, so that its height is {height:.0%} of its width."
+) -> tuple[float, str]:
+    """Propose a stretch of z, whose unit is another than that of x and y, and say so.
+
+    The height of the box is between :data:`HEIGHTS` of its width, so that something is to be seen.
+    """
+    differ = "The units of the axes differ ({})".format(
+        ", ".join(unit_name(unit) or "none" for unit in units)
     )
-    return [lengths[0], lengths[1], stretched], (note,)
+    x, y, z = (abs(length or 0.0) * (n - 1) for length, n in zip(lengths, dimensions, strict=True))
+    widest = max(x, y)
+    if not z or not widest or HEIGHTS[0] <= z / widest <= HEIGHTS[1]:
+        return 1.0, f"{differ}; they are taken as one."
+    height = min(max(z / widest, HEIGHTS[0]), HEIGHTS[1])
+    stretch = height * widest / z
+    return stretch, (
+        f"{differ}: z is drawn {stretch:.3g} times as long as its numbers say, so that its height "
+        f"is {height:.0%} of its width."
+    )
 
 
 def usable_spacing(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".mat", ".nc", ".nc4", ".cdf")
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_PLACES = (0, 512, 1024, 2048)
+HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26
+"""How a heap begins, and the bytes in which heaps are looked for."""
+
 MOST_ARRAYS, LONGEST_AXIS = 5000, 1 << 20
 
 
@@ -39,6 +43,7 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
             f"{path}: this is neither an HDF5 nor a NetCDF file; choose another or correct its "
             "suffix."
         )
+    _check_heaps(path)
     import h5py
 
     try:
@@ -50,6 +55,21 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
             return grid_of_arrays(path, arrays, choice, "NetCDF-4" if is_netcdf else "HDF5")
     except OSError as error:
         raise _refusal(path, error) from None
+
+
+def _check_heaps(path: Path) -> None:
+    """Refuse a heap of texts with an entry of no length, at which HDF5 loops without end."""
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        start = data.find(HEAP, 0, MOST_SEARCHED)
+        while start >= 0:
+            size = int.from_bytes(data[start + 8 : start + 16], "little")
+            at, end = start + 16, min(start + size, len(data)) - 16
+            while at <= end:
+                number, length = data[at : at + 2], int.from_bytes(data[at + 8 : at + 16], "little")
+                if number == b"\0\0" and length == 0:
+                    raise damaged(path, "a text in it has no length")
+                at += length if number == b"\0\0" else 16 + -(-length // 8) * 8
+            start = data.find(HEAP, start + 16, MOST_SEARCHED)
 
 
 def _refusal(path: Path, error: OSError) -> VolumeError:

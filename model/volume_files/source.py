@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from model.errors import VolumeError
@@ -12,7 +12,7 @@ from model.scene.value_scale import SCALE_NAMES, ValueScale
 from model.scene.volume import Volume
 from model.volume_files import Choice, RawLayout, is_known, read_volume, unknown_kind
 from model.volume_files.finish import component_of
-from model.volume_files.frame import typed_spacing
+from model.volume_files.frame import typed_spacing, typed_stretch
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
@@ -20,8 +20,8 @@ from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 class VolumeSource:
     """Source of a volume, as plain data.
 
-    Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; series,
-    array, time, channel, component and spacing are those of :class:`Choice`; the range is one for
+    Without a path it is the shipped default. `raw` is a layout for :meth:`RawLayout.parse`; series
+    to component, spacing and stretch are those of :class:`Choice`; the range is one for
     :meth:`RangeChoice.parse`, None for the robust one.
     """
 
@@ -35,6 +35,7 @@ class VolumeSource:
     channel: str | None = None
     scale: ValueScale | None = None
     spacing: str | None = None
+    stretch: str | None = None
 
     def read(self) -> Volume:
         """Read the volume, over its range; the shipped default if there is no path.
@@ -51,9 +52,7 @@ class VolumeSource:
     @property
     def choice(self) -> Choice:
         """What to read of a file that holds several volumes."""
-        return Choice(
-            self.series, self.array, self.time, self.channel, self.component, self.spacing
-        )
+        return Choice(**{each.name: getattr(self, each.name) for each in fields(Choice)})
 
     @property
     def is_placed(self) -> bool:
@@ -78,6 +77,8 @@ class VolumeSource:
         self._range()
         if self.spacing is not None:
             typed_spacing(self.spacing)
+        if self.stretch is not None:
+            typed_stretch(self.stretch)
         path = self.path
         if path is None:
             return

@@ -1,4 +1,5 @@
 import configparser
+import contextlib
 import os
 import sys
 from importlib.metadata import version
@@ -9,6 +10,7 @@ import pytest
 from app.cli import run
 from app.cli.outputs import check_output, check_output_folder, write_json
 from model.errors import TfscopeError
+from model.volume_files.shipped import DEFAULT_VOLUME
 
 
 def test_files_that_cannot_be_written_are_refused_before_the_work(tmp_path):
@@ -59,3 +61,16 @@ def test_the_entry_opens_a_file_and_has_an_icon(tmp_path, monkeypatch):
 def test_the_version_is_that_of_the_package(capsys):
     assert run(["--version"]) == 0
     assert capsys.readouterr().out == f"tfscope {version('tfscope')}\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full device of Linux")
+@pytest.mark.parametrize("words", [["--version"], ["info", "DATA", "--json"], ["info", "x" * 300]])
+def test_a_full_disk_or_too_long_a_name_is_one_line(words, capsys):
+    words = [str(DEFAULT_VOLUME) if word == "DATA" else word for word in words]
+    with Path("/dev/full").open("w") as full, contextlib.redirect_stdout(full):
+        assert run(words) == 2
+        with contextlib.suppress(OSError):
+            full.close()
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "No space left" in said or "File name too long" in said

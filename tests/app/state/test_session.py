@@ -55,6 +55,10 @@ def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:
     # Beside the session, too; else it stays where it was.
     (after / "data" / "ball.nrrd").rename(after / "ball.nrrd")
     assert Session.load(after / "a.tfscope").volume == after / "ball.nrrd"
+    data = json.loads((after / "a.tfscope").read_text())
+    data["volume"] = {"path": r"C:\data\ball.nrrd", "beside": "", "fingerprint": "0f"}
+    (after / "b.tfscope").write_text(json.dumps(data))
+    assert Session.load(after / "b.tfscope").volume == after / "ball.nrrd"
     (after / "ball.nrrd").unlink()
     assert Session.load(after / "a.tfscope").volume == before / "data" / "ball.nrrd"
 

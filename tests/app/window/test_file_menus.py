@@ -198,7 +198,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     assert window.windowTitle().startswith("scan")
 
 
-def test_a_spacing_is_typed_and_kept_with_the_file(qtbot, make_window, tmp_path):
+def test_spacing_and_stretch_are_typed_and_kept_with_the_file(qtbot, make_window, tmp_path):
     path = tmp_path / "a.npy"
     np.save(path, np.arange(120.0).reshape(4, 5, 6))
     window = make_window(model=None)
@@ -223,3 +223,14 @@ def test_a_spacing_is_typed_and_kept_with_the_file(qtbot, make_window, tmp_path)
     with opened():
         window.files.open(path)
     assert window.workspace.opened.volume.spacing == (0.5, 0.5, 2.0)
+    window.files.show_properties()
+    dialog = window.findChildren(PropertiesDialog)[-1]
+    dialog.stretch.setText("3")
+    dialog.stretch.textEdited.emit("3")
+    with opened():
+        dialog.apply.click()
+    for _ in range(2):
+        opened_volume = window.workspace.opened.volume
+        assert (opened_volume.spacing, opened_volume.file.stretch) == ((0.5, 0.5, 6.0), 3.0)
+        with opened():
+            window.files.open(path)

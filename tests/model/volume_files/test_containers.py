@@ -4,6 +4,7 @@ Voxels are 1 + i + 30 j + 600 k along the true x, y and z, so that exchanged and
 """
 
 import json
+from dataclasses import replace
 
 import h5py
 import nibabel as nib
@@ -12,9 +13,16 @@ import pytest
 import SimpleITK as sitk  # noqa: N813
 import xarray
 import zarr
-from volume_writers import check, refused, scaled, write_mrc, write_ome_zarr, write_vti
+from volume_writers import check, refused, scaled, write_mrc, write_ome_zarr
 
+from model.errors import VolumeError
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.default_tf import default_transfer_function
+from model.scene.inputs import SceneInputs
+from model.scene.orientation import home_view
 from model.volume_files import Choice, read_volume
+from model.volume_files.checks import times
+from model.volume_files.source import VolumeSource
 
 NX, NY, NZ = 28, 20, 12
 z, y, x = np.meshgrid(np.arange(NZ), np.arange(NY), np.arange(NX), indexing="ij")
@@ -250,6 +258,15 @@ def test_hdf5_of_programs(tmp_path, name):
     check(read_volume(path), array, said, **facts)
 
 
+def test_texts_of_no_length_are_damage(tmp_path):
+    climate(**METRIC).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    data = bytearray((tmp_path / "a.nc").read_bytes())
+    place = data.index(b"GCOL\1") + 16
+    data[place : place + 16] = bytes(16)
+    (tmp_path / "a.nc").write_bytes(data)
+    refused(tmp_path / "a.nc", "a text in it has no length")
+
+
 def test_an_array_that_was_never_written_does_not_spoil_the_others(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["values"] = CODED
@@ -330,10 +347,42 @@ def test_unsigned_bytes_of_an_mrc(tmp_path, how):
     check(read_volume(path), BYTES.view("i1") if how == "signed stamp" else BYTES)
 
 
-def test_a_thin_column_says_what_is_to_be_seen(tmp_path):
-    column = np.arange(8000, dtype="f4").reshape(2000, 2, 2)
-    volume = read_volume(write_vti(tmp_path / "a.vti", column))
-    assert "2 x 2 x 2000 voxels" in " ".join(volume.notes)
+@pytest.mark.parametrize(
+    ("typed", "z", "stretch", "said"),
+    [
+        ({}, 27 / 11, 27 / 5500, "100% of its width"),
+        ({"stretch": "0.01"}, 5, 0.01, "0.01 times as long as its spacing says, as was typed"),
+        ({"stretch": "1"}, 500, 1, "214 times as long as it is wide"),
+        ({"spacing": "1,1,3"}, 3, 1, "the file has 1 x 1 x 500"),
+        ({"spacing": "1,1,3", "stretch": "2"}, 6, 2, "2 times as long"),
+    ],
+)
+def test_z_is_stretched_as_is_typed(tmp_path, typed, z, stretch, said):
+    heights = 500.0 * np.arange(NZ), METRES | {"positive": "up"}
+    climate(lev=heights).to_netcdf(tmp_path / "a.nc", engine="scipy")
+    volume = read_volume(tmp_path / "a.nc", choice=Choice.parse(Choice(**typed).text))
+    check(volume, PLAIN, said, spacing=(1, 1, pytest.approx(z)), stretch=pytest.approx(stretch))
+
+
+@pytest.mark.parametrize("text", ["", "0", "-1", "inf", "1e300", "x"])
+def test_a_stretch_that_is_none_is_refused(text):
+    with pytest.raises(VolumeError, match="is not a stretch of z"):
+        VolumeSource(stretch=text).check()
+
+
+@pytest.mark.parametrize("shape", [(2000, 2, 2), (2, 2000, 2), (2, 2, 2000)])
+@pytest.mark.parametrize("size", [1e-9, 1.0])
+def test_a_column_is_said_and_seen(tmp_path, shape, size):
+    column = np.random.default_rng(0).random(shape, "f4") + 1
+    image = sitk.GetImageFromArray(column)
+    image.SetSpacing([size] * 3)
+    sitk.WriteImage(image, str(tmp_path / "a.mha"))
+    volume = read_volume(tmp_path / "a.mha")
+    assert f"{times(shape[::-1])} voxels is 1000 times" in " ".join(volume.notes)
+    inputs = SceneInputs.of(home_view(volume.proportions), default_transfer_function(volume))
+    for view in (inputs.view, replace(inputs.view, azimuth=300.0)):
+        image = RaycastRenderer(volume).render(replace(inputs, view=view), 64)
+        assert 0.03 < (image[..., 3] > 0.05).mean() < 0.3
 
 
 def test_an_n5_is_named(tmp_path):
