@@ -284,7 +284,7 @@ def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place)
 
 
 def _path_tracer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place) -> _Drawing:
-    from model.generator.path_light_generator import cleaning_of
+    from model.generator.path_light_cleaning import cleaning_of
     from model.rendering.path_tracing import denoising
     from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, drawn
     from model.rendering.path_tracing.renderer import SAMPLES, PathTracer

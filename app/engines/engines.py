@@ -232,7 +232,7 @@ def _drawer(settings: ReferenceSettings, renderer: Renderer, name: RendererName 
 
 def _path_tracing_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
     from app.engines.path_tracing import PathTracingEngine
-    from model.generator.path_light_generator import cleaning_of
+    from model.generator.path_light_cleaning import cleaning_of
     from model.rendering.path_tracing.refinement import RefiningRenderer
     from model.rendering.path_tracing.renderer import PathTracer
     from model.rendering.renderer import open_renderer

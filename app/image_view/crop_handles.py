@@ -86,7 +86,7 @@ class CropHandles(QObject):
         canvas.add_decoration(self._paint)
         canvas.installEventFilter(self)
         for changed in (state.viewChanged, state.crop_input.changed, state.navigationChanged):
-            changed.connect(lambda *_: self._active and canvas.update())
+            changed.connect(self._follow)
 
     @property
     def handles(self) -> list[Handle]:
@@ -141,6 +141,13 @@ class CropHandles(QObject):
         # The second press of two quick drags is a double click.
         is_press = kind in (QEvent.Type.MouseButtonPress, QEvent.Type.MouseButtonDblClick)
         return is_press and self._press(mouse)
+
+    def _follow(self, _change: object = None) -> None:
+        """Show the box; a handle that has left the mouse, as after an undo, is marked no more."""
+        if self._active:
+            if self._dragged is None:
+                self._hover(None)
+            self._canvas.update()
 
     @property
     def _box(self) -> CropBox:

@@ -72,7 +72,7 @@ class EnginePane(QWidget):
         self._rgba: NDArray[np.float32] | None = None
         self.detail = self._who = self._light = self._coming = ""
         self._most_samples = self._samples = 0
-        self._is_alone = False
+        self._is_alone = self._is_unusual = False
         self.note = self._note_tip = self.hint = self._tip = ""
         self._speed = ""
         self._name = title
@@ -102,9 +102,9 @@ class EnginePane(QWidget):
         self.hint = text
         self._show_status()
 
-    def set_note(self, text: str, tip: str = "") -> None:
-        """Say how far the image is from the truth, in a few words; empty if that is not known."""
-        self.note, self._note_tip = text, tip
+    def set_note(self, text: str, tip: str = "", is_unusual: bool = False) -> None:
+        """Say how far the image is from the truth, and whether its model knows no such image."""
+        self.note, self._note_tip, self._is_unusual = text, tip, is_unusual
         self._show_status()
 
     def set_light(self, light: str, coming: str = "", most_samples: int = 0) -> None:
@@ -129,9 +129,9 @@ class EnginePane(QWidget):
             self.canvas.set_background(background)
             self._show_brightness()
 
-    def set_drawer(self, who: str, tip: str = "") -> None:
-        """Say what draws the pane's images; the tooltip says more."""
-        self._who, self._tip = who, tip
+    def set_drawer(self, title: str, who: str, tip: str = "") -> None:
+        """Say what the pane's images are and what draws them; the tooltip says more."""
+        self._name, self._who, self._tip = title, who, tip
         self._show_status()
 
     def name_cover(self, title: str, detail: str = "", tip: str = "") -> None:
@@ -264,7 +264,7 @@ class EnginePane(QWidget):
             return self._speed, "dim"
         facts = [self._drawn_text(), coming, self.note]
         tone: Tone = "dim"
-        if self.hint:
+        if self.hint or self._is_unusual:
             facts.append(OUTSIDE)
             tone = "attention"
         return ", ".join(fact for fact in facts if fact), tone

@@ -31,7 +31,7 @@ class PlotMouse(QObject):
 
     Hovering shows where the value under the mouse is visible, and with Ctrl what an edit there
     would change; the wheel sets the edits' width,
-    and dragging next to the handles pins a band of values, which a click there releases.
+    and dragging next to the handles keeps a band of values, which a click there releases.
     """
 
     def __init__(self, area: PlotArea, state: ViewerState, asked: SensitivityState) -> None:
@@ -76,7 +76,7 @@ class PlotMouse(QObject):
                 self._asked.finish_band()
             elif self._pressed is not None:
                 # A click next to the handles.
-                self._asked.unpin()
+                self._asked.release()
                 self._asked.hover(
                     self._value_at(self._pressed), _asks_effect(cast(QMouseEvent, event))
                 )
@@ -171,7 +171,7 @@ class BandLayer:
         self._rect.setAcceptedMouseButtons(Qt.MouseButton.NoButton)
         area.opacity.addItem(self._rect, ignoreBounds=True)
         self.tag = BandTag(area, add)
-        self.tag.release.clicked.connect(lambda: asker.asked.unpin())
+        self.tag.release.clicked.connect(lambda: asker.asked.release())
         self.refresh()
 
     @property
@@ -219,7 +219,7 @@ class BandLayer:
             share = self._visible.share_of(band.values, scalar_range, width)
             text += "" if share is None else f" · {_percent(share)} of what is visible"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
-        self.tag.show_band(text, color, band.pinned and not self._asked.dragging)
+        self.tag.show_band(text, color, band.kept and not self._asked.dragging)
         plot, width = self._area.rect, self.tag.width()
         left = self._area.pixel(self._area.opacity, place, 0.0).x() - width // 2
         left = min(max(left, plot.left()), max(plot.right() - width, plot.left()))

@@ -346,8 +346,8 @@ class FieldCover(QObject):
     @property
     def _way_back(self) -> str:
         band = self._asked.band
-        is_pinned = band is not None and band.pinned
-        return "; Escape returns to the image" if is_pinned else ""
+        is_kept = band is not None and band.kept
+        return "; Escape returns to the image" if is_kept else ""
 
     def _shown(self, answer: Answer[Any]) -> NDArray[np.float64]:
         """Field in the displayed unit."""

@@ -231,27 +231,27 @@ class SensitivityView(QObject):
             label.is_here = number == clicked
             label.refresh()
 
-    def toggle_pin(self) -> None:
+    def toggle_kept(self) -> None:
         """Keep the band of values, or the best one, when the mouse leaves; or release it."""
         band, best = self._asked.band, self.responses.peaks.intervals
-        if band is not None and band.pinned:
-            self._asked.unpin()
+        if band is not None and band.kept:
+            self._asked.release()
         elif band is not None:
-            self._asked.pin()
+            self._asked.keep()
         elif best:
-            self._asked.pin(best[0].value)
+            self._asked.keep(best[0].value)
 
     def escape(self) -> bool:
         """End the last of what is under way; return False if nothing is.
 
-        That is a region that is to be drawn, a pinned band, an edit that is tried, a clicked
+        That is a region that is to be drawn, a kept band, an edit that is tried, a clicked
         place, a region, or the open panel.
         """
         asked = self._asked
         if asked.tool is not None:
             asked.set_tool(None)
-        elif asked.band is not None and asked.band.pinned:
-            asked.unpin()
+        elif asked.band is not None and asked.band.kept:
+            asked.release()
         elif self.what_if.is_on:
             self.what_if.end()
         elif asked.place is not None:

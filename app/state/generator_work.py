@@ -13,7 +13,7 @@ from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.state.opened_volume import OpenedVolume
 from model.generator.catalog import PATH_LIGHT
-from model.networks.card import recorded_agreement, recorded_errors
+from model.networks.card import recorded_agreement, recorded_error, recorded_errors
 from model.rendering.path_tracing import denoising
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.scene import Lighting, Scene
@@ -31,11 +31,15 @@ NO_VOLUME = "Waiting for a volume. Open one with File > Open."
 
 NO_MODEL = "No model of this volume yet."
 
+UNUSUAL = 1.5
+"""Error from which an image is outside the training, relative to the mean of the model's test
+images with the kind of TF that it draws worst."""
+
 LOADING = "Loading the model …"
 
-PATH_WHO = "1 sample, denoised"
+PATH_TITLE = "1 sample, denoised"
 
-PATH_WORTH = (
+PATH_TIP = (
     "This volume's model was trained in another light. This image has one path-traced sample per "
     "pixel; a network that serves all volumes removes its noise. The ground truth has many samples."
 )
@@ -53,8 +57,8 @@ class GeneratorWork(QObject):
     draws_codes : bool
         Whether the loaded model draws images from latent codes.
     draws_path : bool
-        Whether the generator of path-traced light draws in the place of a model of this volume,
-        which knows another light.
+        Whether one path-traced sample, denoised, is shown in the place of the model's image, as the
+        model knows another light.
     awaits_path : bool
         Whether it will, once the path tracer's kernels are compiled: until then nothing is loaded.
     """
@@ -89,23 +93,32 @@ class GeneratorWork(QObject):
         return self.folder is not None
 
     @property
-    def who(self) -> str:
-        """Name of the model that draws; empty for a model of this volume."""
-        if self.draws_path:
-            return PATH_WHO
-        return "networks of the paper" if self.draws_codes else ""
+    def title(self) -> str:
+        """What the image is."""
+        return PATH_TITLE if self.draws_path else "Generator"
 
     @property
-    def worth(self) -> str:
+    def who(self) -> str:
+        """What draws it; empty where the title says all."""
+        return "networks of the paper" if self.draws_codes and not self.draws_path else ""
+
+    @property
+    def errors(self) -> str:
         """Errors of the model, as its card has them; empty where they are not known."""
         if self.draws_path:
-            return PATH_WORTH
+            return PATH_TIP
         return "" if self.folder is None or self.awaits_path else recorded_errors(self.folder)
 
     @property
     def recorded_agreement(self) -> float | None:
         """Median cosine of the model's sensitivities, as its card has it; None if unknown."""
         return None if self.folder is None else recorded_agreement(self.folder)
+
+    def is_unusual(self, error: float) -> bool:
+        """Whether an error of the image is far above those of the model's test images."""
+        if self.folder is None or self.draws_path:
+            return False
+        return error > UNUSUAL * recorded_error(self.folder)
 
     def open(self, folder: Path | None, promised: Scene | None, held: bool) -> None:
         """Load a model in the background, whose card promises a scene; None for no model.
@@ -137,7 +150,7 @@ class GeneratorWork(QObject):
     def follow_light(
         self, opened: OpenedVolume | None, settings: ReferenceSettings, coming: ReferenceSettings
     ) -> None:
-        """Have the generator of path-traced light draw where the reference has that light.
+        """Show one denoised sample where the reference is path traced.
 
         A model that was trained under it draws itself. The settings are the reference's, now and
         once its kernels are compiled.
@@ -156,7 +169,7 @@ class GeneratorWork(QObject):
     def _path_of(
         self, opened: OpenedVolume | None, settings: ReferenceSettings
     ) -> tuple[Volume, ReferenceSettings] | None:
-        """Return what the generator of path-traced light draws of; None where it does not."""
+        """Return what one path-traced sample is drawn of; None where the model draws."""
         scene = self.scene_for(opened)
         if opened is None or scene is None or scene.lighting == "path":
             return None

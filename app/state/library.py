@@ -34,7 +34,7 @@ class KnownModel:
 
     folder: Path
     name: str
-    worth: str
+    errors: str
 
 
 @dataclass(frozen=True)
@@ -42,13 +42,13 @@ class ModelCheck:
     """What a folder is, found out before a working model is given up for it.
 
     The problem is a sentence, empty for a model that can be opened. The scene is what it was
-    trained on. The worth has the errors that its card says, where these are known.
+    trained on. The errors are those that its card has, in words.
     """
 
     folder: Path
     problem: str = ""
     scene: Scene | None = None
-    worth: str = ""
+    errors: str = ""
 
     @property
     def is_fine(self) -> bool:

@@ -68,7 +68,7 @@ class Band:
 
     low: float
     high: float
-    pinned: bool = False
+    kept: bool = False
     """Whether it stays when the mouse leaves."""
     effect: bool = True
     """Whether the field is what an edit there would change, or where the values are visible."""
@@ -186,14 +186,14 @@ class SensitivityState(QObject):
         self.finished.emit("regions")
 
     def hover(self, value: float | None, effect: bool = True) -> None:
-        """Show a field of a value under the mouse, or none, unless a band is pinned."""
-        if self.band is None or not self.band.pinned:
+        """Show a field of a value under the mouse, or none, unless a band is kept."""
+        if self.band is None or not self.band.kept:
             self._set_band(None if value is None else Band(value, value, effect=effect))
 
     def drag_band(self, one: float, other: float, effect: bool = True) -> None:
         """Show a field of an interval while it is dragged."""
         self.dragging = True
-        self._set_band(Band(min(one, other), max(one, other), pinned=True, effect=effect))
+        self._set_band(Band(min(one, other), max(one, other), kept=True, effect=effect))
 
     def show_effect(self, effect: bool) -> None:
         """Show what an edit of the band would change, or where it is visible."""
@@ -205,15 +205,15 @@ class SensitivityState(QObject):
         self.dragging = False
         self.finished.emit("band")
 
-    def pin(self, low: float | None = None, high: float | None = None) -> None:
-        """Pin the present band, or another one."""
+    def keep(self, low: float | None = None, high: float | None = None) -> None:
+        """Keep the present band, or another one."""
         if low is not None:
-            self._set_band(Band(low, low if high is None else high, pinned=True))
+            self._set_band(Band(low, low if high is None else high, kept=True))
         elif self.band is not None:
-            self._set_band(replace(self.band, pinned=True))
+            self._set_band(replace(self.band, kept=True))
         self.finished.emit("band")
 
-    def unpin(self) -> None:
+    def release(self) -> None:
         """Show no field any more until a value is hovered over."""
         self._set_band(None)
 

@@ -147,7 +147,6 @@ class Workspace(QObject):
         self.model.open(folder, scene, held=self._reference_comes_first())
         # Asked for later than what was to come with the volume that is read.
         self.opening.follow_model()
-        self.news.emit(self.model.worth)
         self._follow_scene()
 
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
@@ -209,7 +208,7 @@ class Workspace(QObject):
         self.reference.start(volume, self.model.scene_for(opened))
         self._follow_scene()
         restored = RESTORED if self._is_restored and wanted.memory is None else ""
-        notes = [*volume.notes, volume.missing_text, self.model.worth, restored]
+        notes = [*volume.notes, volume.missing_text, restored]
         self.news.emit(" ".join(filter(None, notes)))
         self._scheduler.scale = volume.scale
         self._state.start_view(

@@ -84,10 +84,13 @@ class FigureChoice(FigureLook):
 
 @dataclass(frozen=True)
 class Subject:
-    """The unit of a volume's scalars, empty if unknown, and the scale for its scale bar."""
+    """Unit of a volume's scalars, empty if unknown, scale for its scale bar, and what the
+    generator's pane shows.
+    """
 
     units: str = ""
     scale: Scale | None = None
+    title: str = TITLES["generator"]
 
 
 def panels(look: FigureLook, which: Which) -> list[QRect]:
@@ -149,7 +152,8 @@ def figure(
             )
             painter.drawImage(rect, smooth)
         if which == "both":
-            paint_caption(painter, rect, TITLES[name], look.background)
+            title = subject.title if name == "generator" else TITLES[name]
+            paint_caption(painter, rect, title, look.background)
     background: Background | None = look.background
     if which == "difference":
         background = (0, 0, 0)

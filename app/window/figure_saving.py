@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
+from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,9 @@ which would be too large in so small a picture."""
 STEPS = 1000
 """Of a figure's progress."""
 
+LEAST_PART = 0.03
+"""Of a figure or movie from which the time of the rest is estimated."""
+
 
 @dataclass
 class _Job:
@@ -78,10 +82,22 @@ class _Job:
     drawn: int = 0
     pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
     is_given_up: bool = False
+    begun: float = field(default_factory=monotonic)
 
     @property
     def kind(self) -> str:
         return "movie" if self.choice.seconds else "figure"
+
+    def left(self, part: float) -> str:
+        """How long the rest takes, by the part that is done; empty where that is not known."""
+        if part < LEAST_PART:
+            return ""
+        seconds = (monotonic() - self.begun) * (1 - part) / part
+        return (
+            f"\nAbout {seconds:.0f} s left"
+            if seconds < 90
+            else f"\nAbout {seconds / 60:.0f} min left"
+        )
 
     @property
     def is_drawn(self) -> bool:
@@ -138,6 +154,8 @@ class FigureSaving(QObject):
             self._context.fail(f"{self.unfinished}. Wait for it, or cancel it.", KEY)
             return
         dialog = FigureDialog(sizes, self.first_choice(), self._context.window)
+        box, title = dialog.which_box, self._overlays.subject.title
+        box.setItemText(box.findData("generator"), title)
         dialog.preview = partial(self._ask_for_preview, dialog)
         dialog.preview(dialog.choice())
         accepted = dialog.exec() == QDialog.DialogCode.Accepted
@@ -291,6 +309,7 @@ class FigureSaving(QObject):
         job.images.clear()
         job.pictures.put(pixels_of(image))
         if self.progress is not None:
+            self._say_left(job, job.drawn / len(job.frames))
             self.progress.setValue(job.drawn)
         if self._job is not job:
             # Cancelled while the progress was painted.
@@ -312,11 +331,11 @@ class FigureSaving(QObject):
         except RenderError as error:
             self._context.fail(str(error), KEY)
         else:
-            self._context.status.say(f"Saved {place.name}.")
+            self._context.status.say(f"Saved {place.absolute()}.")
 
     def _movie_written(self, path: Path) -> None:
         self._close_progress()
-        self._context.status.say(f"Saved {path.name}.")
+        self._context.status.say(f"Saved {path.absolute()}.")
 
     def _follow(self, name: str, _state: object) -> None:
         """Give up where another engine is started, as it will not answer."""
@@ -335,7 +354,13 @@ class FigureSaving(QObject):
             what = f"Drawing {name}, {job.choice.width} × {job.choice.height} pixels …"
             self._show_progress("Save figure", what, STEPS)
         if self.progress is not None:
+            self._say_left(job, part)
             self.progress.setValue(int(STEPS * part))
+
+    def _say_left(self, job: _Job, part: float) -> None:
+        if self.progress is not None:
+            what = self.progress.labelText().split("\n")[0]
+            self.progress.setLabelText(what + job.left(part))
 
     def _show_progress(self, title: str, text: str, steps: int) -> None:
         self.progress = progress = QProgressDialog(text, "Cancel", 0, steps, self._context.window)

@@ -194,7 +194,7 @@ class Files(QObject):
             self._fail(str(error))
         else:
             self._preferences.note_recent("transfer_functions", path)
-            self._status.say(f"Saved {path.name}.")
+            self._status.say(f"Saved {path.absolute()}.")
 
     def save_sensitivity(self, result: SensitivityResult | None) -> None:
         """Ask for a file and write a sensitivity to it: a figure, or all numbers."""
@@ -210,7 +210,7 @@ class Files(QObject):
         except RenderError as error:
             self._fail(str(error))
         else:
-            self._status.say(f"Saved {path.name}.")
+            self._status.say(f"Saved {path.absolute()}.")
 
     def ask_for_content(self) -> None:
         """List what the open volume's file holds, to choose from."""

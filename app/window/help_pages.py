@@ -113,7 +113,7 @@ GESTURES: dict[str, tuple[Gesture, ...]] = {
         Gesture("F9", "fold or unfold the TF editor"),
         Gesture("F10, or Alt in a narrow window", "the menus"),
         Gesture("Escape", "end the last action; dismiss the newest notice"),
-        Gesture("Ctrl+Z; Ctrl+Y", "undo; redo"),
+        Gesture("Ctrl+Z; Ctrl+Y", "undo, redo an edit; for the view, Home"),
         Gesture("Ctrl+Shift+S", "save or copy a figure"),
         Gesture("B", "browse TFs"),
     ),

@@ -19,6 +19,9 @@ TIP = (
     f"Error (RMSE) against the ground truth, in the square that both images show. "
     f"{SENTENCES['RMSE']} Difference (D) shows where."
 )
+UNUSUAL = (
+    "It is far above the errors of the model's test images: no such TF or view was among them."
+)
 
 
 class ImageError(QObject):
@@ -76,7 +79,9 @@ class ImageError(QObject):
         # Of one sample, the ground truth is the generator's own picture.
         is_same = lighting == "path" and not difference.any()
         said = "" if is_same else f"error {error:.3f}".replace(" 0.", " .")
-        self._generator.set_note(said, TIP)
+        is_unusual = self._workspace.model.is_unusual(error)
+        tip = f"{TIP} {UNUSUAL}" if is_unusual else TIP
+        self._generator.set_note(said, tip, is_unusual)
         self._difference = None
         if self._is_wanted:
             colored, self._scale = in_colors(np.clip(drawn, 0, 1), difference)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt
@@ -181,7 +182,7 @@ class MainWindow(WindowParts):
     def _show_effect(self, effect: bool) -> None:
         """Show the effect of edits, or where values are visible, at the value under the mouse."""
         band = self.sensitivity_state.band
-        if band is not None and not band.pinned:
+        if band is not None and not band.kept:
             self.sensitivity_state.show_effect(effect)
 
     def _move_focus(self, step: int) -> None:
@@ -223,7 +224,8 @@ class MainWindow(WindowParts):
         model = self.workspace.model
         # Until it draws something else, one image is enough.
         self.panes.set_model(model.is_open and not model.awaits_path)
-        self.generator.set_drawer(model.who, model.worth)
+        self.generator.set_drawer(model.title, model.who, model.errors)
+        self.overlays.subject = replace(self.overlays.subject, title=model.title)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         self.browser.bar.set_model(self.workspace.latent.model is not None)
 
@@ -234,7 +236,9 @@ class MainWindow(WindowParts):
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
         self.browser.set_units(volume.units)
-        self.overlays.start_volume(Subject(volume.units, Scale.of(volume, opened.shown)))
+        scale, title = Scale.of(volume, opened.shown), self.workspace.model.title
+        subject = Subject(volume.units, scale, title)
+        self.overlays.start_volume(subject)
         self.tools.setEnabled(True)
         self._hints.start_volume()
         self.crop_card.set_volume(volume.dimensions)
@@ -259,7 +263,7 @@ class MainWindow(WindowParts):
             opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
         )
         # A band kept over the plot would be one of other values.
-        self.sensitivity_state.unpin()
+        self.sensitivity_state.release()
 
 
 def _first_in(area: QWidget) -> QWidget | None:

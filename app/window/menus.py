@@ -280,8 +280,17 @@ def _fill_region(window: WindowParts, menu: QMenu) -> None:
     regions, view = window.sensitivity_state, window.sensitivity
     add_action(menu, "&Rectangle", lambda: regions.set_tool("rectangle"), "R")
     add_action(menu, "&Lasso", lambda: regions.set_tool("lasso"), "L")
-    add_action(menu, "R&emove region", regions.remove_region, "Shift+Delete")
-    add_action(menu, "&Whole image", lambda: regions.activate(None))
+    of_region = (
+        add_action(menu, "R&emove region", regions.remove_region, "Shift+Delete"),
+        add_action(menu, "&Whole image", lambda: regions.activate(None)),
+    )
+
+    def offer(_what: str = "") -> None:
+        for action in of_region:
+            action.setEnabled(regions.active is not None)
+
+    regions.changed.connect(offer)
+    offer()
     menu.addSeparator()
     _add_switch(
         menu,
@@ -290,7 +299,7 @@ def _fill_region(window: WindowParts, menu: QMenu) -> None:
         lambda: regions.choose(shown=not regions.choices.shown),
         "Ctrl+E",
     )
-    add_action(menu, "&Keep the values under the mouse", view.toggle_pin, "P")
+    add_action(menu, "&Keep the values under the mouse", view.toggle_kept, "P")
     save = window.files.save_sensitivity
     add_action(menu, "Sa&ve sensitivity as…", lambda: save(view.result()))
 
@@ -345,7 +354,7 @@ def _add_networks(window: WindowParts, menu: QMenu) -> None:
 def _network_action(menu: QMenu, model: KnownModel, open_it: Callable[[], object]) -> QAction:
     action = QAction(model.name, menu)
     action.triggered.connect(lambda _checked=False: open_it())
-    action.setToolTip(model.worth or str(model.folder))
+    action.setToolTip(model.errors or str(model.folder))
     action.setCheckable(True)
     return action
 

@@ -68,7 +68,7 @@ class Sessions(QObject):
             return
         self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
-        self._context.status.say(f"Saved {path.name}.")
+        self._context.status.say(f"Saved {path.absolute()}.")
 
     def session(self) -> Session | None:
         """Return what is shown; None without a volume."""
@@ -92,7 +92,7 @@ class Sessions(QObject):
             memory,
             session_settings(self._preferences.settings),
             context.sensitivity.choices,
-            band.values if band is not None and band.pinned else None,
+            band.values if band is not None and band.kept else None,
             context.latent.choices.shown,
         )
         return Session(opened.path, opened.fingerprint, content, self._workspace.model.folder)
@@ -176,7 +176,7 @@ class Sessions(QObject):
             context.sensitivity.start_volume(None, count=memory.region_count)
         context.sensitivity.choose(**vars(content.sensitivity))
         if content.band is not None:
-            context.sensitivity.pin(*sorted(content.band))
+            context.sensitivity.keep(*sorted(content.band))
         context.latent.choose(shown=content.browsing)
         if path != self._before_path:
             self._preferences.note_recent("sessions", path)

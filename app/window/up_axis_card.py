@@ -19,7 +19,7 @@ from model.scene.orientation import home_view
 from model.scene.view import AXES, DEFAULT_UP
 from model.volume_files.shipped import shipped_volumes
 
-ICON, PICTURE = 56, 200
+ICON, PICTURE = 40, 200
 """Sides of the pictures on the buttons, and next to the mouse, in pixels."""
 
 TF_REST_MS = 300

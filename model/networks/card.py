@@ -197,6 +197,14 @@ def error_text(metrics: dict[str, Any]) -> str:
     return f"{'; '.join(parts)}." if parts else ""
 
 
+def recorded_error(folder: Path) -> float:
+    """Return the mean RMSE (0..1) of the kind of TF that a model draws worst; else infinity."""
+    try:
+        return max(errors_by_kind(load_card(folder).metrics).values(), default=math.inf)
+    except CheckpointError:
+        return math.inf
+
+
 def recorded_errors(folder: Path) -> str:
     """Describe the recorded errors of a model's folder; empty where it cannot be read."""
     try:

@@ -142,9 +142,8 @@ def unknown_kind(path: Path) -> VolumeError:
     if advice := foreign_advice(path):
         return VolumeError(f"{path}: {advice}.")
     return VolumeError(
-        f"{path}: files of the kind '{suffix_of(path) or path.name}' are not known here; "
-        f"supported are {', '.join(SUFFIXES)} and folders of DICOM or TIFF slices; a file of "
-        "plain numbers can be read as a raw one."
+        f"{path}: files of the kind '{suffix_of(path) or path.name}' are not read here; "
+        "convert it to NRRD, NIfTI or TIFF, or open a file of plain numbers as a raw one."
     )
 
 

@@ -13,7 +13,7 @@ from statistics import fmean, median
 import numpy as np
 from numpy.typing import NDArray
 
-from model.generator.path_light_generator import cleaning_of
+from model.generator.path_light_cleaning import cleaning_of
 from model.rendering.path_tracing.cleaning import Cleaning, denoiser
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.refinement import drawn, refined

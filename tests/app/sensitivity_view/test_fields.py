@@ -77,7 +77,7 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     # What is kept stays what it is.
     QTest.keyClick(window, Qt.Key.Key_P)
     QTest.keyPress(window, Qt.Key.Key_Control)
-    assert state.band is not None and state.band.pinned and not state.band.effect
+    assert state.band is not None and state.band.kept and not state.band.effect
     QTest.keyRelease(window, Qt.Key.Key_Control)
 
 
@@ -88,7 +88,7 @@ def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkey
         return 1.5 * answer(builders.generators[-1], request)
 
     monkeypatch.setattr(builders.generators[-1], "value_sensitivity", of_the_generator)
-    window.sensitivity_state.pin(140.0)
+    window.sensitivity_state.keep(140.0)
     exact, learned = window.sensitivity.exact, window.sensitivity.learned
     qtbot.waitUntil(lambda: "exact" in exact.caption and "learned" in learned.caption)
     band = window.sensitivity_state.band
@@ -108,7 +108,7 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
     QApplication.sendEvent(viewport, wheel)
     assert state.choices.width == pytest.approx(width * 1.15**2)
     drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
-    assert state.band is not None and state.band.pinned
+    assert state.band is not None and state.band.kept
     assert state.band.values == pytest.approx((140.0, 160.0), abs=0.5)
     QApplication.sendEvent(viewport, QEvent(QEvent.Type.Leave))
     hover(window, 110.0)
@@ -132,7 +132,7 @@ def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
 
 
 def test_a_field_is_never_over_another_image(qtbot, window, builders):
-    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.keep(150.0)
     qtbot.waitUntil(lambda: "exact" in window.workspace.sensitivity.fields)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     analyst = builders.analysts[-1]
@@ -161,12 +161,12 @@ def test_a_field_is_never_over_another_image(qtbot, window, builders):
 
 
 def test_a_click_on_the_colour_bar_locks_its_scale(qtbot, window):
-    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.keep(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     scale = window.sensitivity.exact.scale
     QTest.mouseClick(window.sensitivity.learned.bar, Qt.MouseButton.LeftButton)
     assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
-    window.sensitivity_state.pin(199.0)
+    window.sensitivity_state.keep(199.0)
 
     def is_answered() -> bool:
         field = window.workspace.sensitivity.fields.get("exact")

@@ -106,7 +106,7 @@ def test_a_lasso_and_several_regions(qtbot, window):
     state.change_region(Outline.rectangle(2.4, -3.4, 2.6, -3.2))
     state.finish_region()
     assert state.outline.mask(16).any()
-    state.pin(150.0)
+    state.keep(150.0)
     window.sensitivity.band.tag.add.click()
     assert window.state.edits.stack.undoText() == "add mode"
     QTest.keyClick(window, Qt.Key.Key_W)

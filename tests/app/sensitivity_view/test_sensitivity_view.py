@@ -55,7 +55,7 @@ def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
 def test_escape_ends_one_thing_after_the_other(window):
     state = window.sensitivity_state
     state.pick((0.5, 0.5))
-    state.pin(140.0)
+    state.keep(140.0)
     state.set_tool("lasso")
     for left in (state.tool, state.band, state.place):
         assert left is not None
@@ -91,7 +91,7 @@ def test_an_error_is_said_and_forgotten(qtbot, window, builders):
 
 
 def test_another_volume_forgets_the_answers(qtbot, window, builders):
-    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.keep(150.0)
     window.sensitivity_state.pick((0.5, 0.5))
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     old = builders.analysts[-1]
@@ -161,7 +161,7 @@ def test_a_flag_adds_the_mode_that_was_listed_or_one_in_a_striking_colour(qtbot,
 
 
 def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
-    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.keep(150.0)
     qtbot.waitUntil(lambda: window.reference.canvas.cover is not None)
     QTest.keyClick(window, Qt.Key.Key_E, Qt.KeyboardModifier.ControlModifier)
     assert not window.sensitivity_state.choices.shown
@@ -201,7 +201,7 @@ def test_outside_what_the_model_was_trained_on_is_marked(qtbot, window):
     window.state.set_view(replace(window.state.view, elevation=88.0))
     window.state.set_view(replace(window.state.view, roll=170.0))
     assert "outside what it was trained on" in window.sensitivity.source.said
-    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.keep(150.0)
     qtbot.waitUntil(lambda: "learned, outside" in window.sensitivity.learned.caption)
     # Until the exact field is there, the learned one is shown in both panes.
     qtbot.waitUntil(lambda: "exact" in window.sensitivity.exact.caption)
@@ -219,7 +219,7 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     assert (tmp_path / "region.png").stat().st_size > 2000
     choose("region.csv")
     assert (tmp_path / "region.csv").read_text().count("\n") == 257
-    window.sensitivity_state.pin(150.0)
+    window.sensitivity_state.keep(150.0)
     asker = window.workspace.sensitivity
     qtbot.waitUntil(lambda: asker.field is not None)
     choose("value.npz")
@@ -233,13 +233,13 @@ def test_what_is_shown_is_saved_as_figure_and_numbers(
     assert "no sensitivity" in window.notice.text
     # A field of another band is not saved.
     window.sensitivity_state.choose(shown=True)
-    window.sensitivity_state.pin(120.0)
+    window.sensitivity_state.keep(120.0)
     qtbot.waitUntil(lambda: window.sensitivity.result() is not None)
     found = window.sensitivity.result()
     assert found is not None and found.place == "edits around 120 K"
     builders.analysts[-1].gate = threading.Semaphore(0)
     window.sensitivity_state.choose(engine="exact")
-    window.sensitivity_state.pin(180.0)
+    window.sensitivity_state.keep(180.0)
     assert window.sensitivity.result() is None
     for _ in range(40):
         builders.analysts[-1].gate.release()

@@ -44,7 +44,7 @@ WRONG_PARTS: list[dict[str, Any]] = [
 def test_damaged_cards_and_weights_are_told(library: Library, tmp_path: Path) -> None:
     folder = make_model(tmp_path / "model")
     check = library.check_model(folder)
-    assert check.is_fine and check.worth == "RMSE 0.050."
+    assert check.is_fine and check.errors == "RMSE 0.050."
     assert check.scene is not None and check.scene.volume_fingerprint == fingerprint()
     for number, part in enumerate(WRONG_PARTS):
         wrong = make_model(tmp_path / str(number), **part)
@@ -107,7 +107,7 @@ def test_models_of_a_volume_are_the_newest_first(
     make_model(tmp_path / "other", top=300.0)
     models = models_of(library, preferences, ours)
     assert [model.folder for model in models] == [tmp_path / "new", tmp_path / "old"]
-    assert (models[0].name, models[0].worth) == ("new", "RMSE 0.050.")
+    assert (models[0].name, models[0].errors) == ("new", "RMSE 0.050.")
     assert models_of(library, preferences, fingerprint(top=300.0)) == []
 
 

@@ -151,7 +151,7 @@ def test_while_something_moves_answers_take_a_fifth_and_none_gets_old(
     asking: Asking, picture: float, pixel: float, fixed: float
 ) -> None:
     asking.cost = costs(pixel, fixed)
-    asking.asked.pin(140.0)
+    asking.asked.keep(140.0)
     asking.answer()
     share, oldest = asking.drag(6.0, picture)
     assert share <= SHARE + UNPAID
@@ -258,7 +258,7 @@ def test_who_answers(
     live: list[str],
 ) -> None:
     asker = asking.asker
-    asking.asked.pin(140.0)
+    asking.asked.keep(140.0)
     asking.asked.choose(engine=engine)
     if question != "field":
         asking.asked.choose(measure=question)

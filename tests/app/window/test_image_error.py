@@ -6,13 +6,15 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPoint
 from PySide6.QtGui import QColor, QImage
 
+from app.image_view.engine_pane import OUTSIDE
 from app.image_view.image_canvas import to_qimage
+from app.state import generator_work
 from app.window.figure import FigureChoice
 from model.scene.view import View
 
 
 def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_is(
-    qtbot, make_window
+    qtbot, make_window, monkeypatch
 ):
     window = make_window()
     canvas, inputs = window.generator.canvas, window.state.inputs
@@ -51,6 +53,11 @@ def test_the_error_is_that_of_the_square_of_the_same_inputs_and_shows_where_it_i
     # Half of the square is .2 off, but for the seam between the halves.
     error = float(window.generator.note.removeprefix("error "))
     assert error == pytest.approx(np.sqrt(0.5) * 0.2, abs=0.01)
+    assert OUTSIDE not in window.generator.status
+    monkeypatch.setattr(generator_work, "recorded_error", lambda _folder: 0.09)
+    window.reference.imageShown.emit(inputs, truth)
+    # As much as one and a half times what the model's test images have.
+    assert OUTSIDE in window.generator.status
     window.state.move_view(View(70.0))
     assert window.generator.note == ""
     window.reference.imageShown.emit(window.state.inputs, truth)

@@ -1,4 +1,4 @@
-"""The generator of path-traced light in the place of a model that knows another light."""
+"""One denoised path-traced sample in the place of a model that knows another light."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ramp import make_volume
 
 from app.engines.requests import VisibilityRequest
 from app.state import generator_work
-from app.state.generator_work import PATH_WHO
+from app.state.generator_work import PATH_TITLE
 from app.window.main_window import MainWindow
 from model.rendering.path_tracing import denoising
 from model.scene.view import View
@@ -31,11 +31,11 @@ def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, m
     window = make_window()
     reference = window.workspace.reference
     model = builders.generators[-1]
-    assert PATH_WHO not in window.generator.status
+    assert window.generator.caption.title == "Generator"
     reference.choose(lighting="path")
     settle(qtbot, window)
-    assert PATH_WHO in window.generator.status
-    assert "serves all volumes" in window.workspace.model.worth
+    assert window.generator.caption.title == PATH_TITLE
+    assert "serves all volumes" in window.workspace.model.errors
     # One engine for each pane, of one sample and of many.
     samples = sorted(each.samples for each in builders.settings if each.lighting == "path")
     assert samples == [1, 64]
@@ -51,7 +51,7 @@ def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, m
     assert len(model.requests) == asked
     reference.choose(lighting="none")
     settle(qtbot, window)
-    assert PATH_WHO not in window.generator.status
+    assert window.generator.caption.title == "Generator"
     assert builders.generators[-1] is not model
     assert window.workspace.sensitivity.exact_source == "exact"
     assert window.workspace.latent.model is not None
@@ -59,12 +59,12 @@ def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, m
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path("missing"))
     reference.choose(lighting="path")
     settle(qtbot, window)
-    assert PATH_WHO not in window.generator.status
+    assert window.generator.caption.title == "Generator"
     assert "Trained with no light" in window.generator.hint
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
     reference.choose(denoises=False)
     settle(qtbot, window)
-    assert PATH_WHO not in window.generator.status
+    assert window.generator.caption.title == "Generator"
     # And without a model there is one pane still.
     window.workspace.open_model(None)
     reference.choose(denoises=True)

@@ -12,7 +12,7 @@ from window_fakes import PATIENCE_S, FakeBuilders
 from app.engines.client import EngineState
 from app.engines.engines import ReferenceSettings
 from app.state import generator_work, reference_work
-from app.state.generator_work import PATH_WHO
+from app.state.generator_work import PATH_TITLE
 from app.state.library import Library
 from app.window.main_window import MainWindow
 from model.kernel_cache import KernelGroup
@@ -112,7 +112,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, monk
     assert "path-traced light follows" in window.reference.status
     # One image is named by its light, two by what they are.
     assert window.reference.caption.title.endswith("light")
-    assert window.workspace.model.worth == window.status.news == ""
+    assert window.workspace.model.errors == window.status.news == ""
     QTest.keyClick(window, Qt.Key.Key_D)
     assert window.status.news == "Two images follow. 0 of 2"
     assert window.workspace.sensitivity.waiting == "0 of 2"
@@ -120,7 +120,7 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, monk
     preparation.finish(preparation.wanted[0])
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
     assert window.generator.isVisible() and window.image_error.is_wanted
-    qtbot.waitUntil(lambda: PATH_WHO in window.generator.status)
+    qtbot.waitUntil(lambda: window.generator.caption.title == PATH_TITLE)
     assert "follows" not in window.reference.status
     assert window.reference.caption.title == "Ground truth"
     assert not builders.generators

@@ -122,7 +122,7 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     window = make_window("halo", model=None)
     assert "lowest hundredth" in window.notice.text
     before = window.state.transfer_function
-    window.sensitivity_state.pin(50.0)
+    window.sensitivity_state.keep(50.0)
     click(qtbot, window)
     assert not offer(window)
     assert window.sensitivity_state.band is None

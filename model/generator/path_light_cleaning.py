@@ -1,7 +1,6 @@
-"""The generator of path-traced light: pictures of few samples as they would be after many.
+"""Cleaning of path-traced pictures of few samples by the network behind the denoiser.
 
-Its network stands behind the denoiser, one for all volumes; see
-:mod:`model.networks.path_light_network`.
+See :mod:`model.networks.path_light_network`.
 """
 
 from __future__ import annotations
@@ -57,12 +56,12 @@ def cleaning_of(
         _, loaded = load_path_light(network)
     except CheckpointError:
         return denoiser, lambda: None
-    generator = PathLightGenerator(loaded, volume, light)
-    return generator.cleaner, generator.close
+    cleaning = NetworkCleaning(loaded, volume, light)
+    return cleaning.cleaner, cleaning.close
 
 
-class PathLightGenerator:
-    """Finishes path-traced pictures of one volume."""
+class NetworkCleaning:
+    """Cleans path-traced pictures of one volume by the network behind the denoiser."""
 
     def __init__(
         self,
@@ -122,11 +121,11 @@ class FinishedPicture(Denoiser):
 
     def __init__(
         self,
-        generator: PathLightGenerator,
+        cleaning: NetworkCleaning,
         draw_soft: Callable[[], NDArray[np.float32]],
         most: int,
     ) -> None:
-        self._generator, self._draw_soft, self._most = generator, draw_soft, most
+        self._cleaning, self._draw_soft, self._most = cleaning, draw_soft, most
         self._soft: NDArray[np.float32] | None = None
 
     def clean(
@@ -139,7 +138,7 @@ class FinishedPicture(Denoiser):
         if self._soft is None:
             self._soft = self._draw_soft()
         unlit = np.concatenate([estimate.albedo, estimate.rgba[..., 3:]], axis=2)
-        return self._generator.finish(clean, radiance, self._soft, unlit, samples)
+        return self._cleaning.finish(clean, radiance, self._soft, unlit, samples)
 
     def deed(self, samples: int) -> str:
         """Say what is done to a picture of so many samples."""

@@ -6,7 +6,7 @@ import torch
 from ramp import make_tf, make_volume
 
 from model.generator.catalog import PATH_LIGHT
-from model.generator.path_light_generator import MOST_SAMPLES, cleaning_of
+from model.generator.path_light_cleaning import MOST_SAMPLES, cleaning_of
 from model.networks.path_light_network import (
     PathLightCard,
     PathLightNetwork,
