@@ -325,7 +325,7 @@ class OpacityInset(QObject):
 
     @property
     def box(self) -> QRectF:
-        """Where in the canvas the image is painted; empty while it is not."""
+        """Place of the image in the canvas; empty while there is none."""
         if self.picture is None:
             return QRectF()
         whole = self._pane.canvas.picture_rect

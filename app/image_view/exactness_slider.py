@@ -86,7 +86,7 @@ class FidelityLine(QLabel):
 
     @property
     def said(self) -> str:
-        """What is said now, in words; empty of an exact image."""
+        """The present text; empty for an exact image."""
         return self.fidelity.text
 
     @property

@@ -216,7 +216,7 @@ class FieldCover(QObject):
 
     @property
     def caption(self) -> str:
-        """What the colours mean, as a sentence; empty if no field is shown."""
+        """Meaning of the colours, in a sentence; empty if no field is shown."""
         return self._caption if self._shown_as is not None else ""
 
     @property

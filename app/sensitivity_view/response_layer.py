@@ -1,4 +1,4 @@
-"""What is drawn over the opacity plot: what is visible of each value, and responses with flags."""
+"""Layers over the opacity plot: what is visible of each value, and responses with flags."""
 
 from __future__ import annotations
 
@@ -338,7 +338,7 @@ class VisibleLayer:
 
     @property
     def peak_texts(self) -> list[str]:
-        """What the named peaks say, from the strongest on."""
+        """Texts of the named peaks, the strongest first."""
         return [label.toPlainText() for label in self._labels if label.isVisible()]
 
     def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:

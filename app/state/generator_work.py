@@ -94,12 +94,12 @@ class GeneratorWork(QObject):
 
     @property
     def title(self) -> str:
-        """What the image is."""
+        """Title of the image."""
         return PATH_TITLE if self.draws_path else "Generator"
 
     @property
     def who(self) -> str:
-        """What draws it; empty where the title says all."""
+        """Name of what draws it; empty where the title says all."""
         return "networks of the paper" if self.draws_codes and not self.draws_path else ""
 
     @property

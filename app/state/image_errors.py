@@ -57,7 +57,7 @@ def figures_text(seconds: float, error: float | None) -> str:
 
 @dataclass(frozen=True)
 class Fidelity:
-    """What is said of an image that is not exact; nothing of one that is.
+    """Description of an image that is not exact; empty for one that is.
 
     Attributes
     ----------

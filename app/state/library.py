@@ -39,7 +39,7 @@ class KnownModel:
 
 @dataclass(frozen=True)
 class ModelCheck:
-    """What a folder is, found out before a working model is given up for it.
+    """Check of a model's folder, made before a working model is given up for it.
 
     The problem is a sentence, empty for a model that can be opened. The scene is what it was
     trained on. The errors are those that its card has, in words.

@@ -1,4 +1,4 @@
-"""What the window remembers between runs: settings, and a memory of each volume."""
+"""Memory of the window between runs: settings, and a memory of each volume."""
 
 from __future__ import annotations
 

@@ -137,7 +137,7 @@ class Preparation(QObject):
 
     @property
     def text(self) -> str:
-        """How long the wanted groups still take, in a sentence; empty once they are prepared."""
+        """Sentence with the time that is left for the wanted groups; empty once they are there."""
         done = sum(map(self.is_prepared, self._wanted)) - self._before
         count, spent = len(self._wanted) - self._before, monotonic() - self._since
         if done == count:

@@ -1,4 +1,4 @@
-"""What the reference is drawn with: the user's choices, and lights that are too slow."""
+"""Choices of the user for the reference, and lights that are too slow."""
 
 from __future__ import annotations
 

@@ -160,7 +160,7 @@ class SensitivityAsker(QObject):
 
     @property
     def waiting(self) -> str:
-        """What is said in the place of answers that are still to come."""
+        """Text in the place of answers that are still to come."""
         client = self.clients["exact"]
         return client.text if client.state is EngineState.WAITING else "computing …"
 

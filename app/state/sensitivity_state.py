@@ -1,4 +1,4 @@
-"""What the user wants to know about sensitivities: regions, a band of values, choices."""
+"""Questions of the user about sensitivities: regions, a band of values, choices."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class NamedRegion:
 
 @dataclass(frozen=True)
 class Choices:
-    """How sensitivities are measured and shown."""
+    """Choices of how sensitivities are measured and shown."""
 
     shown: bool = True
     """Whether they are computed at all."""

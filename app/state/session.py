@@ -28,7 +28,7 @@ class SessionError(TfscopeError):
 
 @dataclass(frozen=True)
 class SessionContent:
-    """What a session holds of the window, but for files; the band is that of kept values."""
+    """Content of a session but for files; the band is that of kept values."""
 
     memory: VolumeMemory = field(default_factory=VolumeMemory)
     settings: SessionSettings = field(default_factory=SessionSettings)

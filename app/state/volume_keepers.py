@@ -1,4 +1,4 @@
-"""What is kept of each volume for the next time: light, regions, view and the like."""
+"""Memories of each volume for the next time: light, regions, view and the like."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ PlotScale = Literal["linear", "logarithmic"]
 
 @dataclass(frozen=True)
 class VolumeMemory:
-    """What is kept of one volume; None or empty for what the user has not chosen.
+    """Memory of one volume; None or empty for what the user has not chosen.
 
     Attributes
     ----------

@@ -35,7 +35,7 @@ PROGRESS_S = 0.2
 
 @dataclass(frozen=True)
 class Wanted:
-    """How to read a volume, and how to show it at first.
+    """Choices of how to read a volume, and how to show it at first.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the window is asked to open and show when it starts."""
+"""Requests to the window at its start: what to open and show."""
 
 from __future__ import annotations
 

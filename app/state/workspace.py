@@ -42,7 +42,7 @@ SCALE_EDITS: dict[ValueScale, str] = {"linear": "linear scale", "log": "logarith
 
 @dataclass(frozen=True)
 class Viewing:
-    """What a window shows and remembers."""
+    """State that a window shows and remembers."""
 
     state: ViewerState
     sensitivity: SensitivityState

@@ -205,7 +205,7 @@ class ModeCard(QFrame):
             box.setFixedWidth(max(width, 30))
 
     def _handle_at(self) -> QPoint | None:
-        """Where the selected handle is, in pixels of the plots; None if it is out of sight."""
+        """Place of the selected handle, in pixels of the plots; None if it is out of sight."""
         area, tf = self._area, self._state.transfer_function
         index, stop = self._selection.index("opacity"), self._selection.index("color")
         handles = edits.opacity_handles(tf.opacity)
@@ -223,7 +223,7 @@ class ModeCard(QFrame):
         return area.pixel(view, place, height) if 0.0 <= place <= 1.0 else None
 
     def _curve_boxes(self) -> list[QRect]:
-        """Where the opacity curve and its highest values are, in pixels of the plots."""
+        """Places of the opacity curve and its highest values, in pixels of the plots."""
         area, tf = self._area, self._state.transfer_function
         places = np.linspace(0.0, 1.0, CURVE_PLACES)
         opacities = tf.opacity(area.axis.values(places).clip(*tf.scalar_range))

@@ -159,7 +159,7 @@ class PlotArea(QObject):
         self.widget.style().polish(self.widget)
 
     def _said_at(self, point: QPoint) -> str:
-        """What there is to say of the histogram's bar at a pixel; empty over a handle."""
+        """Text about the histogram's bar at a pixel; empty over a handle."""
         is_free = not any(isinstance(item, DragHandle) for item in self.widget.items(point))
         if not (is_free and self.rect.contains(point) and self.histogram.is_shown):
             return ""

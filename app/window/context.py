@@ -1,4 +1,4 @@
-"""What the parts of the window have in common."""
+"""Objects that the parts of the window share."""
 
 from __future__ import annotations
 

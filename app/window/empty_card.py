@@ -1,4 +1,4 @@
-"""What a window without a volume offers: a file, or a volume that ships with tfscope."""
+"""Card of a window without a volume: opens a file, or a volume that ships with tfscope."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ Size = tuple[int, int]
 
 @dataclass(frozen=True)
 class FigureLook:
-    """How a figure looks; its size is in pixels.
+    """Look of a figure; its size is in pixels.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class FigureLook:
 
 @dataclass(frozen=True)
 class FigureChoice(FigureLook):
-    """How a figure or movie is saved.
+    """Choices for a figure or movie that is saved.
 
     Attributes
     ----------

@@ -89,7 +89,7 @@ class _Job:
         return "movie" if self.choice.seconds else "figure"
 
     def left(self, part: float) -> str:
-        """How long the rest takes, by the part that is done; empty where that is not known."""
+        """Text with the time that is left, by the part that is done; empty where it is unknown."""
         if part < LEAST_PART:
             return ""
         seconds = (monotonic() - self.begun) * (1 - part) / part
@@ -251,7 +251,7 @@ class FigureSaving(QObject):
         self._writing.join()
 
     def _which(self) -> Which:
-        """What is on the screen."""
+        """Return which images are on the screen."""
         seen = [name for name, pane in self._panes.items() if pane.isVisible()]
         if "generator" not in seen:
             return "reference"
@@ -436,7 +436,7 @@ class FigureSaving(QObject):
 
 
 def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
-    """What of a preview's choice decides which images it needs."""
+    """Part of a preview's choice that decides which images it needs."""
     return choice.which, choice.width, choice.height
 
 

@@ -324,7 +324,7 @@ class Files(QObject):
         return None
 
     def _known_choice(self, path: Path) -> Choice | None:
-        """What was chosen last of a file's volumes; None if nothing was."""
+        """Last choice among a file's volumes; None without one."""
         text = self._preferences.volume_at(path).choice
         return Choice.parse(text) if text else None
 

@@ -14,7 +14,7 @@ KEYS_WIDTH = 310
 
 @dataclass(frozen=True)
 class Gesture:
-    """What one does and what happens, in full for the help, and short for the status line."""
+    """Keys or mouse and their effect, in full for the help, and short for the status line."""
 
     keys: str
     effect: str

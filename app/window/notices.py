@@ -1,4 +1,4 @@
-"""What floats over the images and moves nothing: notices, and cards in their places."""
+"""Notices and cards, which float over the images and move nothing."""
 
 from __future__ import annotations
 
@@ -275,7 +275,7 @@ class Floating(QObject):
         return QSize(width, high if high >= 0 else widget.sizeHint().height())
 
     def _ground(self) -> QRect:
-        """Where cards have their corner."""
+        """Point at which cards have their corner."""
         around = self._around
         if around is None or around.isHidden():
             return self._area.rect()

@@ -1,4 +1,4 @@
-"""What may be shown over images: cube, legend, scale bar, opacity image; and behind them."""
+"""Overlays of images: cube, legend, scale bar, opacity image; and the background."""
 
 from __future__ import annotations
 

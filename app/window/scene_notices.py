@@ -60,7 +60,7 @@ class SceneNotices(QObject):
 
     def _offer_light(self, seconds: float) -> None:
         self._notices.add(
-            f"The image has no light: with light, each image takes {seconds:.1f} s here.",
+            f"The image has no light: with light, each image takes {seconds:.0f} s here.",
             Action("Light it", partial(self._workspace.reference.choose, lighting="direct")),
             key=LIGHT,
         )

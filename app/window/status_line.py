@@ -134,7 +134,7 @@ class StatusLine(QStatusBar):
 
     @property
     def preparation(self) -> str:
-        """How far the renderers are compiled; empty once they are ready."""
+        """Progress of compiling the renderers, in words; empty once they are ready."""
         return "" if self._prepared.isHidden() else self._prepared.text()
 
     @property

@@ -1,4 +1,4 @@
-"""What the window looks like, kept for the next start."""
+"""Layout of the window, kept for the next start."""
 
 from __future__ import annotations
 

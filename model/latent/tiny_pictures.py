@@ -51,10 +51,10 @@ BRIGHT, BRIGHT_SHARE = 0.8, 0.01
 """An exposed picture: the brightness that this share of its content exceeds."""
 
 LEAST_CONTENT = 0.1, 0.006
-"""The brightness that a picture worth showing exceeds, and in which share of its pixels."""
+"""The brightness that a picture exceeds if it is shown, and in which share of its pixels."""
 
 MOST_EXPOSED = 16.0
-"""Largest factor of an exposure: what needs a larger one is too faint to be worth a picture."""
+"""Largest factor of an exposure: what needs a larger one is too faint for a picture."""
 
 DIFFERING = 16
 """Number of TFs that differ most."""
@@ -80,7 +80,7 @@ _PART = 500
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """What each of n TFs shows in one view.
+    """Tiny pictures of n TFs in one view.
 
     Attributes
     ----------

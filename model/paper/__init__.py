@@ -1,1 +1,1 @@
-"""What the paper's figures and tables show, computed for any model of the paper's kind."""
+"""The paper's figures and tables, computed for any model of the paper's kind."""

@@ -71,7 +71,7 @@ def software_name() -> str:
 
 
 def _state(window: vtkRenderWindow) -> str:
-    """What VTK knows of OpenGL: without a display, a window does not report it."""
+    """OpenGL as VTK knows it: without a display, a window does not report it."""
     state = getattr(window, "GetState", None)
     return "" if state is None else str(state())
 

@@ -1,4 +1,4 @@
-"""How a volume's voxels are distributed over scalar values: histograms and percentiles."""
+"""Distribution of a volume's voxels over scalar values: histograms and percentiles."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Range = tuple[float, float]
 
 
 class Distribution:
-    """How voxels are distributed over scalar values; all of it is computed when first asked for."""
+    """Distribution of voxels over scalar values; all of it is computed when first asked for."""
 
     def __init__(
         self, voxels: NDArray[np.generic], missing: NDArray[np.bool_] | None = None

@@ -43,7 +43,7 @@ Cause = Literal["tf", "crop", "view"]
 
 @dataclass(frozen=True)
 class Emptiness:
-    """Why an image shows nothing."""
+    """Reason why an image shows nothing."""
 
     text: str
     """One sentence for the user."""
@@ -152,7 +152,7 @@ REACH = 2.0
 
 @dataclass(frozen=True)
 class NarrowPart:
-    """What tables over the TF's range cannot hold, and the range over which they can."""
+    """Part of a TF that tables over its range cannot hold, and the range over which they can."""
 
     values: Range
     """Lowest and highest value of the narrow part, or of all of them, in the data's units."""
@@ -165,7 +165,7 @@ class NarrowPart:
 
     @property
     def sentence(self) -> str:
-        """What is wrong, in one sentence."""
+        """The problem, in one sentence."""
         shown = range_text(self.scalar_range, self.scalar_range, self.scale)
         return (
             f"What the TF has at {self._text(self.values)} is narrower than {TF_SAMPLES} steps "

@@ -1,4 +1,4 @@
-"""Where points of a volume are in its image, and which point a place in the image means."""
+"""Projection of points of a volume into its image, and back."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Projection:
         start: NDArray[np.float64],
         end: NDArray[np.float64],
     ) -> float | None:
-        """How far along a line its image comes nearest to a place: 0 at the start, 1 at the end.
+        """Position along a line whose image is nearest to a place: 0 at the start, 1 at the end.
 
         None if the line cannot be seen, or only as a point.
         """

@@ -30,7 +30,7 @@ EXACT_LIGHTINGS: tuple[Lighting, ...] = ("none", "direct", "soft")
 
 PATH_CURVES: Lighting = "none"
 PATH_FIELDS: Lighting = "soft"
-"""Lights whose exact derivatives stand in for those of path-traced light, which has none: for the
+"""Lights whose exact derivatives replace those of path-traced light, which has none: for the
 curves of regions, and for fields. Of the ray caster's lights they are the nearest to it."""
 
 TFFamily = Literal["paper", "drawn"]

@@ -226,7 +226,7 @@ def _rooms(
     fixed: frozenset[int],
     scalar_range: tuple[float, float],
 ) -> list[tuple[float, float]]:
-    """How far each of these may move before it meets a value that stays, or leaves the range."""
+    """Distances that these may move before one meets a value that stays, or leaves the range."""
     moving = {i for i in indices if i not in fixed}
     rooms = []
     for i in moving:

@@ -45,7 +45,7 @@ class Content:
 
 @dataclass(frozen=True)
 class FileFacts:
-    """What the file of a volume says about it; each part is empty where the file is silent."""
+    """Facts from the file of a volume; each is empty where the file is silent."""
 
     format: str = ""
     """Name of the format, for example ``"NIfTI-1"``."""
@@ -333,7 +333,7 @@ class Volume:
 
     @cached_property
     def distribution(self) -> Distribution:
-        """How the voxels that are not missing are distributed over scalar values."""
+        """Distribution over scalar values of the voxels that are not missing."""
         return Distribution(self.voxels, self.missing)
 
     def histogram(

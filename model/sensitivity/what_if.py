@@ -1,4 +1,4 @@
-"""What an edit really does to an image, and what its derivative predicted."""
+"""Effect of an edit on an image, as rendered and as its derivative predicts."""
 
 from __future__ import annotations
 

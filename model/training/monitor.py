@@ -1,4 +1,4 @@
-"""What is measured in a training run: hold-out metrics, curve, image sheets, and collapse."""
+"""Measurements in a training run: hold-out metrics, curve, image sheets, and collapse."""
 
 from __future__ import annotations
 

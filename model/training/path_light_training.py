@@ -39,7 +39,7 @@ REPORT_STEPS = 500
 
 @dataclass(frozen=True)
 class PathLightOptions:
-    """How the network is trained, for so many minutes, those of earlier runs included.
+    """Options of training the network, for so many minutes, those of earlier runs included.
 
     The learning rate follows a cosine to a hundredth of it; `averaging` is the decay of the
     weights' moving average.

@@ -77,7 +77,7 @@ class StepResult:
 
 @dataclass(frozen=True)
 class Setup:
-    """What all stages of a run share: size and number of conditions of the networks, the recipe."""
+    """Set-up of all stages of a run: size and number of conditions of the networks, the recipe."""
 
     size: NetworkSize
     conditions: int

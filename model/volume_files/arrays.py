@@ -77,7 +77,7 @@ class StoredArray:
 
 @dataclass(frozen=True, eq=False)
 class _Roles:
-    """Which axes of an array are x, y and z, components, and time, channel or neither."""
+    """Roles of an array's axes: x, y and z, components, and time, channel or neither."""
 
     axes: list[Axis]
     z: int

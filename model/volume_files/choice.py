@@ -33,7 +33,7 @@ MOST_LISTED = 12
 
 @dataclass(frozen=True)
 class Choice:
-    """What to read of a file or folder that holds more than one volume.
+    """Choice of what to read of a file or folder that holds more than one volume.
 
     Each is a name or a number from 0, or "magnitude" of components; None for the largest or, among
     equals, the first. `spacing` and `stretch` are what was typed in place of the file's, for

@@ -1,4 +1,4 @@
-"""What the CF conventions say of an array, by xarray and cf_xarray: its values, axes, up and down.
+"""The CF conventions for an array, by xarray and cf_xarray: its values, axes, up and down.
 
 They are handed one array with its coordinates, never the file: an engine of xarray reads all that
 a file names, in other files, too, and gives up where one variable is odd.

@@ -1,4 +1,4 @@
-"""What was read of a volume's file, for people and for programs."""
+"""Description of a volume's file, for people and for programs."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
 
 
 def _kind(frame: Frame) -> tuple[object, ...]:
-    """What images of one volume have in common."""
+    """Facts that images of one volume have in common."""
     tags = frame.file
     return (
         tags.text("SeriesInstanceUID"),

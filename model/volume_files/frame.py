@@ -1,4 +1,4 @@
-"""Where a grid lies: spacing, units, origin, directions and mirrors, and what to say of them."""
+"""Place of a grid: spacing, units, origin, directions and mirrors, and notes on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How programs lay out volumes in HDF5: Imaris, BigDataViewer, ilastik, ITK, openPMD, VTK, MATLAB.
+"""Layouts of volumes in HDF5: Imaris, BigDataViewer, ilastik, ITK, openPMD, VTK, MATLAB.
 
 Each function takes an open file and its arrays of numbers by name, and returns those that it
 knows as volumes; none if another program wrote the file.

@@ -54,7 +54,7 @@ class _Frame:
 
 @dataclass(frozen=True, eq=False)
 class _Head:
-    """What a head says of the voxels, fastest axis first; the offset is in the unpacked file."""
+    """A head's facts on the voxels, fastest axis first; the offset is in the unpacked file."""
 
     format: str
     path: Path

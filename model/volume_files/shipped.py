@@ -20,7 +20,7 @@ SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
 
 @dataclass(frozen=True)
 class Sample:
-    """What a shipped volume is of, and how it is shown at first: azimuth and elevation, and light.
+    """A shipped volume's subject, and its first look: azimuth and elevation, and light.
 
     Its TF lies next to it, in a file that ends in ``.tf.json`` in place of ``.nrrd``.
     """

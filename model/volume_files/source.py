@@ -51,7 +51,7 @@ class VolumeSource:
 
     @property
     def choice(self) -> Choice:
-        """What to read of a file that holds several volumes."""
+        """Choice of what to read of a file that holds several volumes."""
         return Choice(**{each.name: getattr(self, each.name) for each in fields(Choice)})
 
     @property

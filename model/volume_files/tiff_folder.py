@@ -1,4 +1,4 @@
-"""Folders of TIFF files, each a slice or a volume, told apart by the numbers in their names."""
+"""Folders of TIFF files, each a slice or a volume, distinguished by the numbers in their names."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def read_zarr(folder: Path, choice: Choice = LARGEST) -> Grid:
 
 @dataclass(frozen=True)
 class _Level:
-    """What OME says of one of an image's arrays; all is empty for another array."""
+    """OME's facts on one of an image's arrays; all is empty for another array."""
 
     axes: tuple[str, ...] = ()
     spacing: tuple[float | None, float | None, float | None] | None = None

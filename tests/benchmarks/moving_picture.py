@@ -25,14 +25,14 @@ from app.theme import apply_theme
 from app.window.main_window import MainWindow
 from model.volume_files.shipped import SCAN
 
-SIZE = 1120, 700
+SIZE = 960, 640
 STEP_MS = 80
 """Time that a picture is shown while something moves."""
 
-LONGEST = 2e6
+LONGEST = 4e5
 """Bytes of the file."""
 
-MOVING_S, TURNED_S, RESTING_S = 1.0, 4.0, 20.0
+MOVING_S, TURNED_S, RESTING_S = 1.0, 20.0, 60.0
 """Longest waits for images of a drag, of one step of a turn, and at rest."""
 
 ARROW = QPolygonF(
@@ -79,7 +79,7 @@ class Recording:
         self.pictures.append(Image.fromarray(pixels.copy()))
         self.times.append(shown_ms)
 
-    def go(self, widget: QWidget, at: QPoint, steps: int = 6) -> None:
+    def go(self, widget: QWidget, at: QPoint, steps: int = 3) -> None:
         """Move the mouse to a place of a widget, without a button."""
         start, end = self._mouse, widget.mapTo(self.window, at)
         for step in range(1, steps + 1):
@@ -115,7 +115,7 @@ class Recording:
     def save(self, path: Path) -> None:
         """Write all pictures, at the best quality that is not too long."""
         first, others = self.pictures[0], self.pictures[1:]
-        for quality in range(80, 20, -10):
+        for quality in range(80, 10, -10):
             first.save(
                 path,
                 save_all=True,
@@ -123,7 +123,8 @@ class Recording:
                 duration=self.times,
                 loop=0,
                 quality=quality,
-                method=4,
+                method=6,
+                minimize_size=True,
             )
             size = path.stat().st_size
             print(f"{path}: {len(self.pictures)} pictures, quality {quality}, {size:,} bytes")
@@ -152,7 +153,7 @@ def play(recording: Recording) -> None:
     recording.rest(1500, 4.0)
     recording.go(canvas, on(0.5, 0.6))
     right, left = Qt.Key.Key_Right, Qt.Key.Key_Left
-    recording.turn(canvas, [*6 * [right], *6 * [left]])
+    recording.turn(canvas, [*4 * [right], *4 * [left]])
     recording.rest(700)
     # Region and curve.
     recording.press(Qt.Key.Key_R)

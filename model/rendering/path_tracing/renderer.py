@@ -62,7 +62,7 @@ NOISE = 3.0
 
 @dataclass(frozen=True)
 class Lamp:
-    """What a scene is lit by, and how it scatters.
+    """Light of a scene, and how it scatters.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ DARKEST = 0.6
 
 
 class Optics(NamedTuple):
-    """How a scene is lit, and how it scatters.
+    """Light of a scene, and how it scatters.
 
     Attributes
     ----------

@@ -40,7 +40,7 @@ BAND = 16
 
 
 class Path(NamedTuple):
-    """What is kept of a view ray's samples, to be traversed back to front.
+    """Record of a view ray's samples, to be traversed back to front.
 
     Attributes
     ----------
