@@ -20,7 +20,7 @@ from app.figures.plots import (
     new_layout,
     save_layout,
 )
-from model.evaluation.study import Study, StudyPictures
+from model.evaluation.study import Study
 from model.latent.latent_map import LatentMap
 from model.paper.edits import PAPER_R, RegionStep, ValueStep
 from model.paper.exploration import Exploration, Place
@@ -270,12 +270,12 @@ MEASURES = (("opacity_rmse", "opacity image RMSE"), ("rmse", "image RMSE"), ("em
 
 
 def save_side_by_side(
-    path: Path, study: Study, result: dict[str, Any], found: StudyPictures
+    path: Path, study: Study, result: dict[str, Any], found: dict[str, NDArray[np.floating]]
 ) -> None:
     """Draw the same hold-out samples by each model, a column for each, as a PNG file."""
-    rows = len(next(iter(found.columns.values())))
-    page = Page(study.title, [PICTURE] * len(found.columns), [PICTURE] * rows)
-    for column, (label, images) in enumerate(found.columns.items()):
+    rows = len(next(iter(found.values())))
+    page = Page(study.title, [PICTURE] * len(found), [PICTURE] * rows)
+    for column, (label, images) in enumerate(found.items()):
         for row, image in enumerate(images):
             page.picture(row, column, "" if row else label, image)
     page.save(path, f"{result['volume']}, lighting {result['lighting']}; hold-out samples.")

@@ -42,11 +42,10 @@ RESULT_FILE = "result.json"
 
 @dataclass(frozen=True)
 class Variant:
-    """One model of a study: the name of its folder, its label in the table, and its recipe.
+    """One model of a study, in a folder of its name; `paper` has its RMSE and colour EMD there.
 
     `settings` change the recipe as in :meth:`TrainingOptions.with_settings`, with
-    `two_stage_settings` where opacity images are trained in a stage of their own. `paper` has the
-    paper's image RMSE and colour EMD.
+    `two_stage_settings` where opacity images are trained in a stage of their own.
     """
 
     name: str
@@ -347,15 +346,13 @@ PICTURED = 4
 """Samples that are shown."""
 
 
-@dataclass(frozen=True, eq=False)
-class StudyPictures:
-    """Images (n, S, S, 3) of some samples: the truth, the nearest training images, each model's."""
+def study_pictures(
+    study: Study, plan: StudyPlan, count: int = PICTURED
+) -> dict[str, NDArray[np.floating]]:
+    """Draw the first hold-out samples that show something by all models of a finished study.
 
-    columns: dict[str, NDArray[np.floating]]
-
-
-def study_pictures(study: Study, plan: StudyPlan, count: int = PICTURED) -> StudyPictures:
-    """Draw the first hold-out samples that show something by all models of a finished study."""
+    Images (n, S, S, 3) by what they are of: the truth, the nearest training images, each model's.
+    """
     samples = plan.store.read("holdout", range(plan.count))
     shows = clearly_seen(samples.rgba)
     chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]
@@ -368,4 +365,4 @@ def study_pictures(study: Study, plan: StudyPlan, count: int = PICTURED) -> Stud
         if (folder / MODEL_FILE).is_file():
             generator = Generator.load(folder, plan.base.device.type)
             columns[variant.label] = pictures(generator, plan.store, chosen)[1]
-    return StudyPictures(columns)
+    return columns

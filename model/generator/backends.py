@@ -71,9 +71,8 @@ def library_version(backend: Backend) -> str:
 def _openvino_core() -> Any:
     """Return the single OpenVINO core of this process.
 
-    Each core installs an alternate signal stack in its thread and restores the
-    previous one when it ends. If two cores end in the order of their creation, the
-    thread keeps a freed stack, and Ctrl-C causes a segmentation fault.
+    If two end in the order of their creation, their thread keeps a freed signal stack, and Ctrl-C
+    causes a segmentation fault.
     """
     import openvino
 

@@ -32,10 +32,7 @@ def model_for(volume_fingerprint: str) -> Path | None:
 
 
 def _fingerprint(model: Path) -> str | None:
-    """Return the fingerprint of a model's volume; None if its description cannot be read.
-
-    The description is read as plain JSON, to avoid importing torch, which takes seconds.
-    """
+    """Return the fingerprint of a model's volume; None if unreadable. Torch is not imported."""
     try:
         return str(read_json(model / "model.json")["scene"]["volume_fingerprint"])
     except (OSError, ValueError, KeyError, TypeError):

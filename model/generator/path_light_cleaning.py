@@ -115,8 +115,7 @@ class NetworkCleaning:
 class FinishedPicture(Denoiser):
     """Cleans the estimates of one picture: denoises them, and finishes those of few samples.
 
-    See :class:`model.rendering.path_tracing.cleaning.Cleaner`. The picture in soft light is drawn
-    once, when it is first needed.
+    The picture in soft light is drawn once, when it is first needed.
     """
 
     def __init__(

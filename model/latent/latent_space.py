@@ -173,11 +173,7 @@ FORMAT = 1
 
 
 def map_key(codec_digest: str, count: int = SAMPLES, seed: int = 0) -> str:
-    """Key of the map of a codec, given by the SHA-256 of its weights.
-
-    Versions of libraries are stored with a map, but do not belong to its key: a map stays
-    where it is after an update.
-    """
+    """Key of the map of a codec by its weights' SHA-256, whatever the libraries' versions."""
     facts = [FORMAT, codec_digest, count, seed, PERPLEXITY, ITERATIONS]
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 

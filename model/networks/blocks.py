@@ -43,8 +43,8 @@ class DoublingConv2d(nn.Conv2d):
 class ResidualBlock(nn.Module):
     """Residual block of two convolutions and a shortcut (He et al. 2016).
 
-    The first convolution keeps the number of channels, the second changes it.
-    If the number changes, the shortcut is a convolution with kernel size 1.
+    The first convolution keeps the number of channels; if the second changes it, the shortcut is a
+    convolution with kernel size 1.
     """
 
     def __init__(
@@ -94,10 +94,7 @@ class ResidualBlock(nn.Module):
 
 
 class TFEncoder(nn.Sequential):
-    """1-D convolutions that encode a TF of 256 samples as one feature vector.
-
-    Maps (N, channels[0], 256) to (N, features).
-    """
+    """1-D convolutions that encode a TF (N, channels[0], 256) as a feature vector (N, features)."""
 
     def __init__(self, channels: list[int], features: int, bias: bool = True) -> None:
         layers: list[nn.Module] = []

@@ -83,11 +83,6 @@ def write_header(folder: Path, header: dict[str, Any]) -> None:
     write_atomically(folder / MODEL_FILE, (text + "\n").encode())
 
 
-def _clause(error: Exception) -> str:
-    """Return an error's message for the middle of a sentence."""
-    return str(error).rstrip(".")
-
-
 def recorded_agreement(folder: Path) -> float | None:
     """Return the median cosine of a model's sensitivities with exact ones; None if unknown."""
     try:
@@ -116,7 +111,7 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
         card = build(ModelCard, header)
     except (MalformedError, TfscopeError) as error:
         raise CheckpointError(
-            f"{folder / MODEL_FILE}: the description is malformed near {_clause(error)}; "
+            f"{folder / MODEL_FILE}: the description is malformed near {str(error).rstrip('.')}; "
             "copy the model folder again."
         ) from error
     if card.size.image_size != card.scene.image_size:

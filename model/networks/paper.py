@@ -36,10 +36,7 @@ from model.scene.view import VIEW_PARAMETERS
 
 
 class OpacityOutput(NamedTuple):
-    """Output of the opacity generator for N views and opacity TFs; see the fields for shapes.
-
-    Image and decoded TF lie in [-1, 1].
-    """
+    """Output of the opacity generator; image and decoded TF lie in [-1, 1]."""
 
     image: Tensor
     decoded_tf: Tensor
@@ -175,10 +172,7 @@ COLOR_CODE = 32
 
 
 class BottleneckBlock(nn.Module):
-    """Residual bottleneck block of 1 x 1, 3 x 3 and 1 x 1 convolutions.
-
-    The 3 x 3 convolution has half of the block's input channels and half of its output channels.
-    """
+    """Residual block of three convolutions; the middle one, 3 x 3, has half of the channels."""
 
     def __init__(self, channels_in: int, channels_out: int) -> None:
         super().__init__()
@@ -321,8 +315,8 @@ def color_encoder(size: NetworkSize) -> nn.Sequential:
 def color_discriminator_channels(size: NetworkSize) -> list[int]:
     """Channels after each halving of a colour image down to 4 x 4 pixels.
 
-    They grow to 64 at the opacity image's size and double from there up to 512:
-    32, 64, 128, 256, 512, 512 for the paper's 256 pixels.
+    They grow to 64 at the opacity image's size and double from there up to 512: 32, 64, 128, 256,
+    512, 512 for the paper's 256 pixels.
     """
     extra = int(math.log2(size.image_size // size.opacity_size))
     halvings = int(math.log2(size.opacity_size // 4))

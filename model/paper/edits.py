@@ -25,6 +25,7 @@ from model.sensitivity.display import (
     spread_blocks,
 )
 from model.sensitivity.learned import Sensitivity
+from model.sensitivity.what_if import compare
 
 AMPLITUDE = 0.3
 """Opacity of a mode that is added."""
@@ -61,14 +62,6 @@ def with_mode(inputs: SceneInputs, mode: GaussianMode) -> SceneInputs:
     values = np.linspace(*tf.scalar_range, TF_SAMPLES)
     bump = mode.amplitude * np.exp(-(((values - mode.mean) / mode.width) ** 2))
     return with_opacity(inputs, tf.sample() + bump)
-
-
-def rms_change(
-    before: NDArray[np.floating], after: NDArray[np.floating], mask: NDArray[np.bool_]
-) -> float:
-    """Root mean square of the change of some pixels' colours, for images (S, S, 3)."""
-    change = after[mask].astype(np.float64) - before[mask]
-    return float(np.sqrt(np.square(change).mean()))
 
 
 BLOCKS = 16
@@ -112,8 +105,8 @@ def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:
         edited = with_mode(inputs, mode)
         drawn, truth = subject.drawn(inputs), subject.truth(inputs)
         changes = (
-            rms_change(drawn, subject.drawn(edited), mask),
-            rms_change(truth, subject.truth(edited), mask),
+            compare(drawn, subject.drawn(edited), mask).rmse,
+            compare(truth, subject.truth(edited), mask).rmse,
         )
         steps.append(RegionStep(inputs, drawn, truth, region, responses, mode, changes))
         inputs = edited

@@ -49,10 +49,7 @@ def offscreen_window() -> vtkRenderWindow:
 
 @cache
 def opengl_name() -> str:
-    """Name of what draws OpenGL here, such as that of a graphics card; "" if unknown.
-
-    It is asked once: opening a window takes some tenths of a second.
-    """
+    """Name of what draws OpenGL here, such as a graphics card's; "" if unknown."""
     try:
         window = offscreen_window()
     except CannotDrawError:

@@ -103,11 +103,9 @@ class FallbackRenderer:
         self._place = volume, lighting, light, sample_distance
         self._ray_caster = ray_caster
         self._renderer: Renderer
-        if lighting in ("soft", "path"):
-            self.remark = {
-                "soft": "Soft light is the ray caster's.",
-                "path": "The path tracer draws.",
-            }[lighting]
+        remarks = {"soft": "Soft light is the ray caster's.", "path": "The path tracer draws."}
+        if lighting in remarks:
+            self.remark = remarks[lighting]
             self._renderer = self._opened_ray_caster()
             return
         if spares_processor:

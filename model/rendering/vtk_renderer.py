@@ -250,8 +250,7 @@ class VtkRenderer:
 def _texture_scalars(volume: Volume) -> tuple[NDArray[Any], Range]:
     """Return scalars of a type that VTK renders without conversion, and their range.
 
-    Bytes are widened to 16 bits: Mesa interpolates 8-bit textures with 8 bits,
-    which shifts values by up to half a TF bin.
+    Bytes become 16 bits: Mesa interpolates 8-bit textures with 8 bits, up to half a TF bin wrong.
     """
     scalars, scalar_range = renderable_scalars(volume, (*NATIVE_TYPES, np.uint8))
     return scalars.astype(np.uint16) if scalars.dtype == np.uint8 else scalars, scalar_range
@@ -335,10 +334,7 @@ def _whole_rays(volume: Volume) -> tuple[tuple[str, bool, str, bool], ...]:
 
 
 def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement by which samples whose nearest voxel is hidden are transparent.
-
-    VTK itself would interpolate the mask.
-    """
+    """Return a shader replacement that hides samples whose nearest voxel is hidden."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     nearest = f"texture3D(in_mask, (floor(g_dataPos * {count}) + 0.5) / {count}).r"
     return "texture3D(in_mask, g_dataPos)", False, f"vec4({nearest})", True

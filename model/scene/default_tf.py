@@ -161,10 +161,7 @@ def is_smoke(volume: ThinnedVolume) -> bool:
 
 
 def _raised(opacity: OpacityTF, volume: ThinnedVolume) -> OpacityTF:
-    """Return the TF with its strongest mode raised until what it shows is seen.
-
-    All are where that is not enough, and in smoke.
-    """
+    """Raise the strongest mode until it is seen; all if that is not enough, or in smoke."""
     everything = slice(None)
     through = volume.ray_opacities(_times(opacity, everything, MOST_FACTOR)) > OPAQUE_RAY
     if not through.any():

@@ -157,10 +157,7 @@ class Distribution:
         return start + width * np.arange(1.0, math.ceil((end - start) / width) + 1)
 
     def _some_measured(self, missing: NDArray[np.bool_]) -> NDArray[np.generic]:
-        """Voxels drawn at random from those that are not missing, or all of them if these are few.
-
-        Drawn by their rank, as places drawn from all voxels may hit none of few.
-        """
+        """Measured voxels drawn at random by their rank, as few of many may be; all of few."""
         counts = [plane.size - int(np.count_nonzero(plane)) for plane in missing]
         total = sum(counts)
         if total <= _SAMPLES:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,8 +76,6 @@ class InputField:
     """Shape of one stored value."""
     dtype: str
     """Data type of stored values."""
-    network: Literal["condition", "tf"]
-    """Whether networks receive it as part of the condition vector or as a TF."""
     numbers: int
     """Length of its part of the condition vector; 0 for TFs."""
     varies: Callable[[Scene], bool]
@@ -136,7 +134,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         name="view",
         shape=(4,),
         dtype="float64",
-        network="condition",
         numbers=VIEW_PARAMETERS,
         varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_view(rng, scene.view_range),
@@ -151,7 +148,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         name="opacity_tf",
         shape=(TF_SAMPLES,),
         dtype="float32",
-        network="tf",
         numbers=0,
         varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_opacity_tf(rng, scene),
@@ -163,7 +159,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         name="color_tf",
         shape=(TF_SAMPLES, 3),
         dtype="float32",
-        network="tf",
         numbers=0,
         varies=lambda scene: True,
         draw=lambda rng, scene, drawn: draw_color_tf(rng, scene, drawn["opacity_tf"]),
@@ -176,7 +171,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         name="light",
         shape=(2,),
         dtype="float64",
-        network="condition",
         numbers=3,
         varies=lambda scene: scene.light_range is not None,
         draw=lambda rng, scene, drawn: draw_light(rng, scene.light_range or LightRange()),
@@ -190,7 +184,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         name="crop",
         shape=(6,),
         dtype="float64",
-        network="condition",
         numbers=6,
         # No scene has it drawn at random so far: models are trained on whole volumes.
         varies=lambda scene: False,
@@ -238,7 +231,7 @@ def encode_inputs(arrays: Arrays, scene: Scene) -> dict[str, NDArray[np.float32]
     followed by other conditions, and each TF under its name.
     """
     encoded = {f.name: f.encode(arrays[f.name], scene) for f in varying(scene)}
-    conditions = [encoded.pop(f.name) for f in varying(scene) if f.network == "condition"]
+    conditions = [encoded.pop(f.name) for f in varying(scene) if f.numbers]
     return {"conditions": np.concatenate(conditions, axis=1), **encoded}
 
 

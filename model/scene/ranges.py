@@ -195,10 +195,7 @@ def fit_to_range(transfer_function: TransferFunction, scalar_range: Range) -> Tr
 
 
 def opacity_over(opacity: OpacityTF, scalar_range: Range) -> OpacityTF:
-    """Return an opacity TF over another range, with its values as they are.
-
-    The points of a free curve are cut or extended to span the range exactly.
-    """
+    """Return an opacity TF over another range, which a free curve is cut or extended to span."""
     if opacity.scalar_range == scalar_range:
         # Jumps at its ends, two points at one value, stay.
         return opacity

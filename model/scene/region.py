@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +23,6 @@ SQUARE: Reach = (0.5, 0.5)
 
 EDGE = 0.01
 """Part of the image, from its border, that an outline must reach into to be seen."""
-
-
-class ImageRegion(Protocol):
-    """Part of an image, in an image of any size or of one size only."""
-
-    def mask(self, shape: Shape) -> Mask:
-        """Return the region's pixels; raise :class:`RenderError` where there are none."""
 
 
 @dataclass(frozen=True)
@@ -129,6 +121,10 @@ class Outline:
         return mask
 
 
+ImageRegion = Region | Outline
+"""Part of an image, in an image of any size or of one size only."""
+
+
 def _rows_and_columns(shape: Shape) -> tuple[int, int]:
     return (shape, shape) if isinstance(shape, int) else shape
 
@@ -154,3 +150,9 @@ def block_edges(size: int, block: int) -> list[int]:
     if not 1 <= block <= size:
         raise RenderError(f"Blocks of {block} pixels do not fit into {size}; give 1 to {size}.")
     return [*range(0, size, block), size]
+
+
+def block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:
+    """Sums (n, n) of an image's values over the blocks between edges."""
+    starts = edges[:-1]
+    return np.asarray(np.add.reduceat(np.add.reduceat(values, starts, axis=0), starts, axis=1))

@@ -88,16 +88,14 @@ class Scene:
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range
         window_lo, window_hi = self.scalar_window
-        if self.lighting not in get_args(Lighting):
-            raise TfscopeError(
-                f"The lighting '{self.lighting}' is unknown; choose none, direct, soft or path."
-            )
-        if self.renderer not in get_args(RendererName):
-            raise TfscopeError(f"The renderer '{self.renderer}' is unknown; choose vtk or raycast.")
-        if self.tf_family not in get_args(TFFamily):
-            raise TfscopeError(
-                f"The TF family '{self.tf_family}' is unknown; choose paper or drawn."
-            )
+        for name, value, kinds in (
+            ("lighting", self.lighting, get_args(Lighting)),
+            ("renderer", self.renderer, get_args(RendererName)),
+            ("TF family", self.tf_family, get_args(TFFamily)),
+        ):
+            if value not in kinds:
+                known = f"{', '.join(kinds[:-1])} or {kinds[-1]}"
+                raise TfscopeError(f"The {name} '{value}' is unknown; choose {known}.")
         if (self.light is None) != (self.lighting == "none"):
             raise TfscopeError("A lit scene needs a light direction, and an unlit one has none.")
         if self.light_range is not None and self.light is None:

@@ -81,10 +81,7 @@ class ThinnedVolume:
         return raised(opacity, 2.0**high)
 
     def shown_box(self, opacity: OpacityTF) -> CropBox:
-        """Return a box around what an opacity TF shows, without a few stray voxels.
-
-        The whole volume where the TF shows nothing.
-        """
+        """Return a box around what an opacity TF shows but a few stray voxels; all for nothing."""
         voxels = self._of_levels(opacity)[self.levels]
         if not voxels.sum() > 0:
             return CropBox()

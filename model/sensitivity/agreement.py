@@ -36,7 +36,7 @@ class HoldoutAgreement:
 
     Cosines and Spearman's rank correlations, -1 to 1, of the whole image's sensitivities over
     scalar values, and of those of all blocks over blocks and values. `single_cosine` is the whole
-    image's for edits of single bins, which nobody makes, but which smooth edits are made of.
+    image's for edits of single bins, which smooth edits are made of.
     """
 
     image_cosine: NDArray[np.float64]

@@ -15,7 +15,7 @@ from model.errors import RenderError
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.region import ImageRegion, block_edges, windows_of
+from model.scene.region import ImageRegion, block_edges, block_sums, windows_of
 from model.scene.tf_perturbation import (
     at_all_bins,
     norms_at_all_bins,
@@ -134,22 +134,16 @@ def block_fields(
     # One image for each edit, instead of light taken back for each block.
     image = renderer.render(inputs, size)[..., :3].astype(np.float64)
     edges = block_edges(size, block)
-    norms = np.sqrt(_block_sums((image**2).sum(axis=-1), edges))
+    norms = np.sqrt(block_sums((image**2).sum(axis=-1), edges))
     bins, edits = spaced_edits(width)
     found = np.empty((*norms.shape, len(bins)))
     for number, edit in enumerate(edits):
         gain = (image * renderer.change(inputs, size, edit)).sum(axis=-1)
         np.divide(
-            _block_sums(gain, edges),
+            block_sums(gain, edges),
             norms,
             out=found[..., number],
             where=norms > 0,
         )
     found[norms == 0] = 0
     return at_all_bins(bins, found).astype(np.float32)
-
-
-def _block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:
-    """Sums (n, n) of an image's values over blocks that begin at these pixels."""
-    parts = [slice(*ends) for ends in pairwise(edges)]
-    return np.array([[values[rows, columns].sum() for columns in parts] for rows in parts])

@@ -24,7 +24,7 @@ from torch.autograd.functional import jacobian
 from model.generator.generator import Generator, panned, unpanned
 from model.networks.generator_network import EncodedInputs, decode_unit
 from model.scene.inputs import SceneInputs
-from model.scene.region import ImageRegion, Mask, Region, block_edges
+from model.scene.region import ImageRegion, Mask, Region, block_edges, block_sums
 from model.scene.tf_perturbation import (
     EDIT_WIDTH,
     norms_at_all_bins,
@@ -188,18 +188,12 @@ class Sensitivity:
     def _forward_field(self, edges: list[int]) -> NDArray[np.float32]:
         """Sensitivities (n, n, 256) of all blocks to single bins, by forward passes."""
         image = self.image.astype(np.float64)
-        norms = np.sqrt(_block_sums((image * image).sum(axis=2), edges))
+        norms = np.sqrt(block_sums((image * image).sum(axis=2), edges))
         field = np.zeros((*norms.shape, TF_SAMPLES))
         for direction, change in zip(
             self._directions, self._changes_of(self._directions), strict=True
         ):
-            sums = _block_sums((image * change).sum(axis=2), edges)
+            sums = block_sums((image * change).sum(axis=2), edges)
             shares = np.divide(sums, norms, out=np.zeros_like(sums), where=norms > 0)
             field += shares[..., None] * direction
         return field.astype(np.float32)
-
-
-def _block_sums(values: NDArray[np.float64], edges: list[int]) -> NDArray[np.float64]:
-    """Sums over the blocks between edges."""
-    starts = edges[:-1]
-    return np.asarray(np.add.reduceat(np.add.reduceat(values, starts, axis=0), starts, axis=1))

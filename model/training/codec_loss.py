@@ -36,10 +36,7 @@ class CodecLoss:
     def __call__(
         self, codec: LatentCodec, decoded: Tensor, batch: EncodedBatch, step: int
     ) -> Tensor:
-        """Return the loss of decoded TFs (N, 256) in [-1, 1] and of this step's random TFs.
-
-        Step and rank determine the random TFs, so that resumed runs are reproducible.
-        """
+        """Return the loss of decoded TFs (N, 256) in [-1, 1] and of this step's random TFs."""
         error = decoded_tf_error(decoded, batch.inputs.opacity_tf, self._options.thick_layer_weight)
         if not self._options.unrendered_tfs:
             return error
@@ -55,7 +52,9 @@ class CodecLoss:
                 # The difference of two similar TFs needs float32 precision.
                 twice = codec.decode(codec.encode(torch.cat([tfs, edited])))
             decoded, after = twice.chunk(2)
-            missed = edit_error(after - decoded, edited - tfs)
+            # In units of an edit's squared height.
+            change = (after - decoded) - (edited - tfs)
+            missed = (change / (2 * EDIT_HEIGHT)).square().mean()
         else:
             decoded, missed = codec.decode(codec.encode(tfs)), tfs.new_zeros(())
         error = decoded_tf_error(decoded, tfs, options.thick_layer_weight)
@@ -102,14 +101,6 @@ def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tenso
         layers = 2 * (layer_opacity(decoded) - layer_opacity(opacity_tf))
         error = error + thick * layers.square().mean()
     return error
-
-
-def edit_error(decoded: Tensor, edits: Tensor) -> Tensor:
-    """Return the mean squared difference between changes of decoded TFs and their edits.
-
-    Both are (N, 256) and differences of TFs in [-1, 1]; the unit is an edit's squared height.
-    """
-    return ((decoded - edits) / (2 * EDIT_HEIGHT)).square().mean()
 
 
 def layer_opacity(opacity_tf: Tensor) -> Tensor:

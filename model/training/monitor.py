@@ -179,10 +179,7 @@ class Trouble(NamedTuple):
 
 
 class CollapseGuard:
-    """Checks the steps and measurements of a run for collapse.
-
-    Unless the last measurement was `healthy`, no checkpoint may replace an earlier one.
-    """
+    """Checks a run for collapse; unless it is `healthy`, no checkpoint may replace another."""
 
     def __init__(self) -> None:
         self.healthy = True

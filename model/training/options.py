@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from model.errors import TrainingError
+from model.json_files import build
 from model.networks.names import PrecisionChoice
 from model.networks.size import NetworkSize
 from model.scene.scene import Lighting, Scene, TFFamily
@@ -31,16 +32,11 @@ PRESETS: dict[str, NetworkSize] = {
 """Network sizes by name: "draft" for experiments, "compact" for CPUs, and the paper's."""
 
 
-STAGES = ("opacity", "translation", "small", "joint")
-"""Names of the stages that a recipe has options for."""
-
-
 @dataclass(frozen=True)
 class StageOptions:
-    """Optimization of one stage (paper, section 6, implementation details).
+    """Optimization of one stage (paper, section 6, implementation details) by Adam.
 
-    The learning rate is Adam's for generator and discriminator; it is halved so many times over
-    the stage, unless it follows a cosine.
+    The rate is halved so many times over the stage, unless it follows a cosine.
     """
 
     batch_size: int
@@ -185,10 +181,7 @@ class TrainingOptions:
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> TrainingOptions:
         """Rebuild options from :meth:`to_json`'s data."""
-        values = dict(data)
-        for stage in STAGES:
-            values[stage] = StageOptions(**values[stage])
-        return cls(**values)
+        return build(cls, data)
 
 
 @dataclass(frozen=True)
@@ -243,11 +236,8 @@ PAPER_EPOCHS = 30.0
 PAPER_IMAGES = 200_000
 """Training images of the paper's runs."""
 
-OPACITY_HALVED_EVERY = 5.0
-"""Passes after which the paper halves the opacity GAN's learning rate."""
-
-TRANSLATION_HALVED_EVERY = 8.0
-"""Passes after which the paper halves the translation GAN's learning rate."""
+_HALVED_EVERY = {"opacity": 5.0, "translation": 8.0}
+"""Passes after which the paper halves a stage's learning rate."""
 
 
 def samples_of_epochs(epochs: float, images: int, options: TrainingOptions) -> int:
@@ -257,10 +247,7 @@ def samples_of_epochs(epochs: float, images: int, options: TrainingOptions) -> i
 
 def halvings_of_epochs(epochs: float) -> tuple[str, ...]:
     """Return the settings by which rates halve as often as in the paper, in so many passes."""
-    return (
-        f"opacity.halvings={epochs / OPACITY_HALVED_EVERY:g}",
-        f"translation.halvings={epochs / TRANSLATION_HALVED_EVERY:g}",
-    )
+    return tuple(f"{stage}.halvings={epochs / every:g}" for stage, every in _HALVED_EVERY.items())
 
 
 @dataclass(frozen=True)

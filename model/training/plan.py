@@ -113,10 +113,6 @@ def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -
     return changed
 
 
-BUILT_FOR = ("proportions", "view_range", "lighting")
-"""Scene properties that networks depend on, besides the image size."""
-
-
 @dataclass(frozen=True)
 class WarmStart:
     """A trained model to start from; its weights, and so the digest, must not change in a run."""
@@ -130,17 +126,11 @@ class WarmStart:
         """Read a model folder."""
         return cls(weights_digest(folder), *load_model(folder))
 
-    def size_of(self, size: NetworkSize) -> NetworkSize:
-        """Return a network size with the additions of the model, which a run goes on with."""
-        own = self.card.size
-        return replace(size, opacity_modulation=own.opacity_modulation)
-
     def check(self, size: NetworkSize, scene: Scene) -> None:
         """Refuse a model of another network size or an incompatible scene.
 
-        It may have been trained on smaller images: networks grow. The volume may be another one of
-        the same proportions, and the light may differ: training then still needs less time than
-        from random weights.
+        It may have learned smaller images: networks grow. The volume may be another one of the same
+        proportions, and the light may differ: that still takes less time than random weights do.
         """
         own = self.card.size
         if own.image_size < size.image_size:
@@ -160,7 +150,8 @@ class WarmStart:
 
 
 def _built_for(scene: Scene) -> dict[str, Any]:
-    properties = {name: getattr(scene, name) for name in BUILT_FOR}
+    """Scene properties that networks depend on, besides the image size."""
+    properties = {name: getattr(scene, name) for name in ("proportions", "view_range", "lighting")}
     # Networks take in as many numbers as images depend on; a movable light adds some.
     return {**properties, "movable light": scene.light_range is not None}
 

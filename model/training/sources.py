@@ -39,10 +39,7 @@ LEAST_HOLDOUT = 4
 
 
 class SampleSource(ABC):
-    """Samples of one scene: an endless stream for training, and a fixed hold-out split.
-
-    Scene and seed alone determine the hold-out split.
-    """
+    """An endless stream of one scene's samples for training, and those that are held out."""
 
     scene: Scene
     seed: int
@@ -86,7 +83,7 @@ class StoredSource(SampleSource):
         self.seed = store.seed
 
     def first(self, split: Split, count: int) -> SampleBatch:
-        """Return the first samples of a split, at most `count`."""
+        """See :class:`SampleSource`."""
         return self.store.read(split, range(min(count, self.store.count(split))))
 
     def batches(
@@ -321,8 +318,7 @@ class _Ring:
     def wait_for(self, newest: int) -> None:
         """Wait until all samples below `newest` are rendered, and allow further ones.
 
-        Raises the error of a rendering thread, if one has failed, and :class:`RuntimeError`
-        once the ring is closed.
+        Raises the error of a rendering thread, or :class:`RuntimeError` once the ring is closed.
         """
         with self._changed:
             self._wanted = newest

@@ -66,10 +66,7 @@ def adversarial(logits: Tensor, target: float) -> Tensor:
 
 @dataclass(frozen=True)
 class StepResult:
-    """Unweighted losses by name, and the norm of the generator's gradient.
-
-    Where the norm is not finite, the generator was not updated.
-    """
+    """Unweighted losses by name, and the norm of the gradient; not finite, nothing was updated."""
 
     losses: Losses
     gradient: float
@@ -128,11 +125,7 @@ class Stage(ABC):
         self._recording: RecordedPass | None = None
 
     def start_from(self, generator: nn.Module) -> None:
-        """Copy the weights of a trained generator; to be called before the first step.
-
-        Of one that draws smaller images, layers that the larger ones add or change keep
-        their initial weights.
-        """
+        """Copy what fits of a trained generator's weights, before the first step."""
         trained = generator.state_dict()
         for network in (self.generator, self.average.network):
             own = network.state_dict()
@@ -266,8 +259,11 @@ class Stage(ABC):
         cosine = self.options.cosine
         decay = cosine_decay(progress) if cosine else halving_decay(progress, halvings)
         for optimizer in (self.generator_optimizer, self.discriminator_optimizer):
-            if optimizer is not None:
-                set_rate(optimizer, self.stage.learning_rate * decay)
+            for group in [] if optimizer is None else optimizer.param_groups:
+                if isinstance(group["lr"], Tensor):
+                    group["lr"].fill_(self.stage.learning_rate * decay)
+                else:
+                    group["lr"] = self.stage.learning_rate * decay
 
     def _autocast(self) -> AbstractContextManager[None]:
         # bfloat16 has float32's exponent range, so no loss scaling is needed.
@@ -368,15 +364,6 @@ def adam(network: nn.Module, beta2: float, recorded: bool = False) -> torch.opti
         # A number would be recorded as it is.
         rate = torch.tensor(rate, device=parameters[0].device)
     return torch.optim.Adam(parameters, rate, betas=(BETA1, beta2), fused=True, capturable=recorded)
-
-
-def set_rate(optimizer: torch.optim.Optimizer, rate: float) -> None:
-    """Set the learning rate of each parameter group to `rate` times the group's factor."""
-    for group in optimizer.param_groups:
-        if isinstance(group["lr"], Tensor):
-            group["lr"].fill_(rate)
-        else:
-            group["lr"] = rate
 
 
 def cosine_decay(progress: float) -> float:

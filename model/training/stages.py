@@ -217,10 +217,7 @@ class Schedule:
         ).eval()
 
     def start_from(self, generator: GeneratorNetwork) -> None:
-        """Copy a trained generator's weights; to be called before the first step.
-
-        The generator has the run's scene and size, or draws smaller images.
-        """
+        """Copy a trained generator's weights, before the first step; it may draw smaller images."""
         if "small" in self.stages:
             # What it would learn is learned.
             del self.stages["small"], self.ends["small"]

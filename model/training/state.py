@@ -207,32 +207,23 @@ def unwritable(folder: Path, error: OSError) -> TrainingError:
     )
 
 
-class Interruption:
-    """Context manager that records the first Ctrl-C, as `asked`, instead of raising.
+@contextmanager
+def interruption() -> Iterator[threading.Event]:
+    """Set an event at the first Ctrl-C, instead of raising; a second one raises at once.
 
-    A second Ctrl-C raises :class:`KeyboardInterrupt` at once. Outside the main
-    thread, or if SIGINT has another handler, it does nothing.
+    Outside the main thread, or if SIGINT has another handler, nothing is changed.
     """
+    asked = threading.Event()
 
-    def __init__(self) -> None:
-        self.asked = False
-        self._installed = False
+    def note(_number: int, _frame: FrameType | None) -> None:
+        asked.set()
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    def __enter__(self) -> Interruption:
-        main = threading.current_thread() is threading.main_thread()
-        if main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-            signal.signal(signal.SIGINT, self._note)
-            self._installed = True
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._release()
-
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        self.asked = True
-        self._release()
-
-    def _release(self) -> None:
-        if self._installed:
+    is_main = threading.current_thread() is threading.main_thread()
+    if is_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, note)
+    try:
+        yield asked
+    finally:
+        if is_main and signal.getsignal(signal.SIGINT) is note:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            self._installed = False

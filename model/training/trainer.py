@@ -12,6 +12,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -48,9 +49,9 @@ from model.training.stage import Losses, Stage
 from model.training.stages import Schedule
 from model.training.state import (
     STATE_FILE,
-    Interruption,
     Progress,
     check_new,
+    interruption,
     load_progress,
     load_stage,
     save_state,
@@ -109,7 +110,6 @@ class _Run:
         # All ranks must have read the folder before the first one writes to it.
         parallel.wait_for_all()
         self.guard = CollapseGuard()
-        self.interruption = Interruption()
         self.log = RunLog(plan.folder, self.progress.samples)
         self.metrics = self.log.last_metrics()
         self.probe = HoldoutProbe(plan.source, plan.size, plan.device)
@@ -125,7 +125,7 @@ class _Run:
     def train(self) -> None:
         self._check_room()
         names = self.schedule.names
-        with self.interruption:
+        with interruption() as self.interrupted:
             for name in names[names.index(self.progress.stage) :]:
                 if name != self.progress.stage:
                     self.progress.enter(name)
@@ -193,14 +193,11 @@ class _Run:
                 raise KeyboardInterrupt
 
     def _decide(self) -> tuple[float, bool, bool]:
-        """Return the fraction of the stage done, and flags to checkpoint and to stop.
-
-        The first rank decides for all.
-        """
+        """Return the stage's share, and whether to checkpoint and stop, as the first rank."""
         spent = self.plan.budget.spent(self.progress.seconds, self.progress.samples)
         share = self.schedule.share(self.progress.stage, spent)
         due = time.monotonic() - self._saved > self.plan.interval or share >= 1
-        return parallel.from_first((share, due, self.interruption.asked))
+        return parallel.from_first((share, due, self.interrupted.is_set()))
 
     def _check_room(self) -> None:
         """Refuse to start where not even the first checkpoint would fit."""
@@ -341,10 +338,14 @@ def run_job(
             volume = volume.over(source.scene.scalar_range, source.scene.scale)
         check_image_size(job.size, source.scene)
         start = None if job.start is None else WarmStart.read(job.start)
+        size = job.size
+        if start is not None:
+            # A run goes on with what the model has.
+            size = replace(size, opacity_modulation=start.card.size.opacity_modulation)
         plan = TrainingPlan(
             source=source,
             preset=job.preset,
-            size=job.size if start is None else start.size_of(job.size),
+            size=size,
             options=job.options,
             budget=job.budget,
             folder=job.out,

@@ -179,7 +179,7 @@ def test_an_adversary_alone_has_no_loss_on_any_image():
 
 def test_pictures_of_a_study_are_of_the_same_samples(studied):
     plan, _ = studied
-    found = study_pictures(STUDY, plan, 2).columns
+    found = study_pictures(STUDY, plan, 2)
     assert list(found) == ["ground truth", "nearest neighbour", "two", "eight"]
     samples = plan.store.read("holdout", range(6))
     shows = np.flatnonzero(clearly_seen(samples.rgba))[:2]

@@ -12,7 +12,6 @@ from model.paper.edits import (
     PAPER_R,
     REGION_BLOCKS,
     region_edits,
-    rms_change,
     suggested_mode,
     two_regions,
     value_edits,
@@ -21,6 +20,7 @@ from model.paper.edits import (
 from model.scene.tf_perturbation import edit_around, with_opacity
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.sensitivity.display import per_small_edit
+from model.sensitivity.what_if import compare
 
 
 def test_a_mode_is_suggested_where_most_is_promised_and_room_is_left(subject, inputs):
@@ -81,9 +81,8 @@ def test_each_row_goes_on_from_the_edit_before(subject, inputs):
         assert after.inputs == with_mode(before.inputs, before.mode)
         mask = before.region.mask(subject.size)
         np.testing.assert_allclose(after.drawn, subject.drawn(after.inputs), atol=1e-6)
-        assert before.changes[0] == pytest.approx(rms_change(before.drawn, after.drawn, mask))
-        assert before.changes[1] == pytest.approx(rms_change(before.truth, after.truth, mask))
-    assert rms_change(np.zeros((4, 4, 3)), np.full((4, 4, 3), 0.5), np.ones((4, 4), bool)) == 0.5
+        assert before.changes[0] == pytest.approx(compare(before.drawn, after.drawn, mask).rmse)
+        assert before.changes[1] == pytest.approx(compare(before.truth, after.truth, mask).rmse)
 
 
 def test_responses_of_a_region_are_those_of_small_edits(subject, inputs):
