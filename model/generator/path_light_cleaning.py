@@ -15,11 +15,10 @@ from torch import Tensor
 
 from model.errors import CheckpointError
 from model.generator.catalog import PATH_LIGHT
-from model.networks.blocks import choose_device
+from model.networks.blocks import choose_device, place
 from model.networks.path_light_network import (
     MULTIPLE,
     PathLightNetwork,
-    in_fast_layout,
     load_path_light,
     network_inputs,
 )
@@ -72,7 +71,7 @@ class NetworkCleaning:
         threads: int | None = None,
     ) -> None:
         self._device = choose_device(device)
-        self._network = in_fast_layout(network.to(self._device))
+        self._network = place(network, self._device)
         self._soft = RaycastRenderer(volume, "soft", light, threads=threads)
 
     def cleaner(self, inputs: SceneInputs, raster: Raster) -> FinishedPicture:
@@ -119,10 +118,7 @@ class FinishedPicture(Denoiser):
     """
 
     def __init__(
-        self,
-        cleaning: NetworkCleaning,
-        draw_soft: Callable[[], NDArray[np.float32]],
-        most: int,
+        self, cleaning: NetworkCleaning, draw_soft: Callable[[], NDArray[np.float32]], most: int
     ) -> None:
         self._cleaning, self._draw_soft, self._most = cleaning, draw_soft, most
         self._soft: NDArray[np.float32] | None = None

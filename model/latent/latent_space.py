@@ -243,10 +243,7 @@ def draw_codes(
 
 
 def draw_cells(
-    generator: Generator,
-    space: LatentSpace,
-    cells: Cells,
-    inputs: SceneInputs,
+    generator: Generator, space: LatentSpace, cells: Cells, inputs: SceneInputs
 ) -> Images:
     """Draw the pictures (4, 4, S, S, 4) of a brushed rectangle's cells.
 

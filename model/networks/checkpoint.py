@@ -41,12 +41,7 @@ def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None
         write_atomically(folder / name, content)
         write_header(
             folder,
-            {
-                "tfscope_model": FORMAT_VERSION,
-                "weights": name,
-                "sha256": digest,
-                **card.to_json(),
-            },
+            {"tfscope_model": FORMAT_VERSION, "weights": name, "sha256": digest, **card.to_json()},
         )
         for old in folder.glob("generator-*.safetensors"):
             if old.name != name:

@@ -111,12 +111,6 @@ def permuted(inputs: Tensor, order: Tensor) -> Tensor:
     return inputs[:, channels]
 
 
-def in_fast_layout(network: PathLightNetwork) -> PathLightNetwork:
-    """Return a network with its weights in the order that convolutions are fastest in."""
-    network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    return network
-
-
 def _block(channels: int, width: int) -> nn.Sequential:
     return nn.Sequential(
         nn.Conv2d(channels, width, 3, padding=1),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,8 @@ from model.scene.crop import CropBox
 from model.scene.orientation import WHOLE
 from model.scene.projection import NEAREST_DEPTH, Projection
 from model.scene.view import VIEW_ANGLE, View
-from model.scene.volume import Triple
+from model.scene.volume import Triple, Volume
 from model.volume_files.frame import METRES
-
-if TYPE_CHECKING:
-    from model.scene.volume import Volume
 
 WIDEST = 0.25
 """Length of a bar at most, relative to the picture's shorter side."""

@@ -142,9 +142,7 @@ class VtkRenderer:
         opacity = per_sample(inputs.opacity_tf.sample(scalar_range), distance)
         self._opacity.BuildFunctionFromTable(*self._table_range, TF_SAMPLES, opacity.tolist())
         self._color.BuildFunctionFromTable(
-            *self._table_range,
-            TF_SAMPLES,
-            inputs.color_tf.sample(scalar_range).ravel().tolist(),
+            *self._table_range, TF_SAMPLES, inputs.color_tf.sample(scalar_range).ravel().tolist()
         )
         self._mapper.SetSampleDistance(distance)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.

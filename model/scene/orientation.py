@@ -161,7 +161,7 @@ def angles_in(up: str, view: View, *, front: str = "") -> tuple[float, float, fl
 
 
 def fit_distance(
-    proportions: tuple[float, float, float],
+    proportions: Triple,
     view: View | NDArray[np.float64],
     margin: float = MARGIN,
     points: NDArray[np.float64] = WHOLE,
@@ -182,7 +182,7 @@ def fit_distance(
 
 
 def home_view(
-    proportions: tuple[float, float, float],
+    proportions: Triple,
     up: str = DEFAULT_UP,
     *,
     front: str = "",
@@ -216,10 +216,7 @@ def line_distance(lengths: Sequence[float]) -> float | None:
 
 
 def centred(
-    view: View,
-    proportions: tuple[float, float, float],
-    points: NDArray[np.float64] = WHOLE,
-    reach: Reach = SQUARE,
+    view: View, proportions: Triple, points: NDArray[np.float64] = WHOLE, reach: Reach = SQUARE
 ) -> View:
     """Pan a view to the middle of some places, and come as near as the home view does, or stay."""
     if (nearby := line_distance(proportions)) is not None:
@@ -231,11 +228,7 @@ def centred(
 
 
 def _nearest(
-    view: View,
-    proportions: tuple[float, float, float],
-    points: NDArray[np.float64],
-    reach: Reach,
-    farthest: float,
+    view: View, proportions: Triple, points: NDArray[np.float64], reach: Reach, farthest: float
 ) -> float:
     """Smallest distance at which places take no more of the image than in the home view."""
     room = 2 * np.array(reach) * (1.0 - MARGIN, FILLED)
@@ -253,21 +246,15 @@ def _nearest(
 
 
 def _ends(
-    view: View,
-    proportions: tuple[float, float, float],
-    points: NDArray[np.float64],
-    distance: float,
+    view: View, proportions: Triple, points: NDArray[np.float64], distance: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lower left and upper right end of places in the image, in halves of its shorter side."""
-    right, up, back = view.basis() @ _in_radii(points, proportions).T
-    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-    image = np.stack([right, up]) / (tangent * (distance * FAR_DISTANCE_RADII - back))
-    return image.min(axis=1), image.max(axis=1)
+    centred = replace(view, distance=distance, pan_x=0.0, pan_y=0.0)
+    places = Projection(centred, proportions).places(points)
+    return places.min(axis=0), places.max(axis=0)
 
 
-def _in_radii(
-    points: NDArray[np.float64], proportions: tuple[float, float, float]
-) -> NDArray[np.float64]:
+def _in_radii(points: NDArray[np.float64], proportions: Triple) -> NDArray[np.float64]:
     """Offsets from the volume's centre in units of its bounding sphere's radius."""
     # Whose diameter is 1 in the proportions.
     return np.asarray((2.0 * points - 1.0) * proportions)

@@ -62,10 +62,7 @@ class Projection:
         return np.stack([start, end])
 
     def nearest_on(
-        self,
-        place: tuple[float, float],
-        start: NDArray[np.float64],
-        end: NDArray[np.float64],
+        self, place: tuple[float, float], start: NDArray[np.float64], end: NDArray[np.float64]
     ) -> float | None:
         """Position along a line whose image is nearest to a place: 0 at the start, 1 at the end.
 

@@ -11,13 +11,7 @@ from numpy.typing import NDArray
 
 from model.errors import TfscopeError, VolumeError
 from model.scene.distribution import Distribution
-from model.scene.transfer_function import (
-    TF_SAMPLES,
-    ColorTF,
-    OpacityTF,
-    Range,
-    TransferFunction,
-)
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale, place_of, value_at
 from model.scene.volume import Volume
 

@@ -14,12 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.ranges import fit_to_range
-from model.scene.transfer_function import (
-    ColorTF,
-    OpacityTF,
-    Range,
-    TransferFunction,
-)
+from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
 
 LOW_HU, HIGH_HU = -500.0, 500.0

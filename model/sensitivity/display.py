@@ -101,10 +101,7 @@ def color_bar(measure: Shown | Literal["all values"], count: int = 64) -> NDArra
 
 
 def overlay(
-    image: NDArray[np.floating],
-    field: NDArray[np.floating],
-    scale: float,
-    measure: Shown,
+    image: NDArray[np.floating], field: NDArray[np.floating], scale: float, measure: Shown
 ) -> NDArray[np.float64]:
     """Colour a field (S, S) over its image (S, S, 3), which is shown in dim grey; values in [0, 1].
 
@@ -163,10 +160,7 @@ def global_scale(fields: NDArray[np.floating], pixels: int, width: float) -> flo
 
 
 def overlay_globally(
-    image: NDArray[np.floating],
-    field: NDArray[np.floating],
-    scale: float,
-    whole: float,
+    image: NDArray[np.floating], field: NDArray[np.floating], scale: float, whole: float
 ) -> NDArray[np.float64]:
     """Colour a field (S, S) by the scale of all values and make it opaque by its own.
 

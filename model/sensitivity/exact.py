@@ -121,11 +121,7 @@ def region_responses(
 
 
 def block_fields(
-    renderer: RaycastRenderer,
-    inputs: SceneInputs,
-    size: int,
-    block: int,
-    width: float,
+    renderer: RaycastRenderer, inputs: SceneInputs, size: int, block: int, width: float
 ) -> NDArray[np.float32]:
     """Fields (n, n, 256) of blocks for edits of a width around all scalar values."""
     if renderer.differentiates_windows:
@@ -139,11 +135,6 @@ def block_fields(
     found = np.empty((*norms.shape, len(bins)))
     for number, edit in enumerate(edits):
         gain = (image * renderer.change(inputs, size, edit)).sum(axis=-1)
-        np.divide(
-            block_sums(gain, edges),
-            norms,
-            out=found[..., number],
-            where=norms > 0,
-        )
+        np.divide(block_sums(gain, edges), norms, out=found[..., number], where=norms > 0)
     found[norms == 0] = 0
     return at_all_bins(bins, found).astype(np.float32)

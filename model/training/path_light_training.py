@@ -17,10 +17,10 @@ import torch
 from torch import Tensor, nn
 
 from model.errors import CheckpointError, TrainingError
+from model.networks.blocks import place
 from model.networks.path_light_network import (
     PathLightNetwork,
     PathLightSize,
-    in_fast_layout,
     network_inputs,
     permuted,
 )
@@ -93,7 +93,7 @@ class PathLightTrainer:
         network = PathLightNetwork(options.size)
         if start is not None:
             network.load_state_dict(start.state_dict())
-        self._network = in_fast_layout(network.to(device))
+        self._network = place(network, device)
         self._average = EMA(self._network, options.averaging)
         self._optimizer = torch.optim.Adam(self._network.parameters(), options.learning_rate)
         self.steps, self.seconds = 0, 0.0
@@ -182,13 +182,13 @@ class PathLightTrainer:
 
     def _batch(self, rng: np.random.Generator) -> tuple[Tensor, Tensor]:
         """Parts of pairs, mirrored, turned, and with permuted colours."""
-        place = int(rng.choice(len(FEW), p=SHARES))
+        which = int(rng.choice(len(FEW), p=SHARES))
         inputs: list[Tensor] = []
         exact: list[Tensor] = []
         for _ in range(self._options.batch_size):
             arrays = self._volumes[rng.integers(len(self._volumes))]
             index = int(rng.integers(len(arrays["exact"])))
-            seen, wanted = _input(arrays, slice(index, index + 1), place)
+            seen, wanted = _input(arrays, slice(index, index + 1), which)
             rows, columns = wanted.shape[-2:]
             top = int(rng.integers(max(rows - CUT, 0) + 1))
             left = int(rng.integers(max(columns - CUT, 0) + 1))
@@ -213,15 +213,15 @@ def path_light_errors(
     """Measure a network on held-out pairs, for each number of samples."""
     found = []
     network = network.to(device)
-    for place, samples in enumerate(FEW):
+    for which, samples in enumerate(FEW):
         denoised: dict[str, float] = {}
         finished: dict[str, float] = {}
         for name, each in pairs.items():
             arrays = _tensors(each)
             errors: tuple[list[float], list[float]] = ([], [])
             for index in range(len(each.error)):
-                seen, exact = _input(arrays, slice(index, index + 1), place)
-                pictures = arrays["denoised"][index, place], network(seen.to(device))[0].cpu()
+                seen, exact = _input(arrays, slice(index, index + 1), which)
+                pictures = arrays["denoised"][index, which], network(seen.to(device))[0].cpu()
                 for kept, picture in zip(errors, pictures, strict=True):
                     square = (picture.float().clamp(0, 1) - exact[0].clamp(0, 1)).square().mean()
                     kept.append(math.sqrt(max(float(square) - each.error[index] ** 2, 0.0)))
@@ -246,9 +246,9 @@ def _tensors(pairs: Pairs) -> dict[str, Tensor]:
     return {name: torch.from_numpy(array) for name, array in vars(pairs).items()}
 
 
-def _input(arrays: dict[str, Tensor], part: slice, place: int) -> tuple[Tensor, Tensor]:
-    """Return the network's input of some pairs after `FEW[place]` samples, and what is right."""
+def _input(arrays: dict[str, Tensor], part: slice, which: int) -> tuple[Tensor, Tensor]:
+    """Return the network's input of some pairs after `FEW[which]` samples, and what is right."""
     colors = {name: arrays[name][part].float() for name in ("unlit", "soft")}
-    colors |= {name: arrays[name][part, place].float() for name in ("denoised", "traced")}
-    inputs = network_inputs(colors, arrays["opacity"][part].float(), FEW[place])
+    colors |= {name: arrays[name][part, which].float() for name in ("denoised", "traced")}
+    inputs = network_inputs(colors, arrays["opacity"][part].float(), FEW[which])
     return inputs, arrays["exact"][part].float()
