@@ -1,11 +1,7 @@
 """Folders that look like trained models."""
 
-from __future__ import annotations
-
 import hashlib
 import json
-from pathlib import Path
-from typing import Any
 
 from ramp import make_volume
 
@@ -16,14 +12,11 @@ from model.scene.scene import FORMAT_VERSION, Scene
 WEIGHTS = bytes(range(256)) * 8
 
 
-def make_model(folder: Path, name: str = "ramp", top: float = 200.0, **changes: Any) -> Path:
+def make_model(folder, name="ramp", top=200.0, **changes):
     """A model folder whose weights are any bytes: nobody draws with it."""
     scene = Scene.of(make_volume(name, top), 64)
     card = ModelCard(
-        scene,
-        "draft",
-        NetworkSize(image_size=64),
-        metrics={"holdout": {"rmse": 0.05}},
+        scene, "draft", NetworkSize(image_size=64), metrics={"holdout": {"rmse": 0.05}}
     )
     folder.mkdir(parents=True)
     (folder / "generator-1.safetensors").write_bytes(WEIGHTS)

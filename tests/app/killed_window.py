@@ -5,8 +5,6 @@ The folders of this file, of all tests and of tfscope must be on PYTHONPATH.
 It prints one line of JSON after each edit: when it was made, and what is to be kept.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import sys
@@ -24,7 +22,7 @@ from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.view import View
 
 
-def main(folder: Path, seed: int) -> None:
+def main(folder, seed):
     """Open a window and edit it 20 times a second."""
     application = QApplication([])
     window = MainWindow(FakeBuilders().make(), preferences=Preferences(folder))
@@ -33,7 +31,7 @@ def main(folder: Path, seed: int) -> None:
     rng = random.Random(seed)
     state = window.state
 
-    def edit() -> None:
+    def edit():
         opened = window.workspace.opened
         if opened is None:
             return

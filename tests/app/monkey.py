@@ -4,8 +4,6 @@
 prints memory, threads and times; :mod:`test_monkey` has a short run.
 """
 
-from __future__ import annotations
-
 import argparse
 import gc
 import random
@@ -15,11 +13,10 @@ import threading
 import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QPoint, Qt, QTimer
-from PySide6.QtGui import QAction
+from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QPoint, QPointF, Qt, QTimer
+from PySide6.QtGui import QAction, QWheelEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QApplication,
@@ -33,7 +30,7 @@ from PySide6.QtWidgets import (
 from ramp import make_volume
 from window_fakes import FakeBuilders, FakeEngine
 
-from app.engines.requests import UNWATCHED, BatchRequest, ImageRequest, VisibilityRequest, Watch
+from app.engines.requests import UNWATCHED
 from app.engines.worker import THREAD_PREFIX
 from app.window.main_window import MainWindow
 from model.errors import RenderError
@@ -42,17 +39,9 @@ WINDOW_SIZE = 1280, 860
 
 KEYS = "RLWFGTPVMCKXYZ123456789[]+-"
 SPECIAL = [
-    Qt.Key.Key_Left,
-    Qt.Key.Key_Right,
-    Qt.Key.Key_Up,
-    Qt.Key.Key_Down,
-    Qt.Key.Key_Delete,
-    Qt.Key.Key_Escape,
-    Qt.Key.Key_Return,
-    Qt.Key.Key_Tab,
-    Qt.Key.Key_Home,
-    Qt.Key.Key_Space,
-]
+    Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Delete,
+    Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Tab, Qt.Key.Key_Home, Qt.Key.Key_Space,
+]  # fmt: skip
 BUTTONS = [Qt.MouseButton.LeftButton] * 4 + [Qt.MouseButton.MiddleButton]
 MODIFIERS = [Qt.KeyboardModifier.NoModifier] * 3 + [
     Qt.KeyboardModifier.ShiftModifier,
@@ -68,26 +57,26 @@ class UnreliableEngine(FakeEngine):
     rng = random.Random(0)
     calm = False
 
-    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Any:
+    def image(self, request, watch=UNWATCHED):
         self._misbehave()
         # Nothing is kept of what was asked: memory is watched.
         self.requests.clear()
         self.threads.clear()
         return super().image(request, watch)
 
-    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> Any:
+    def images(self, request, watch=UNWATCHED):
         self._wait_or_fail()
         return super().images(request, watch)
 
-    def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Any:
+    def visibility(self, request, watch=UNWATCHED):
         self._wait_or_fail()
         return super().visibility(request)
 
-    def _wait_or_fail(self) -> None:
+    def _wait_or_fail(self):
         self.others.clear()
         self._misbehave()
 
-    def _misbehave(self) -> None:
+    def _misbehave(self):
         if self.calm:
             return
         chance = self.rng.random()
@@ -106,25 +95,25 @@ class UnreliableEngine(FakeEngine):
 class UnreliableBuilders(FakeBuilders):
     """Builds such engines, or fails at that."""
 
-    def reference(self, volume: Any, settings: Any) -> Any:
+    def reference(self, volume, settings):
         self.settings.clear()
         return self._engine(None)
 
-    def analyst(self, volume: Any, settings: Any) -> Any:
+    def analyst(self, volume, settings):
         return self._engine(None)
 
-    def generator(self, folder: Path, device: str) -> Any:
+    def generator(self, folder, device):
         engine = super().generator(folder, device)
         self.generators.clear()
         return self._engine(engine.scene)
 
-    def _engine(self, scene: Any) -> UnreliableEngine:
+    def _engine(self, scene):
         if not UnreliableEngine.calm and UnreliableEngine.rng.random() < 0.1:
             raise RenderError("The engine cannot be built; try again.")
         return UnreliableEngine(scene)
 
 
-def resident_mb() -> float:
+def resident_mb():
     """Resident memory of this process, in MB; 0 where the system does not tell."""
     try:
         found = re.search(r"VmRSS:\s+(\d+)", Path("/proc/self/status").read_text())
@@ -135,34 +124,25 @@ def resident_mb() -> float:
 
 @dataclass
 class Findings:
-    """Outcome of a monkey's events.
-
-    Attributes
-    ----------
-    errors : list of str
-        Exceptions that nobody caught, pictures of another state, windows that never settled.
-    memory : list of float
-        Resident memory in MB, at each rest.
-    event_s : list of float
-        Time that the window took for each event.
-    threads : list of str
-        Threads alive after the window was closed.
-    """
+    """Outcome of a monkey's events."""
 
     errors: list[str] = field(default_factory=list)
+    """Exceptions that nobody caught, pictures of another state, windows that never settled."""
     memory: list[float] = field(default_factory=list)
+    """Resident memory in MB, at each rest."""
     event_s: list[float] = field(default_factory=list)
     threads: list[str] = field(default_factory=list)
+    """Alive after the window was closed."""
 
 
 class Monkey:
     """Makes random events in a window, and rests from time to time to look at it."""
 
-    def __init__(self, window: MainWindow, seed: int) -> None:
+    def __init__(self, window, seed):
         self.window = window
         self.rng = random.Random(seed)
         self.found = Findings()
-        self.shown: dict[str, Any] = {}
+        self.shown = {}
         self.last = ""
         # Menus of buttons wait for an answer in loops of their own.
         self._closing = QTimer(window, interval=20)
@@ -172,7 +152,7 @@ class Monkey:
             pane = getattr(window, name)
             pane.imageShown.connect(lambda inputs, _i, name=name: self.shown.update({name: inputs}))
 
-    def play(self, events: int, rest_every: int = 250) -> None:
+    def play(self, events, rest_every=250):
         """Make events; rest after each so many, and at the end."""
         choices = [self._press] * 6 + [self._drag] * 6 + [self._wheel] * 2 + [self._key] * 5
         choices += [self._act] * 4 + [self._open] * 1 + [self._resize] * 1
@@ -186,13 +166,13 @@ class Monkey:
             if number % rest_every == 0 or number == events:
                 self._rest(number)
 
-    def _process(self, seconds: float) -> None:
+    def _process(self, seconds):
         end = time.perf_counter() + seconds
         QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 20)
         while time.perf_counter() < end:
             QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 5)
 
-    def _rest(self, number: int) -> None:
+    def _rest(self, number):
         """Ask for new pictures of engines that behave, and compare them with the state."""
         UnreliableEngine.calm = True
         state, workspace = self.window.state, self.window.workspace
@@ -219,24 +199,24 @@ class Monkey:
         self.found.memory.append(resident_mb())
         UnreliableEngine.calm = False
 
-    def _widget(self) -> QWidget | None:
+    def _widget(self):
         seen = [w for w in self.window.findChildren(QWidget) if w.isVisible() and w.isEnabled()]
         seen = [w for w in seen if not isinstance(w, QMenu) and w.width() > 1 and w.height() > 1]
         return self.rng.choice(seen) if seen else None
 
-    def _point(self, widget: QWidget) -> QPoint:
+    def _point(self, widget):
         # What is folded meanwhile has no pixels.
         width, height = (max(size, 1) for size in (widget.width(), widget.height()))
         return QPoint(self.rng.randrange(width), self.rng.randrange(height))
 
-    def _press(self) -> None:
+    def _press(self):
         widget = self._widget()
         if widget is None or SKIPPED.search(label(widget)):
             return
         click = self.rng.choice([QTest.mouseClick, QTest.mouseClick, QTest.mouseDClick])
         click(widget, self.rng.choice(BUTTONS), self.rng.choice(MODIFIERS), self._point(widget))
 
-    def _drag(self) -> None:
+    def _drag(self):
         widgets = [self.window.reference.canvas, self.window.generator.canvas, self._widget()]
         widget = self.rng.choice([w for w in widgets if w is not None and w.isVisible()] or [None])
         if widget is None or SKIPPED.search(label(widget)):
@@ -249,10 +229,7 @@ class Monkey:
         if self.rng.random() < 0.95:
             QTest.mouseRelease(widget, button, modifier, self._point(widget))
 
-    def _wheel(self) -> None:
-        from PySide6.QtCore import QPointF
-        from PySide6.QtGui import QWheelEvent
-
+    def _wheel(self):
         widget = self._widget()
         if widget is None:
             return
@@ -270,15 +247,15 @@ class Monkey:
         )
         QApplication.sendEvent(widget, event)
 
-    def _key(self) -> None:
+    def _key(self):
         widget = QApplication.focusWidget() or self.window
-        key: Any = self.rng.choice([*KEYS, *SPECIAL])
+        key = self.rng.choice([*KEYS, *SPECIAL])
         modifier = self.rng.choice(MODIFIERS)
         if isinstance(key, str) and modifier == Qt.KeyboardModifier.ControlModifier:
             key = self.rng.choice("ZYKC")
         QTest.keyClick(widget, key, modifier)
 
-    def _act(self) -> None:
+    def _act(self):
         actions = [
             action
             for action in self.window.findChildren(QAction)
@@ -287,31 +264,31 @@ class Monkey:
         if actions:
             self.rng.choice(actions).trigger()
 
-    def _open(self) -> None:
+    def _open(self):
         workspace = self.window.workspace
         if self.rng.random() < 0.6:
             workspace.opening.open(Path(self.rng.choice(["ramp", "other", "missing"])))
         else:
             workspace.open_model(self.rng.choice([None, Path("model"), Path("model2")]))
 
-    def _resize(self) -> None:
+    def _resize(self):
         self.window.resize(self.rng.randrange(400, 2000), self.rng.randrange(300, 1300))
 
 
-def label(widget: QWidget) -> str:
+def label(widget):
     """Text of a button; empty for what has none."""
     text = getattr(widget, "text", None)
     return str(text()) if callable(text) else ""
 
 
-def close_popup() -> None:
+def close_popup():
     """Close a menu or list that is open."""
     popup = QApplication.activePopupWidget()
     if popup is not None:
         popup.close()
 
 
-def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
+def monkey_at_work(events, seed, rest_every=250):
     """Open a window on unreliable engines, let a monkey at it, and close it."""
     QApplication.instance() or QApplication([])
     _answer_dialogs()
@@ -346,13 +323,13 @@ def monkey_at_work(events: int, seed: int, rest_every: int = 250) -> Findings:
     return monkey.found
 
 
-def _where(trace: Any) -> str:
+def _where(trace):
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     return "" if trace is None else f"{trace.tb_frame.f_code.co_filename}:{trace.tb_lineno}"
 
 
-def _answer_dialogs() -> None:
+def _answer_dialogs():
     """Have dialogs that wait for an answer be cancelled at once."""
     QDialog.exec = lambda *_: 0  # type: ignore[method-assign,assignment]
     QMessageBox.exec = lambda *_: 0  # type: ignore[method-assign,assignment]
@@ -364,7 +341,7 @@ def _answer_dialogs() -> None:
         setattr(QInputDialog, name, staticmethod(lambda *_, **__: ("", False)))
 
 
-def main() -> int:
+def main():
     """Run the job; return 1 if anything was found."""
     parser = argparse.ArgumentParser(prog="python -m tests.app.monkey", description=__doc__)
     parser.add_argument("--events", type=int, default=5000)

@@ -1,15 +1,7 @@
 """Windows on fake engines that have come to rest."""
 
-from __future__ import annotations
 
-from collections.abc import Callable
-
-from pytestqt.qtbot import QtBot
-
-from app.window.main_window import MainWindow
-
-
-def rested(qtbot: QtBot, make_window: Callable[..., MainWindow]) -> MainWindow:
+def rested(qtbot, make_window):
     """Open a window that the ray caster alone draws, in direct light."""
     window = make_window(model=None, size="pane")
     work = window.workspace.reference

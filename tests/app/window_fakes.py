@@ -1,44 +1,22 @@
 """Stand-ins for the engines: quick, and under the test's control."""
 
-from __future__ import annotations
-
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from ramp import make_tf, make_volume
 from toy_codec import toy_space
 
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.pace import SCALES
-from app.engines.requests import (
-    UNWATCHED,
-    BatchRequest,
-    Engine,
-    Image,
-    ImageRequest,
-    PictureRequest,
-    Quality,
-    RegionSensitivityRequest,
-    Request,
-    TradeRequest,
-    ValueSensitivityRequest,
-    ValueVisibilityRequest,
-    VisibilityRequest,
-    Watch,
-)
+from app.engines.requests import UNWATCHED, Image, ImageRequest, Quality
 from model.errors import NotOfferedError, VolumeError
-from model.latent.latent_space import LatentSpace
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
-from model.scene.transfer_function import Range
-from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.progress import counted
@@ -53,7 +31,7 @@ class LevelRequest(ImageRequest):
     level: int = 0
 
 
-def make_request(level: int, live: bool = False) -> LevelRequest:
+def make_request(level, live=False):
     inputs = SceneInputs.of(View(), make_tf())
     return LevelRequest(inputs, Quality(8, live=live), sequence=level, level=level)
 
@@ -61,10 +39,10 @@ def make_request(level: int, live: bool = False) -> LevelRequest:
 DARKEST = 4
 """Level of the first image of a test."""
 
-_levels: dict[SceneInputs, int] = {}
+_levels = {}
 
 
-def red_of(request: Request) -> int:
+def red_of(request):
     """Level, of 255, of the red that a fake engine's image has everywhere.
 
     The request's own, or one that grows with each inputs that are drawn, and is one higher in live
@@ -82,27 +60,21 @@ class FakeEngine:
     With a gate it waits in every render until the test opens it.
     """
 
-    def __init__(
-        self,
-        scene: Scene | None = None,
-        gate: threading.Semaphore | None = None,
-        description: str = "",
-        draws_codes: bool = False,
-    ) -> None:
+    def __init__(self, scene=None, gate=None, description="", draws_codes=False):
         self.scene = scene
         self.draws_codes = draws_codes
         self.description, self.remark = description, ""
         self.by_raycast = False
-        self.image_error: float | None = None
+        self.image_error = None
         self.gate = gate
         self.started = threading.Semaphore(0)
-        self.requests: list[ImageRequest] = []
-        self.others: list[Request] = []
+        self.requests = []
+        self.others = []
         self.threads = [threading.current_thread()]
         self.closed = False
-        self.error: Exception | None = None
+        self.error = None
 
-    def image(self, request: ImageRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
+    def image(self, request, watch=UNWATCHED):
         self.threads.append(threading.current_thread())
         self.requests.append(request)
         self.started.release()
@@ -119,7 +91,7 @@ class FakeEngine:
         image[..., 3] = 1.0
         return image
 
-    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+    def images_of(self, request, watch=UNWATCHED):
         """One image; while something moves, one of fewer samples."""
         begun = time.perf_counter()
         rgba = self.image(request, watch)
@@ -133,28 +105,24 @@ class FakeEngine:
             error=self.image_error,
         )
 
-    def trade(self, request: TradeRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
+    def trade(self, request, watch=UNWATCHED):
         """The finer, the slower and the better."""
         self.others.append(request)
         self._wait_or_fail()
         scales = np.array(sorted(SCALES), np.float32)
         return np.column_stack([scales / 10, (1 - scales) / 100])
 
-    def picture(self, request: PictureRequest, watch: Watch = UNWATCHED) -> NDArray[np.uint8]:
+    def picture(self, request, watch=UNWATCHED):
         pixels = request.quality.pixels
         return np.full((pixels.height, pixels.width, 4), 255, dtype=np.uint8)
 
-    def visibility(
-        self, request: VisibilityRequest, watch: Watch = UNWATCHED
-    ) -> NDArray[np.float32]:
+    def visibility(self, request, watch=UNWATCHED):
         """A peak at bin 60, the higher the later it was asked for."""
         self.others.append(request)
         peak = request.sequence * np.exp(-((np.arange(256) - 60) ** 2) / 200)
         return np.tile(peak.astype(np.float32), (len(request.regions), 1))
 
-    def region_sensitivity(
-        self, request: RegionSensitivityRequest, watch: Watch = UNWATCHED
-    ) -> NDArray[np.float32]:
+    def region_sensitivity(self, request, watch=UNWATCHED):
         """A peak at bin 100, so many times 1 as the region has pixels."""
         self.others.append(request)
         self._wait_or_fail()
@@ -162,35 +130,31 @@ class FakeEngine:
         bins = np.arange(256)
         return (pixels * np.exp(-((bins - 100) ** 2) / 200)).astype(np.float32)
 
-    def value_sensitivity(
-        self, request: ValueSensitivityRequest, watch: Watch = UNWATCHED
-    ) -> NDArray[np.float32]:
+    def value_sensitivity(self, request, watch=UNWATCHED):
         """The lowest value of the band in every pixel."""
         self.others.append(request)
         self._wait_or_fail()
         return np.full((*request.quality.pixels.shape, 3), request.values[0], dtype=np.float32)
 
-    def value_visibility(
-        self, request: ValueVisibilityRequest, watch: Watch = UNWATCHED
-    ) -> NDArray[np.float32]:
+    def value_visibility(self, request, watch=UNWATCHED):
         """A hundredth of the distance of the lowest value from 100, in every pixel."""
         self.others.append(request)
         self._wait_or_fail()
         shape = request.quality.pixels.shape
         return np.full(shape, (request.values[0] - 100) / 100, dtype=np.float32)
 
-    def images(self, request: BatchRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
+    def images(self, request, watch=UNWATCHED):
         """Gray images, each .1 brighter than the one before."""
         self.others.append(request)
         shape = request.quality.pixels.shape
         levels = 0.1 * np.arange(1 + len(request.more), dtype=np.float32)
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
-    def _not_offered(self, request: Request) -> NDArray[np.float32]:
+    def _not_offered(self, request):
         self.others.append(request)
         raise NotOfferedError("The fake does not offer that.")
 
-    def latent_images(self, request: BatchRequest) -> NDArray[np.float32]:
+    def latent_images(self, request):
         """Images as bright as the first number of their codes, in [-1, 1]."""
         if not self.draws_codes:
             return self._not_offered(request)
@@ -199,13 +163,13 @@ class FakeEngine:
         shape = request.quality.pixels.shape
         return np.ones((len(levels), *shape, 4), np.float32) * levels[:, None, None, None]
 
-    def _wait_or_fail(self) -> None:
+    def _wait_or_fail(self):
         if self.gate is not None:
             assert self.gate.acquire(timeout=PATIENCE_S)
         if self.error is not None:
             raise self.error
 
-    def close(self) -> None:
+    def close(self):
         self.threads.append(threading.current_thread())
         self.closed = True
 
@@ -213,11 +177,11 @@ class FakeEngine:
 class RefiningEngine(FakeEngine):
     """Yields images of these widths, each of them once the gate lets it through."""
 
-    def __init__(self, widths: list[int], gate: threading.Semaphore | None = None) -> None:
+    def __init__(self, widths, gate=None):
         super().__init__(gate=gate)
         self.widths = widths
 
-    def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
+    def images_of(self, request, watch=UNWATCHED):
         for width in self.widths:
             image = next(super().images_of(request, watch))
             rgba = np.resize(image.rgba, (1, width, 4))
@@ -247,27 +211,21 @@ class FakeBuilders:
     ended: list[str] = field(default_factory=list)
     """Names of the held volumes whose reading has ended."""
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         _levels.clear()
 
-    def make(self) -> Builders:
+    def make(self):
         return Builders(
-            self.read_volume,
-            self.reference,
-            self.generator,
-            self.analyst,
-            self.latent_space,
+            self.read_volume, self.reference, self.generator, self.analyst, self.latent_space
         )
 
-    def latent_space(
-        self, scalar_range: Range, window: Range, scale: ValueScale, model: Path | None
-    ) -> LatentSpace:
+    def latent_space(self, scalar_range, window, scale, model):
         self.spaces.append(model)
         if self.space_error is not None:
             raise self.space_error
         return toy_space(self.map_folder, scalar_range, window, scale)
 
-    def read_volume(self, path: Path) -> Volume:
+    def read_volume(self, path):
         if path.stem not in self.volumes:
             raise VolumeError(f"{path}: the file is missing; choose another.")
         if path.stem in self.held:
@@ -278,7 +236,7 @@ class FakeBuilders:
                 self.ended.append(path.stem)
         return self.volumes[path.stem]
 
-    def reference(self, volume: Volume, settings: ReferenceSettings) -> Engine:
+    def reference(self, volume, settings):
         self.settings.append(settings)
         self.drawn.append(volume)
         self.references.append(FakeEngine())
@@ -286,11 +244,11 @@ class FakeBuilders:
             raise ValueError("no light")
         return self.references[-1]
 
-    def analyst(self, volume: Volume, settings: ReferenceSettings) -> Engine:
+    def analyst(self, volume, settings):
         self.analysts.append(FakeEngine())
         return self.analysts[-1]
 
-    def generator(self, folder: Path, device: str) -> Engine:
+    def generator(self, folder, device):
         if self.loading is not None:
             assert self.loading.wait(PATIENCE_S)
         if self.generator_error is not None:

@@ -4,7 +4,11 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 import pytest
 from blobs import blobs
+from lively import SIZE, lively_network
 
+from model.generator.generator import Generator
+from model.networks.card import ModelCard
+from model.networks.checkpoint import save_model
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.scene.scene import Scene
@@ -27,3 +31,16 @@ def store(volume, scene, tmp_path_factory):
     store = SampleStore.create(path, scene, 7, {"train": 160, "holdout": 32})
     render_store(store, volume, workers=1)
     return store
+
+
+@pytest.fixture(scope="session")
+def lively_folder(scene, tmp_path_factory):
+    """An untrained model whose images depend on all that goes in."""
+    folder = tmp_path_factory.mktemp("models") / "lively"
+    save_model(folder, ModelCard(scene, "draft", SIZE), lively_network())
+    return folder
+
+
+@pytest.fixture(scope="session")
+def lively_generator(lively_folder):
+    return Generator.load(lively_folder, "cpu")

@@ -102,25 +102,13 @@ def test_an_engine_that_cannot_be_built_fails(qtbot, told):
     assert told.client.error == "model: the folder is missing."
 
 
-def test_a_paused_client_takes_nothing_until_it_is_resumed(qtbot, told):
-    engine = FakeEngine()
-    with qtbot.waitSignal(told.client.engineReady):
-        told.client.start(lambda: engine, "Loading …")
-    told.client.pause("Not for this volume.")
-    assert told.client.is_settled
-    told.client.submit(make_request(1))
-    told.client.resume()
-    with qtbot.waitSignal(told.client.settled):
-        told.client.submit(make_request(2))
-    assert [r.sequence for r in engine.requests] == [2]
-
-
 def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot, told):
     engine = FakeEngine()
     told.client.engineReady.connect(lambda _ready: told.client.pause("Not for this volume."))
     told.client.start(lambda: engine, "Loading …")
     with qtbot.waitSignal(told.client.settled):
         told.client.submit(make_request(1))
+    assert told.client.is_settled and not engine.requests
     told.client.resume()
     with qtbot.waitSignal(told.client.images.answered):
         told.client.submit(make_request(2))

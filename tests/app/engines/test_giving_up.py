@@ -78,38 +78,31 @@ def slow(qapp):
     harness.worker.join()
 
 
-@pytest.fixture(params=sorted(QUESTIONS))
-def ask(request):
-    question = QUESTIONS[request.param]
-    return lambda number: replace(question, sequence=number, channel=CHANNEL)
+@pytest.fixture(params=QUESTIONS)
+def question(request):
+    return replace(QUESTIONS[request.param], sequence=1, channel=CHANNEL)
 
 
-def test_what_is_called_off_ends_with_the_present_rendering_and_the_next_begins(qtbot, slow, ask):
-    slow.begin(ask(1))
-    slow.worker.abandon(CHANNEL)
+@pytest.mark.parametrize("is_newer", [True, False])
+def test_what_is_called_off_or_replaced_ends_with_the_present_rendering(
+    qtbot, slow, question, is_newer
+):
+    slow.begin(question)
+    if not is_newer:
+        slow.worker.abandon(CHANNEL)
+    slow.worker.submit(replace(question, sequence=2) if is_newer else make_request(2))
     slow.renderer.may_end.release()
-    slow.begin(make_request(2))
+    assert slow.renderer.begun.acquire(timeout=PATIENCE_S)
     assert slow.renderer.renderings == 2
     slow.renderer.may_end.release(10_000)
     qtbot.waitUntil(lambda: len(slow.results) == 1)
     assert slow.results[0].request.sequence == 2
 
 
-def test_a_newer_question_of_its_kind_ends_it_and_is_answered(qtbot, slow, ask):
-    slow.begin(ask(1))
-    slow.worker.submit(ask(2))
-    slow.renderer.may_end.release()
-    assert slow.renderer.begun.acquire(timeout=PATIENCE_S)
-    slow.renderer.may_end.release(10_000)
-    qtbot.waitUntil(lambda: len(slow.results) == 1)
-    assert slow.results[0].request.sequence == 2
-
-
-def test_as_the_window_closes_it_ends_with_the_present_rendering(qtbot, slow, ask):
-    slow.begin(ask(1))
+def test_as_the_window_closes_it_ends_with_the_present_rendering(qtbot, slow, question):
+    slow.begin(question)
     with qtbot.waitSignal(slow.worker.finished):
         slow.worker.stop()
         slow.renderer.may_end.release()
     slow.worker.join()
-    assert slow.renderer.renderings == 1
-    assert slow.results == []
+    assert slow.renderer.renderings == 1 and slow.results == []

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import torch
+from lively import SIZE, lively_network
 from ramp import make_tf, make_volume
-from torch import nn
 
 from app.engines.drawer import Drawer
 from app.engines.engines import GeneratorEngine
@@ -12,10 +12,7 @@ from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import UNWATCHED, BatchRequest, Quality, RegionSensitivityRequest
 from model.errors import NotOfferedError
 from model.generator.generator import Generator
-from model.networks.blocks import kaiming_init
 from model.networks.card import ModelCard
-from model.networks.paper import TwoStageGenerator
-from model.networks.size import NetworkSize
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
@@ -29,16 +26,8 @@ SMALL = Quality(16)
 
 @pytest.fixture(scope="module")
 def engine():
-    torch.manual_seed(0)
-    size = NetworkSize(0.25, 16, 32)
-    network = TwoStageGenerator(size)
-    kaiming_init(network)
-    for layer in network.modules():
-        # By their first weights, images hardly differ.
-        if isinstance(layer, nn.Conv2d):
-            nn.init.normal_(layer.weight, 0.0, layer.weight[0].numel() ** -0.5)
-    card = ModelCard(Scene.of(make_volume(), 32), "draft", size)
-    return GeneratorEngine(Generator(card, network, torch.device("cpu")))
+    card = ModelCard(Scene.of(make_volume(), SIZE.image_size), "draft", SIZE)
+    return GeneratorEngine(Generator(card, lively_network(), torch.device("cpu")))
 
 
 @pytest.fixture(scope="module")

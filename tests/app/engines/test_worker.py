@@ -104,20 +104,6 @@ def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot):
     assert harness.receivers == [threading.current_thread()]
 
 
-def test_stopping_while_rendering_waits_for_nothing_and_delivers_nothing(qtbot):
-    gate = threading.Semaphore(0)
-    harness = Harness(qtbot, FakeEngine(gate=gate))
-    harness.worker.submit(make_request(1))
-    wait_started(harness.engine)
-    harness.worker.stop()
-    assert not harness.engine.closed
-    with qtbot.waitSignal(harness.worker.finished):
-        gate.release()
-    harness.worker.join()
-    assert harness.results == []
-    assert harness.engine.closed
-
-
 def test_stopping_while_the_engine_is_built_closes_it(qtbot):
     may_load = threading.Event()
     engines = []
@@ -188,21 +174,6 @@ def test_images_become_better_until_there_is_a_newer_request(qtbot):
     qtbot.waitUntil(lambda: len(harness.results) == 5)
     assert widths_of(harness) == [(1, 3), (1, 6), (2, 3), (2, 6), (2, 9)]
     assert [r.is_last for r in harness.results] == [False] * 4 + [True]
-    harness.end(qtbot)
-
-
-def test_nothing_better_follows_what_is_called_off(qtbot):
-    gate = threading.Semaphore(0)
-    harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
-    harness.worker.submit(make_request(1))
-    wait_started(harness.engine)
-    harness.worker.abandon("images")
-    gate.release(10)
-    harness.worker.submit(visibility(2))
-    qtbot.waitUntil(
-        lambda: harness.results[-1:] != [] and harness.results[-1].request.sequence == 2
-    )
-    assert widths_of(harness) == [(1, 3)]
     harness.end(qtbot)
 
 

@@ -196,6 +196,9 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
         found = [r for r in builders.analysts[-1].others if r.channel == channel]
         return [r.traced for r in found if not r.quality.live]
 
+    def hovers():
+        return [r for r in builders.analysts[-1].others if r.channel == "hover"]
+
     assert traced("grid") and not any(traced("grid"))
     window.workspace.reference.choose(lighting="path")
     qtbot.waitUntil(lambda: traced("grid")[-2:] == [False, True])
@@ -203,11 +206,13 @@ def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, buil
     assert grids[-1] == grids[-2]
     move(qtbot, window.browser.map, (-0.3, 0.2))
     qtbot.waitUntil(lambda: traced("hover")[-2:] == [False, True])
-    # They are shown, and not asked for again.
+    # They are shown, and not asked for again: the next ones are of the next place.
     pictures = window.workspace.latent
     qtbot.waitUntil(lambda: not any(c.is_pending for c in pictures._hovers.values()))
-    qtbot.wait(50)
-    assert traced("hover").count(True) == 1
+    (place,) = {r.inputs for r in hovers() if r.traced}
+    move(qtbot, window.browser.map, (0.3, -0.2))
+    qtbot.waitUntil(lambda: hovers()[-1].traced and hovers()[-1].inputs != place)
+    assert sum(r.traced and r.inputs == place for r in hovers()) == 1
 
 
 def test_hovering_shows_picture_and_tf(qtbot, window, builders):

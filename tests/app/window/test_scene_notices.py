@@ -39,7 +39,7 @@ def test_nothing_visible_is_said_with_a_way_out(qtbot, make_window, builders, mo
     assert notice.text == ""
     empty = TransferFunction(OpacityTF((100.0, 200.0)), make_tf().color)
     window.state.tf_input.move(empty)
-    qtbot.wait(50)
+    qtbot.waitUntil(lambda: window.reference.canvas.image.pixelColor(1, 1).red() == 0)
     assert notice.text == ""  # not while something is dragged
     window.state.tf_input.finish("drag")
     qtbot.waitUntil(lambda: "transparent" in notice.text)

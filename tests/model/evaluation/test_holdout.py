@@ -2,19 +2,10 @@ import json
 
 import numpy as np
 import pytest
-import torch
-from lively import SIZE, lively_network
 
 from model import metrics
 from model.evaluation.holdout import evaluate, nearest_images, pictures
-from model.generator.generator import Generator
-from model.networks.card import ModelCard
-
-
-@pytest.fixture(scope="module")
-def generator(scene):
-    network = lively_network()
-    return Generator(ModelCard(scene, "draft", SIZE), network, torch.device("cpu"))
+from model.samples.sampling import draw_sample
 
 
 def test_nearest_images_have_the_smallest_rmse(store):
@@ -26,14 +17,12 @@ def test_nearest_images_have_the_smallest_rmse(store):
         np.testing.assert_array_equal(found, training[int(np.argmin(errors))])
 
 
-def test_errors_are_those_of_the_rendered_images(generator, store):
+def test_errors_are_those_of_the_rendered_images(lively_generator, store):
     seen = []
-    result = evaluate(generator, store, 5, seen.append)
+    result = evaluate(lively_generator, store, 5, seen.append)
     assert (result.count, result.neighbors, seen) == (5, 160, [1, 2, 3, 4, 5])
-    from model.samples.sampling import draw_sample
-
     sample = draw_sample(store.scene, store.seed, "holdout", 3)
-    image = generator.render(sample)[..., :3]
+    image = lively_generator.render(sample)[..., :3]
     truth = store.read("holdout", range(3, 4)).rgba[0, ..., :3] / 255
     assert result.generator["rmse"][3] == pytest.approx(metrics.rmse(image, truth), abs=1e-5)
     assert result.generator["emd"][3] == pytest.approx(metrics.color_emd(image, truth), abs=1e-3)
@@ -42,8 +31,8 @@ def test_errors_are_those_of_the_rendered_images(generator, store):
     assert result.nearest_neighbor["rmse"][3] == pytest.approx(metrics.rmse(neighbor, truth))
 
 
-def test_the_report_has_the_documented_keys(generator, store):
-    report = json.loads(json.dumps(evaluate(generator, store, 4).to_json(), allow_nan=False))
+def test_the_report_has_the_documented_keys(lively_generator, store):
+    report = json.loads(json.dumps(evaluate(lively_generator, store, 4).to_json(), allow_nan=False))
     assert report["count"] == 4
     assert report["nearest_neighbor"]["count"] == 160
     for part, keys in (
@@ -56,10 +45,10 @@ def test_the_report_has_the_documented_keys(generator, store):
             assert low <= part[key]["mean"] <= high
 
 
-def test_pictures_are_those_of_the_chosen_samples(generator, store):
-    truth, images = pictures(generator, store, np.array([7, 2]))
+def test_pictures_are_those_of_the_chosen_samples(lively_generator, store):
+    truth, images = pictures(lively_generator, store, np.array([7, 2]))
     samples = store.read("holdout", range(8))
     np.testing.assert_allclose(truth[1], samples.rgba[2, ..., :3] / 255)
-    errors = evaluate(generator, store, 8).generator["rmse"]
+    errors = evaluate(lively_generator, store, 8).generator["rmse"]
     assert metrics.rmse(images[0], truth[0]) == pytest.approx(errors[7], abs=1e-6)
     assert metrics.rmse(images[1], truth[1]) == pytest.approx(errors[2], abs=1e-6)

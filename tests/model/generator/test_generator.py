@@ -3,13 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from lively import SIZE, lively_network
 from skimage.transform import resize
 
 from model.errors import DeviceError, LatentError
-from model.generator.generator import Generator
-from model.networks.card import ModelCard
-from model.networks.checkpoint import save_model
 from model.networks.generator_network import EncodedInputs, decode_unit, encode_unit
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs, rgb_to_lab
@@ -18,92 +14,84 @@ from model.sensitivity.learned import Sensitivity
 
 
 @pytest.fixture(scope="module")
-def generator(scene, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("model")
-    network = lively_network()
-    save_model(folder, ModelCard(scene, "draft", SIZE), network)
-    return Generator.load(folder, "cpu")
-
-
-@pytest.fixture(scope="module")
 def samples(scene):
     return [draw_sample(scene, 1, "train", i) for i in range(3)]
 
 
-def test_an_image_is_what_the_network_says(generator, scene, samples):
+def test_an_image_is_what_the_network_says(lively_generator, scene, samples):
     s = samples[0]
     lab = rgb_to_lab(s.color_tf.sample(scene.scalar_range)).T[None]
     with torch.inference_mode():
-        expected, opacity_image = generator.network(
+        expected, opacity_image = lively_generator.network(
             EncodedInputs(
                 torch.from_numpy(s.view.vector(scene.view_range))[None],
                 encode_unit(s.opacity_tf.sample(scene.scalar_range)[None]),
                 torch.from_numpy(lab.copy()),
             )
         )
-    image = generator.render(s)
+    image = lively_generator.render(s)
     np.testing.assert_allclose(
         image[..., :3], decode_unit(expected)[0].permute(1, 2, 0).numpy(), atol=1e-6
     )
     np.testing.assert_allclose(
-        generator.opacity_image(s), decode_unit(opacity_image)[0, 0], atol=1e-6
+        lively_generator.opacity_image(s), decode_unit(opacity_image)[0, 0], atol=1e-6
     )
-    small = generator.opacity_image(s)
+    small = lively_generator.opacity_image(s)
     enlarged = resize(small, (64, 64), order=1, mode="edge", anti_aliasing=False)
     np.testing.assert_allclose(image[..., 3], enlarged, atol=1e-5)
 
 
-def test_a_batch_equals_single_images(generator, samples):
+def test_a_batch_equals_single_images(lively_generator, samples):
     views = [s.view for s in samples]
     opacities = [s.transfer_function.opacity for s in samples]
     colors = [s.transfer_function.color for s in samples]
-    batch = generator.render_batch(samples)
+    batch = lively_generator.render_batch(samples)
     assert batch.shape == (3, 64, 64, 4)
     for image, v, o, c in zip(batch, views, opacities, colors, strict=True):
-        np.testing.assert_allclose(image, generator.render(SceneInputs(v, o, c)), atol=1e-5)
+        np.testing.assert_allclose(image, lively_generator.render(SceneInputs(v, o, c)), atol=1e-5)
     # Each of the three inputs makes a difference: none may be another sample's.
     for v, o, c in (
         (views[1], opacities[0], colors[0]),
         (views[0], opacities[1], colors[0]),
         (views[0], opacities[0], colors[1]),
     ):
-        assert np.abs(generator.render(SceneInputs(v, o, c)) - batch[0]).max() > 1e-3
+        assert np.abs(lively_generator.render(SceneInputs(v, o, c)) - batch[0]).max() > 1e-3
 
 
-def test_rendering_the_code_equals_rendering_the_tf(generator, samples):
+def test_rendering_the_code_equals_rendering_the_tf(lively_generator, samples):
     s = samples[1]
     opacity, color = s.transfer_function.opacity, s.transfer_function.color
     tfs = np.stack([x.opacity_tf.sample() for x in samples])
-    code = generator.encode(tfs[1])
+    code = lively_generator.encode(tfs[1])
     assert code.shape == (8,)
-    codes = generator.encode(tfs)
+    codes = lively_generator.encode(tfs)
     assert codes.shape == (3, 8)
     np.testing.assert_allclose(codes[1], code, atol=1e-6)
-    np.testing.assert_allclose(generator.decode(codes)[1], generator.decode(code), atol=1e-6)
-    expected = generator.render(SceneInputs(s.view, opacity, color))
-    np.testing.assert_allclose(generator.render_latent(code, s), expected, atol=1e-5)
-    for draw in (generator.decode, lambda wrong: generator.render_latent(wrong, s)):
+    np.testing.assert_allclose(
+        lively_generator.decode(codes)[1], lively_generator.decode(code), atol=1e-6
+    )
+    expected = lively_generator.render(SceneInputs(s.view, opacity, color))
+    np.testing.assert_allclose(lively_generator.render_latent(code, s), expected, atol=1e-5)
+    for draw in (lively_generator.decode, lambda wrong: lively_generator.render_latent(wrong, s)):
         with pytest.raises(LatentError, match="NaN"):
             draw(np.nan * code)
-    several = generator.render_latent(np.stack([code, 0 * code]), s)
+    several = lively_generator.render_latent(np.stack([code, 0 * code]), s)
     assert several.shape == (2, 64, 64, 4)
     np.testing.assert_allclose(several[0], expected, atol=1e-5)
     assert np.abs(several[1] - expected).max() > 1e-3
 
 
-def test_a_tf_made_for_another_range_means_the_same_values(generator, samples):
-    from dataclasses import replace
-
+def test_a_tf_made_for_another_range_means_the_same_values(lively_generator, samples):
     s = samples[0]
     opacity, color = s.transfer_function.opacity, s.transfer_function.color
     wider = replace(opacity, scalar_range=(-50.0, 300.0))
     np.testing.assert_array_equal(
-        generator.render(SceneInputs(s.view, opacity, color)),
-        generator.render(SceneInputs(s.view, wider, color)),
+        lively_generator.render(SceneInputs(s.view, opacity, color)),
+        lively_generator.render(SceneInputs(s.view, wider, color)),
     )
 
 
-def test_devices(generator):
+def test_devices(lively_generator):
     from model.networks.blocks import choose_device
 
     assert choose_device("cpu").type == "cpu"
@@ -115,20 +103,20 @@ def test_devices(generator):
             choose_device("cuda")
 
 
-def test_panning_moves_images_and_their_sensitivities(generator, samples):
+def test_panning_moves_images_and_their_sensitivities(lively_generator, samples):
     still = samples[0]
     # By 8 pixels to the right and 16 up, of 64.
     moved = replace(still, view=replace(still.view, pan_x=0.25, pan_y=0.5))
     expected = np.zeros((64, 64, 4), np.float32)
-    expected[:48, 8:] = generator.render(still)[16:, :56]
-    np.testing.assert_allclose(generator.render(moved), expected, atol=1e-6)
+    expected[:48, 8:] = lively_generator.render(still)[16:, :56]
+    np.testing.assert_allclose(lively_generator.render(moved), expected, atol=1e-6)
     edit = np.zeros(256, np.float32)
     edit[100] = 1.0
-    before = Sensitivity(generator, still).change(edit)
-    after = Sensitivity(generator, moved).change(edit)
+    before = Sensitivity(lively_generator, still).change(edit)
+    after = Sensitivity(lively_generator, moved).change(edit)
     np.testing.assert_allclose(after[:48, 8:], before[16:, :56], atol=1e-6)
     np.testing.assert_allclose(
-        Sensitivity(generator, moved).region(Region(18, 14, 28, 24)),
-        Sensitivity(generator, still).region(Region(10, 30, 20, 40)),
+        Sensitivity(lively_generator, moved).region(Region(18, 14, 28, 24)),
+        Sensitivity(lively_generator, still).region(Region(10, 30, 20, 40)),
         atol=1e-6,
     )

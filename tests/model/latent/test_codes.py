@@ -38,18 +38,14 @@ def test_effective_dimension_counts_equal_axes():
     assert samples_of(_Constant(), codes * 0).effective_dimension == 0.0
 
 
-def test_a_collapsed_codec_is_refused(tfs):
-    with pytest.raises(LatentError, match="collapsed"):
-        sample_codes(_Constant(), tfs, 50)
-
-
-def test_codes_that_are_not_finite_are_refused(tfs):
-    with pytest.raises(LatentError, match="not finite"):
-        sample_codes(_Constant(np.nan), tfs, 50)
+@pytest.mark.parametrize(("value", "message"), [(0.5, "collapsed"), (np.nan, "not finite")])
+def test_a_codec_without_different_codes_is_refused(tfs, value, message):
+    with pytest.raises(LatentError, match=message):
+        sample_codes(_Constant(value), tfs, 50)
 
 
 class _Constant(ToyCodec):
-    def __init__(self, value=0.5):
+    def __init__(self, value=0.0):
         self.value = value
 
     def encode(self, opacities):

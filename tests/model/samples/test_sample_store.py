@@ -72,7 +72,7 @@ from pathlib import Path
 from model.samples.sample_store import SampleStore
 from model.samples.sample_rendering import render_store
 sys.path.insert(0, "tests/model")
-from conftest import blobs
+from blobs import blobs
 if __name__ == "__main__":
     render_store(SampleStore(Path(sys.argv[1])), blobs(), 1, lambda n: print(n, flush=True))
 """
@@ -145,21 +145,17 @@ def test_a_kill_while_growing_leaves_a_store_that_can_go_on(scene, volume, tmp_p
         assert (store.count("train"), store.missing_samples()) == (100, 105)
 
 
-def test_an_unwritable_place_is_said(scene, tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(DatasetError, match=r"cannot be written|not a tfscope"):
-        SampleStore.create(tmp_path / "file" / "s.zarr", scene, 7, {"train": 5})
-
-
-def test_foreign_folders_are_refused(tmp_path):
+def test_foreign_folders_and_unwritable_places_are_refused(scene, tmp_path):
     with pytest.raises(DatasetError, match="no data set here"):
         SampleStore(tmp_path / "none")
     with pytest.raises(DatasetError, match="not a tfscope data set"):
         SampleStore(tmp_path)
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(DatasetError, match="not a tfscope data set"):
-        SampleStore.create(tmp_path, Scene("v", "f", (0, 1), (0.2, 0.8), 64), 0, {"train": 1})
+        SampleStore.create(tmp_path, scene, 0, {"train": 1})
     assert (tmp_path / "notes.txt").read_text() == "mine"
+    with pytest.raises(DatasetError, match=r"cannot be written|not a tfscope"):
+        SampleStore.create(tmp_path / "notes.txt" / "s.zarr", scene, 7, {"train": 5})
 
 
 def test_another_scene_or_volume_is_refused(store, volume, scene):

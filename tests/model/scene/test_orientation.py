@@ -155,43 +155,34 @@ def test_beside_a_model_the_home_view_is_within_its_training(lengths):
     assert home_view(proportions_of(lengths)).distance <= FARTHEST_HOME
 
 
-def grid(shape):
-    z, y, x = np.mgrid[: shape[0], : shape[1], : shape[2]]
-    return x + 0.5, y + 0.5, z + 0.5
-
-
-def ball_in_a_corner():
-    x, y, z = grid((90, 100, 110))
-    return (x - 90) ** 2 + (y - 80) ** 2 + (z - 72) ** 2 < 15**2, (1.0, 1.0, 1.0)
-
-
-def slab_that_lies():
-    x, y, z = grid((60, 80, 100))
-    return (x > 10) & (x < 90) & (y > 5) & (y < 75) & (z > 40) & (z < 44), (1.0, 1.0, 1.0)
-
-
-def slab_that_faces_the_side():
-    x, y, z = grid((80, 80, 60))
-    return (x > 40) & (x < 44) & (y > 5) & (y < 75) & (z > 10) & (z < 70), (1.0, 1.0, 1.0)
-
-
-def bar_of_long_voxels():
-    x, y, z = grid((20, 60, 60))
-    return (abs(x - 30) < 5) & (abs(y - 20) < 5) & (z > 3) & (z < 17), (0.5, 0.5, 3.0)
+EVEN = (1.0, 1.0, 1.0)
+SHOWN = {
+    "a ball in a corner": (
+        (90, 100, 110), EVEN, (30, 15),
+        lambda x, y, z: (x - 90) ** 2 + (y - 80) ** 2 + (z - 72) ** 2 < 15**2,
+    ),
+    "a slab that lies": (
+        (60, 80, 100), EVEN, (30, 35),
+        lambda x, y, z: (abs(x - 50) < 40) & (abs(y - 40) < 35) & (abs(z - 42) < 2),
+    ),
+    "a slab that faces the side": (
+        (80, 80, 60), EVEN, (60, 15),
+        lambda x, y, z: (abs(x - 42) < 2) & (abs(y - 40) < 35) & (abs(z - 40) < 30),
+    ),
+    "a bar of long voxels": (
+        (20, 60, 60), (0.5, 0.5, 3.0), (30, 15),
+        lambda x, y, z: (abs(x - 30) < 5) & (abs(y - 20) < 5) & (abs(z - 10) < 7),
+    ),
+}  # fmt: skip
+"""Shape (nz, ny, nx), spacing, best azimuth and elevation, and which voxels are shown."""
 
 
 @pytest.mark.parametrize("reach", [(0.7, 0.5), (1.5, 0.5)])
-@pytest.mark.parametrize(
-    ("make", "angles"),
-    [
-        (ball_in_a_corner, (30, 15)),
-        (slab_that_lies, (30, 35)),
-        (slab_that_faces_the_side, (60, 15)),
-        (bar_of_long_voxels, (30, 15)),
-    ],
-)
-def test_what_the_tf_shows_fills_the_height_of_the_image_from_its_best_side(make, angles, reach):
-    shown, spacing = make()
+@pytest.mark.parametrize("name", SHOWN)
+def test_what_the_tf_shows_fills_the_height_of_the_image_from_its_best_side(name, reach):
+    shape, spacing, angles, is_shown = SHOWN[name]
+    z, y, x = np.indices(shape) + 0.5
+    shown = is_shown(x, y, z)
     volume = Volume(np.where(shown, 200, 20).astype(np.uint8), spacing)
     opacity = OpacityTF((20.0, 200.0), points=((100.0, 0.0), (200.0, 0.9)))
     points = ThinnedVolume.of(volume).shown_points(opacity)

@@ -10,7 +10,7 @@ from test_exact import RANGE, SIZE, VIEW, small_volume, tf_of
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.region import Region
-from model.scene.tf_perturbation import edit_around
+from model.scene.tf_perturbation import edit_around, edit_over
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.sensitivity.display import shown_responses
 from model.sensitivity.exact import change_norms, visibility
@@ -108,8 +108,6 @@ def test_values_stay_in_their_rows_while_they_are_edited():
 
 
 def test_an_edit_over_an_interval_is_flat_between_its_flanks():
-    from model.scene.tf_perturbation import edit_over
-
     edit = edit_over((80.0, 140.0), RANGE, 4.0)
     assert edit.sum() == pytest.approx(1, abs=1e-3)
     assert np.ptp(edit[95:125]) < 1e-4 * edit.max()
@@ -157,16 +155,13 @@ def test_the_one_that_was_rounded_up_most_gives_way():
     assert percentages(()) == ()
 
 
-def scipy_peaks(curve, least_prominence):
-    places, found = scipy.signal.find_peaks(curve, prominence=least_prominence, plateau_size=1)
+def assert_peaks_are_those_of_scipy(curve, least):
+    places, found = scipy.signal.find_peaks(curve, prominence=least, plateau_size=1)
     data = found["prominences"], found["left_bases"], found["right_bases"]
     _, _, lefts, rights = scipy.signal.peak_widths(curve, places, 0.5, data)
-    return np.stack([places, found["prominences"], lefts, rights], axis=1)
-
-
-def own_peaks(curve, least_prominence):
-    peaks = find_peaks(curve, least_prominence)
-    return np.array([(p.place, p.prominence, p.left, p.right) for p in peaks]).reshape(-1, 4)
+    ours = [(p.place, p.prominence, p.left, p.right) for p in find_peaks(curve, least)]
+    expected = np.stack([places, found["prominences"], lefts, rights], axis=1)
+    np.testing.assert_allclose(np.array(ours).reshape(-1, 4), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -177,15 +172,10 @@ def test_peaks_are_those_of_scipy(seed, levels):
     if levels is not None:
         # Few levels make plateaus, and peaks of the same height.
         curve = np.round(levels * curve / curve.max())
-    least = 0.1 * curve.max() if seed % 2 else 1e-9
-    np.testing.assert_allclose(own_peaks(curve, least), scipy_peaks(curve, least), atol=1e-12)
+    assert_peaks_are_those_of_scipy(curve, 0.1 * curve.max() if seed % 2 else 1e-9)
 
 
-@pytest.mark.parametrize("curve", [np.zeros(258), np.arange(258.0), np.ones(1), np.zeros(3)])
-def test_a_curve_that_does_not_rise_and_fall_has_no_peaks(curve):
-    assert find_peaks(curve, 0.0) == []
-
-
-def test_a_padded_rise_to_the_end_is_a_peak():
-    (peak,) = find_peaks(np.pad(np.arange(1.0, 257.0), 1), 1.0)
-    assert (peak.place, peak.prominence, peak.left) == (256, 256.0, 128.0)
+@pytest.mark.parametrize("count", [1, 3, 258])
+def test_peaks_of_curves_that_do_not_fall_are_those_of_scipy(count):
+    for curve in (np.zeros(count), np.arange(float(count)), np.pad(np.arange(1.0, count), 1)):
+        assert_peaks_are_those_of_scipy(curve, 1e-9)

@@ -1,16 +1,11 @@
 """Training runs of a few seconds, for the tests of this folder."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import torch
 from safetensors.torch import load_file
 
 from model.networks.size import NetworkSize
-from model.samples.sample_store import SampleStore
 from model.training.options import Budget, StageOptions, TrainingOptions
-from model.training.plan import TrainingPlan, TrainingReport
+from model.training.plan import TrainingPlan
 from model.training.sources import StoredSource
 
 SIZE = NetworkSize(0.125, 16, 64)
@@ -23,9 +18,7 @@ RECIPE = TrainingOptions(
 )
 
 
-def plan(
-    store: SampleStore, folder: Path, samples: int = 160, interval: float = 0.0
-) -> TrainingPlan:
+def plan(store, folder, samples=160, interval=0.0):
     return TrainingPlan(
         source=StoredSource(store),
         preset="draft",
@@ -41,16 +34,16 @@ def plan(
 class Stop:
     """Presses Ctrl-C after so many steps."""
 
-    def __init__(self, steps: int) -> None:
+    def __init__(self, steps):
         self.left = steps
 
-    def __call__(self, report: TrainingReport) -> None:
+    def __call__(self, report):
         self.left -= 1
         if self.left == 0:
             raise KeyboardInterrupt
 
 
-def assert_same_state(one: Path, other: Path) -> None:
+def assert_same_state(one, other):
     """All networks, averages and optimizers of two finished runs, to the last bit."""
     states = [load_file(next(folder.glob("training-*.safetensors"))) for folder in (one, other)]
     assert states[0].keys() == states[1].keys()

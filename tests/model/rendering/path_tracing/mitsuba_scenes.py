@@ -11,8 +11,6 @@ draws them anew (Mitsuba 3.9.1, ``volpath``, variant ``llvm_ad_rgb``) into ``mit
 mean and standard error of each pixel.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time
@@ -20,7 +18,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from model.rendering.path_tracing.renderer import Lamp
@@ -59,7 +56,7 @@ class MitsubaScene:
     light: LightDirection
 
     @property
-    def volume(self) -> Volume:
+    def volume(self):
         """Soft balls of different values, without symmetries."""
         rng = np.random.default_rng(5)
         shape = (20, 18, 22)
@@ -73,7 +70,7 @@ class MitsubaScene:
         return Volume(np.clip(field, 0, 255).astype(np.uint8), self.spacing)
 
     @property
-    def inputs(self) -> SceneInputs:
+    def inputs(self):
         """View, TFs and light."""
         lo, hi = self.volume.scalar_range
         middle = (lo + hi) / 2
@@ -100,7 +97,7 @@ SCENES = (
 )  # fmt: skip
 
 
-def grids(scene: MitsubaScene) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def grids(scene):
     """Extinction per voxel size and albedo in the middle of each cell of Mitsuba's grid."""
     volume, inputs = scene.volume, scene.inputs
     counts = [FINE * (n - 1) for n in volume.voxels.shape]
@@ -118,7 +115,7 @@ def grids(scene: MitsubaScene) -> tuple[NDArray[np.float32], NDArray[np.float32]
     return extinction.astype(np.float32), albedo.astype(np.float32)
 
 
-def rays(scene: MitsubaScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def rays(scene):
     """Eye, and directions through the middles of the pixels, row by row from the top."""
     volume, view = scene.volume, scene.view
     right, up, back = view.basis()
@@ -128,13 +125,13 @@ def rays(scene: MitsubaScene) -> tuple[NDArray[np.float64], NDArray[np.float64]]
     return eye, directions.reshape(-1, 3) / np.linalg.norm(directions, axis=-1).reshape(-1, 1)
 
 
-def stored(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def stored(name):
     """Return Mitsuba's picture of a scene, (rows, columns), and its standard errors."""
     with np.load(FOLDER / f"{name}.npz") as file:
         return file["mean"].astype(np.float64), file["error"].astype(np.float64)
 
 
-def draw(scene: MitsubaScene) -> None:
+def draw(scene):
     """Have Mitsuba draw a scene, and store it."""
     import mitsuba as mi
 
@@ -149,7 +146,7 @@ def draw(scene: MitsubaScene) -> None:
     )
 
 
-def load(mi, scene: MitsubaScene):  # type: ignore[no-untyped-def]
+def load(mi, scene):  # type: ignore[no-untyped-def]
     """Return a scene as Mitsuba holds it."""
     from mitsuba import ScalarTransform4f as Transform
 
@@ -158,7 +155,7 @@ def load(mi, scene: MitsubaScene):  # type: ignore[no-untyped-def]
     extent = list(volume.extent)
     box = Transform().scale(extent)
 
-    def grid(values: NDArray[np.float32]) -> dict[str, object]:
+    def grid(values):
         held = mi.VolumeGrid(np.ascontiguousarray(values[..., None]))
         return {"type": "gridvolume", "grid": held, "to_world": box, "raw": True}
 
@@ -172,7 +169,7 @@ def load(mi, scene: MitsubaScene):  # type: ignore[no-untyped-def]
         "scale": 1 / volume.voxel_size,
         "phase": phase,
     }
-    whole: dict[str, object] = {
+    whole = {
         "type": "scene",
         "integrator": {"type": "volpath", "max_depth": 64, "rr_depth": 64, "hide_emitters": True},
         "box": {
@@ -183,10 +180,7 @@ def load(mi, scene: MitsubaScene):  # type: ignore[no-untyped-def]
         },
     }
     if lamp.sky:
-        whole["sky"] = {
-            "type": "constant",
-            "radiance": {"type": "rgb", "value": [lamp.sky] * 3},
-        }
+        whole["sky"] = {"type": "constant", "radiance": {"type": "rgb", "value": [lamp.sky] * 3}}
     if lamp.key:
         from model.rendering.raycast.illumination import travel_direction
 
@@ -199,7 +193,7 @@ def load(mi, scene: MitsubaScene):  # type: ignore[no-untyped-def]
 
 
 def traced(  # type: ignore[no-untyped-def]
-    mi, loaded, scene: MitsubaScene, samples: int, seed: int
+    mi, loaded, scene, samples, seed
 ):
     """Return one picture of Mitsuba's, (rows, columns): radiance in the red channel."""
     import drjit as dr
