@@ -17,9 +17,7 @@ from skimage.metrics import structural_similarity
 from model.errors import require
 from model.scene.inputs import rgb_to_lab
 
-EMD_BINS = (8, 12, 12)
-"""Bins of the colour histogram along L, a and b."""
-
+EMD_BINS = (8, 12, 12)  # bins of the colour histogram along L, a and b
 RESAMPLES = 2000
 
 LEAST_BRIGHTNESS = 0.06

@@ -34,8 +34,7 @@ RENDER_BATCH = 16
 Images = NDArray[np.uint8]
 
 
-LARGER_IS_BETTER = ("ssim",)
-"""Measures for which larger values are better."""
+LARGER_IS_BETTER = ("ssim",)  # measures for which larger values are better
 
 
 @dataclass(frozen=True)
@@ -174,8 +173,7 @@ def _columns(rows: Sequence[dict[str, float]]) -> dict[str, NDArray[np.float64]]
 
 DEFAULT_COUNT = 2000
 
-MOST_NEIGHBORS = 2000
-"""Training images that are rendered at most, as many as hold-out samples."""
+MOST_NEIGHBORS = 2000  # training images that are rendered at most, as many as hold-out samples
 
 DIFFERENTIATED, LEAST_DIFFERENTIATED = 0.1, 5
 """Share and least number of the samples whose sensitivities are compared."""

@@ -342,8 +342,7 @@ def _paper(numbers: Sequence[float] | None) -> list[str]:
     return ["", ""] if numbers is None else [f"{number:.3f}" for number in numbers]
 
 
-PICTURED = 4
-"""Samples that are shown."""
+PICTURED = 4  # samples that are shown
 
 
 def study_pictures(

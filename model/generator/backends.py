@@ -22,8 +22,7 @@ from model.errors import DeviceError, missing
 from model.networks.generator_network import GeneratorNetwork
 from model.networks.names import BackendName, Precision
 
-Decode = Callable[..., tuple[Tensor, Tensor]]
-"""A function with the signature of :meth:`GeneratorNetwork.decode`."""
+Decode = Callable[..., tuple[Tensor, Tensor]]  # a function with the signature of `decode`
 
 TOGETHER = 4
 """Images that are one call of OpenVINO.
@@ -45,8 +44,7 @@ class Backend(NamedTuple):
         return self.name if self.precision == "float32" else f"{self.name} {self.precision}"
 
 
-EAGER = Backend("eager")
-"""Torch in float32, always available, and the reference for the other."""
+EAGER = Backend("eager")  # Torch in float32, always available, and the reference for the other
 
 
 def obstacle(backend: Backend, device: torch.device) -> str | None:

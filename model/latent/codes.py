@@ -19,14 +19,9 @@ from model.errors import CheckpointError, reason
 from model.json_files import read_json
 from model.volume_files.shipped import RESOURCES
 
-SAMPLES = 10_000
-"""Number of codes on a map, as in the paper (section 5.2)."""
-
-ROBUST_SHARE = 0.005
-"""Share of encoded TFs beyond either side of the box that codes are drawn from."""
-
-COLLAPSED_DEVIATION = 1e-4
-"""Standard deviation below which a code's number stands for nothing."""
+SAMPLES = 10_000  # number of codes on a map, as in the paper (section 5.2)
+ROBUST_SHARE = 0.005  # share of encoded TFs beyond either side of the box that codes are drawn from
+COLLAPSED_DEVIATION = 1e-4  # standard deviation below which a code's number stands for nothing
 
 PictureOf = Literal["code", "tf"]
 """Subject of a latent code's picture: the code itself, or the opacity TF that it decodes to."""
@@ -136,8 +131,7 @@ WEIGHTS_FILE = "codec.safetensors"
 FORMAT = 1
 SHIPPED_CODEC = RESOURCES / "codec"
 
-LEAK = np.float32(0.2)
-"""Slope of the layers' activation below 0."""
+LEAK = np.float32(0.2)  # slope of the layers' activation below 0
 
 SMOOTHING = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1], np.float32) / 256
 """Binomial weights that smooth decoded TFs, so that they do not waver from bin to bin.

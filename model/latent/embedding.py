@@ -18,19 +18,15 @@ from numpy.typing import NDArray
 from model.errors import LatentError, missing
 from model.latent.codes import Codes, checked_codes
 
-PERPLEXITY = 30
-"""Effective number of neighbours of t-SNE, as in the paper (section 5.2)."""
-
+PERPLEXITY = 30  # effective number of neighbours of t-SNE, as in the paper (section 5.2)
 ITERATIONS = 750
 
-LEAST_POINTS = 5
-"""Distinct points below which there is no map."""
+LEAST_POINTS = 5  # distinct points below which there is no map
 
 Places = NDArray[np.float32]
 """Places (n, 2) on the plane; the longer side of their bounding box is -1..1."""
 
-Progress = Callable[[float], None]
-"""Called with the fraction that is done."""
+Progress = Callable[[float], None]  # called with the fraction that is done
 
 
 class EmbeddingProcess:

@@ -12,14 +12,9 @@ from model.errors import LatentError
 from model.latent.codes import Codes, CodeSamples
 from model.latent.embedding import Places
 
-CELLS = 4
-"""Cells along either side of a brushed rectangle."""
-
-RADIUS_SHARE = 0.05
-"""Radius of the disc around a place, as a fraction of the map's diagonal."""
-
-NEIGHBOURS = 12
-"""Samples that the place of a new code is taken from."""
+CELLS = 4  # cells along either side of a brushed rectangle
+RADIUS_SHARE = 0.05  # radius of the disc around a place, as a fraction of the map's diagonal
+NEIGHBOURS = 12  # samples that the place of a new code is taken from
 
 Brush = tuple[float, float, float, float]
 """A rectangle on the map: left, lower, right and upper edge."""
@@ -110,12 +105,9 @@ class LatentMap:
     """Samples of codes on a plane, which new codes are placed on without moving it."""
 
     samples: CodeSamples
-    places: Places
-    """Shape (n, 2)."""
-    is_final: bool
-    """False while principal components are shown in place of the t-SNE map."""
-    whole: float | None = None
-    """Radius of the disc on the map that these samples are a part of."""
+    places: Places  # shape (n, 2)
+    is_final: bool  # False while principal components are shown in place of the t-SNE map
+    whole: float | None = None  # radius of the disc on the map that these samples are a part of
 
     @property
     def codes(self) -> Codes:

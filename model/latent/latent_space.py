@@ -75,9 +75,7 @@ class TFFrame:
         return np.where(values >= lo, between, 0).astype(np.float32)
 
 
-KNOWN_TFS = 4000
-"""Random TFs whose codes span the box that codes are sampled from."""
-
+KNOWN_TFS = 4000  # random TFs whose codes span the box that codes are sampled from
 SAMPLING_SEED = 0
 
 UNIT_SCENE = Scene("any volume", "", (0.0, 1.0), (0.0, 1.0), image_size=16)

@@ -23,8 +23,7 @@ class ModelCard:
     """All that is known about a trained model besides its weights."""
 
     scene: Scene
-    preset: str
-    """Name of the preset that the size came from."""
+    preset: str  # name of the preset that the size came from
     size: NetworkSize
     training: dict[str, Any] = field(default_factory=dict)
     """Options, budget and course of the training."""

@@ -28,8 +28,7 @@ class EncodedInputs(NamedTuple):
     conditions: Tensor
     """The five view parameters (:meth:`model.scene.view.View.vector`), then those of the scene's
     other inputs, such as a movable light. Shape (N, C)."""
-    opacity_tf: Tensor
-    """Shape (N, 256)."""
+    opacity_tf: Tensor  # shape (N, 256)
     color_tf: Tensor
     """In scaled CIELAB. Shape (N, 3, 256)."""
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-DeviceChoice = Literal["auto", "cpu", "cuda"]
-"""Devices that networks run on; see :func:`model.networks.blocks.choose_device`."""
+DeviceChoice = Literal["auto", "cpu", "cuda"]  # devices that networks run on; see `choose_device`
 
 BackendName = Literal["eager", "openvino"]
 """Libraries that draw a generator's images; see :mod:`model.generator.backends`."""
@@ -21,5 +20,4 @@ PrecisionChoice = Literal["auto", "float32", "bfloat16"]
 PresetName = Literal["draft", "compact", "large", "paper"]
 """Sizes of networks and images; see :data:`model.training.options.PRESETS`."""
 
-StudyName = Literal["baselines", "latent-dim", "l1-weight"]
-"""The paper's studies; see :data:`model.evaluation.study.STUDIES`."""
+StudyName = Literal["baselines", "latent-dim", "l1-weight"]  # the paper's studies; see `STUDIES`

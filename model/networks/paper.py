@@ -119,11 +119,8 @@ def discriminator_channels(size: NetworkSize, image_size: int) -> list[int]:
     return [size.channels(n) for n in reversed(full[:halvings])]
 
 
-BINS = 64
-"""Number of ranges of scalar values, of equal width, that a pixel looks at."""
-
-KEY = 16
-"""Length of the keys of scalar values and of the pixels' queries."""
+BINS = 64  # number of ranges of scalar values, of equal width, that a pixel looks at
+KEY = 16  # length of the keys of scalar values and of the pixels' queries
 
 
 class ColorAttention(nn.Module):
@@ -163,12 +160,9 @@ def color_table(color_tf: Tensor) -> Tensor:
     return avg_pool1d(color_tf, TF_SAMPLES // BINS).flatten(1)
 
 
-FUSION_SIZE = 8
-"""Width and height of the feature map that is fused with the codes of view and TFs."""
-
+FUSION_SIZE = 8  # width and height of the feature map that is fused with the codes of view and TFs
 FUSION_BLOCKS = 4
-COLOR_CODE = 32
-"""Length of the colour TF's bottleneck code, independent of the network's width."""
+COLOR_CODE = 32  # length of the colour TF's bottleneck code, independent of the network's width
 
 
 class BottleneckBlock(nn.Module):

@@ -27,14 +27,9 @@ COLORS = ("unlit", "soft", "denoised", "traced")
 path-traced picture, denoised and as it was traced. Their channels are alike: see
 :func:`permuted`."""
 
-CHANNELS = 3 * len(COLORS) + 2
-"""Of the input: :data:`COLORS`, opacity, and 1 / sqrt(samples)."""
-
-BRIGHTEST = 2.0
-"""Radiance of single samples from which on more makes no difference."""
-
-MULTIPLE = 16
-"""Rows and columns of the input are a multiple of this; see :meth:`PathLightNetwork.forward`."""
+CHANNELS = 3 * len(COLORS) + 2  # of the input: `COLORS`, opacity, and 1 / sqrt(samples)
+BRIGHTEST = 2.0  # radiance of single samples from which on more makes no difference
+MULTIPLE = 16  # rows and columns of the input are a multiple of this; see `forward`
 
 
 @dataclass(frozen=True)

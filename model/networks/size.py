@@ -14,14 +14,12 @@ class NetworkSize:
     Raises :class:`TfscopeError` for values that no network can be built from.
     """
 
-    width: float = 1.0
-    """Number of channels as a fraction of the paper's, above 0 and up to 4."""
+    width: float = 1.0  # number of channels as a fraction of the paper's, above 0 and up to 4
     opacity_size: int = 64
     image_size: int = 256
     """Width and height of the opacity and of the colour image: powers of two from 16, the second
     not below the first."""
-    latent_dim: int = 8
-    """Length of the latent code of an opacity TF."""
+    latent_dim: int = 8  # length of the latent code of an opacity TF
     modulation: bool = False
     opacity_modulation: bool = False
     """Whether the codes of view and TFs also scale and shift the features of the translation

@@ -27,8 +27,7 @@ from model.sensitivity.display import (
 from model.sensitivity.learned import Sensitivity
 from model.sensitivity.what_if import compare
 
-AMPLITUDE = 0.3
-"""Opacity of a mode that is added."""
+AMPLITUDE = 0.3  # opacity of a mode that is added
 
 MOST_OPACITY = 0.6
 """Opacity above which a value is left alone: one more mode there would hardly show."""
@@ -64,11 +63,8 @@ def with_mode(inputs: SceneInputs, mode: GaussianMode) -> SceneInputs:
     return with_opacity(inputs, tf.sample() + bump)
 
 
-BLOCKS = 16
-"""Blocks along each side by which regions are chosen."""
-
-REGION_BLOCKS = 4
-"""Blocks along each side of a region."""
+BLOCKS = 16  # blocks along each side by which regions are chosen
+REGION_BLOCKS = 4  # blocks along each side of a region
 
 LEAST_BRIGHTNESS = 0.35
 """Brightness of the second region, of the first one's, from which on it is chosen."""
@@ -86,8 +82,7 @@ class RegionStep:
     responses: NDArray[np.float64] | None = None
     """The region's sensitivity, as :func:`model.sensitivity.display.shown_responses` returns it.
     Shape (256,)."""
-    mode: GaussianMode | None = None
-    """The mode that is then added."""
+    mode: GaussianMode | None = None  # the mode that is then added
     changes: tuple[float, float] | None = None
     """RMS change of the region's colours by it, in the model's images and in the true ones."""
 
@@ -146,8 +141,7 @@ def _region(place: tuple[int, int], block: int) -> Region:
     return Region(left, top, left + side, top + side)
 
 
-PAPER_R = 16
-"""The paper's grid resolution r: blocks along each side of a field; it sets 8 or 16."""
+PAPER_R = 16  # the paper's grid resolution r: blocks along each side of a field; it sets 8 or 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,9 +157,8 @@ class ValueField:
     pixels: NDArray[np.float64]
     """The field in r x r blocks, and for each pixel, coloured over the dim image. Shape (S, S,
     3)."""
-    scale: float
+    scale: float  # ends of the scales of opacity and of colour, in the displayed unit
     whole: float
-    """Ends of the scales of opacity and of colour, in the displayed unit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,17 +17,10 @@ from model.latent.latent_space import draw_cells, draw_codes
 from model.paper.subject import Image, Subject
 from model.scene.inputs import SceneInputs
 
-WHOLE_SHARE = 0.9
-"""Side of the rectangle that is brushed for an overview, of the map's."""
-
-DETAIL_SHARE = 0.22
-"""Side of the rectangle that is brushed for details."""
-
-CLOSER = 0.75
-"""Distance of the second view, of the first one's."""
-
-CANDIDATES = 48
-"""Samples that the places of a walk are chosen among."""
+WHOLE_SHARE = 0.9  # side of the rectangle that is brushed for an overview, of the map's
+DETAIL_SHARE = 0.22  # side of the rectangle that is brushed for details
+CLOSER = 0.75  # distance of the second view, of the first one's
+CANDIDATES = 48  # samples that the places of a walk are chosen among
 
 
 @dataclass(frozen=True, eq=False)

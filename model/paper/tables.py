@@ -21,13 +21,10 @@ from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
 from model.sensitivity.learned import Sensitivity
 
-PAPER_IMAGES = 200_000
-"""Training images whose rendering time the paper's Table 1 has."""
-
+PAPER_IMAGES = 200_000  # training images whose rendering time the paper's Table 1 has
 Errors = dict[str, NDArray[np.float64]]
 
-MEASURED_TOGETHER = 100
-"""Hold-out samples that are in memory at once."""
+MEASURED_TOGETHER = 100  # hold-out samples that are in memory at once
 
 PAPER_TABLE_1 = (
     ("Combustion", "170 x 160 x 140", "float", "15", "none", "2.7 h", ".046", ".011"),

@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-SAMPLES = 1 << 15
-"""Voxels that are looked at, drawn at random, the same ones each time."""
+SAMPLES = 1 << 15  # voxels that are looked at, drawn at random, the same ones each time
 
 BINS, WIDE = 32, 4
 """Bins of values, of which so many in a row may be a material with noise of its own."""
 
-MATERIAL = 0.05
-"""Share of the voxels from which on these count as a material."""
+MATERIAL = 0.05  # share of the voxels from which on these count as a material
 
 QUARTILE = 0.31864
 """Size that a quarter of normally distributed numbers stay below, in standard deviations."""

@@ -28,12 +28,10 @@ class Raster:
     the whole.
     """
 
-    width: int
+    width: int  # the whole picture, in pixels
     height: int
-    """The whole picture, in pixels."""
-    left: int = 0
+    left: int = 0  # first pixel of the part
     top: int = 0
-    """First pixel of the part."""
     columns: int = 0
     rows: int = 0
     """Size of the part in pixels; 0 for all that is to the right of and below the first pixel."""

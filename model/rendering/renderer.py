@@ -16,15 +16,13 @@ from model.scene.light import LightDirection
 from model.scene.scene import Lighting, RendererName
 from model.scene.volume import Volume
 
-SMOOTH = 5
-"""Samples of the ray caster's final pictures for each one of VTK's."""
+SMOOTH = 5  # samples of the ray caster's final pictures for each one of VTK's
 
 
 class Renderer(Protocol):
     """Renders images of one volume under one lighting."""
 
-    sample_distance: float
-    """Default distance between samples along a ray, in voxels."""
+    sample_distance: float  # default distance between samples along a ray, in voxels
 
     def render(
         self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None

@@ -37,11 +37,8 @@ what is interpolated; this far out, it rounds to 1/256 of a TF bin.
 """
 
 
-LAYERS = 2
-"""How many voxels deep missing ones are filled: interpolation reads one, gradients two."""
-
-AROUND = np.ones((3, 3, 3), dtype=bool)
-"""A voxel and its 26 neighbours."""
+LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
+AROUND = np.ones((3, 3, 3), dtype=bool)  # a voxel and its 26 neighbours
 
 KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
 """Types that ray caster and path tracer support directly."""

@@ -15,8 +15,7 @@ from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Triple, Volume
 from model.volume_files.frame import METRES
 
-WIDEST = 0.25
-"""Length of a bar at most, relative to the picture's shorter side."""
+WIDEST = 0.25  # length of a bar at most, relative to the picture's shorter side
 
 DEPTH_TEXT = "in the plane through the middle of what is shown"
 """Where a bar holds: nearer things look larger in perspective, and farther ones smaller."""
@@ -29,25 +28,19 @@ _METRIC = (("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9))
 class ScaleBar:
     """A bar of a round length."""
 
-    share: float
-    """Its length relative to the picture's shorter side."""
-    text: str
-    """Its length in the volume, such as "20 mm"."""
+    share: float  # its length relative to the picture's shorter side
+    text: str  # its length in the volume, such as "20 mm"
 
 
 @dataclass(frozen=True)
 class Scale:
     """Lengths of a volume, and the middle of what is shown of it."""
 
-    proportions: Triple
-    """The volume's lengths along x, y and z, relative to its diagonal."""
-    radius: float
-    """Half the diagonal, in the unit."""
-    unit: str
-    """Of lengths; empty if unknown."""
-    low: Triple
+    proportions: Triple  # the volume's lengths along x, y and z, relative to its diagonal
+    radius: float  # half the diagonal, in the unit
+    unit: str  # of lengths; empty if unknown
+    low: Triple  # corners of the box around what is shown, in fractions of the volume's lengths
     high: Triple
-    """Corners of the box around what is shown, in fractions of the volume's lengths."""
 
     @classmethod
     def of(cls, volume: Volume, shown: NDArray[np.float64] = WHOLE) -> Scale:

@@ -60,11 +60,8 @@ the new text, and whether to replace every occurrence.
 NOISE = 3.0
 """Gradient, in standard deviations of the noise, at which its direction counts for a half."""
 
-NATIVE_TYPES = (np.uint16, np.int16)
-"""Scalar types that are rendered without conversion."""
-
-TABLE_ENTRIES = 1024
-"""Length of VTK's look-up tables on the GPU."""
+NATIVE_TYPES = (np.uint16, np.int16)  # scalar types that are rendered without conversion
+TABLE_ENTRIES = 1024  # length of VTK's look-up tables on the GPU
 
 
 class VtkRenderer:

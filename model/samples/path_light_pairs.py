@@ -28,14 +28,9 @@ from model.scene.inputs import SceneInputs, draw_inputs
 from model.scene.scene import Scene
 from model.scene.volume import Volume
 
-FEW = (1, 2, 4)
-"""Samples of each pixel of the pictures that are finished."""
-
-BLOCK = 8
-"""Pairs in a file."""
-
-SIZE = 128
-"""Width and height of the pictures in pixels."""
+FEW = (1, 2, 4)  # samples of each pixel of the pictures that are finished
+BLOCK = 8  # pairs in a file
+SIZE = 128  # width and height of the pictures in pixels
 
 LARGEST = 3
 """The pictures are parts of ones that are up to so many times as large: a part of a large picture
@@ -48,12 +43,8 @@ but no bias, as a denoised one would have."""
 FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15
 """Shares of pairs with the opacity TF that the program opens a volume with, and with a crop."""
 
-LEAST_OPACITY = 0.04
-"""Least mean opacity of a picture that becomes a pair."""
-
-BRIGHTEST = 8.0
-"""Radiance that is kept of single pixels."""
-
+LEAST_OPACITY = 0.04  # least mean opacity of a picture that becomes a pair
+BRIGHTEST = 8.0  # radiance that is kept of single pixels
 FIELDS = ("unlit", "direct", "soft", "opacity", "denoised", "traced", "exact")
 
 

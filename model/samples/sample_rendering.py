@@ -87,8 +87,7 @@ def render_store(
             raise
 
 
-_given: tuple[Path, Volume]
-"""The store's folder and the volume of a rendering process."""
+_given: tuple[Path, Volume]  # the store's folder and the volume of a rendering process
 
 
 def _start_worker(path: Path, volume: Volume) -> None:

@@ -33,14 +33,9 @@ from model.samples.sampling import Split
 from model.scene.inputs import Arrays, varying
 from model.scene.scene import FORMAT_VERSION, Scene
 
-BLOCK = 32
-"""Number of samples per block, the unit of rendering and writing."""
-
-SPLITS: tuple[Split, ...] = ("holdout", "train")
-"""The splits, in rendering order."""
-
-POOL_BLOCKS = 64
-"""Number of blocks that are shuffled together when a split is read in random order."""
+BLOCK = 32  # number of samples per block, the unit of rendering and writing
+SPLITS: tuple[Split, ...] = ("holdout", "train")  # the splits, in rendering order
+POOL_BLOCKS = 64  # number of blocks that are shuffled together when a split is read in random order
 
 
 @dataclass(frozen=True)
@@ -82,17 +77,10 @@ class SampleBatch:
 
 
 IMAGES = "rgba"
-ENCODED = "encoded_"
-"""First part of the names of encoded inputs, which are not stored."""
-
-COUNTED = "view"
-"""Array whose length is the intended number of samples."""
-
-RENDERING = "rendering"
-"""Attribute of the store that holds how long its samples took."""
-
-MOST_SAMPLES = 100_000_000
-"""Largest number of samples of a split."""
+ENCODED = "encoded_"  # first part of the names of encoded inputs, which are not stored
+COUNTED = "view"  # array whose length is the intended number of samples
+RENDERING = "rendering"  # attribute of the store that holds how long its samples took
+MOST_SAMPLES = 100_000_000  # largest number of samples of a split
 
 
 class SampleStore:

@@ -20,14 +20,9 @@ from model.scene.transfer_function import TF_SAMPLES
 Split = Literal["train", "holdout"]
 """Split of the samples: for training, or held out for evaluation."""
 
-TF_STREAM = 3
-"""Seed component of random opacity TFs without images, distinct from all splits'."""
-
-EDIT_STREAM = 4
-"""Seed component of random edits of opacity TFs."""
-
-EDIT_HEIGHT = 0.1
-"""Maximum opacity that random edits add or subtract."""
+TF_STREAM = 3  # seed component of random opacity TFs without images, distinct from all splits'
+EDIT_STREAM = 4  # seed component of random edits of opacity TFs
+EDIT_HEIGHT = 0.1  # maximum opacity that random edits add or subtract
 
 
 def sample_rng(seed: int, split: Split, index: int) -> np.random.Generator:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from model.errors import TfscopeError
 from model.scene.volume import Triple
 
-LEAST_LENGTH = 0.005
-"""Shortest side of a crop box, as a fraction of the volume's."""
+LEAST_LENGTH = 0.005  # shortest side of a crop box, as a fraction of the volume's
 
 
 @dataclass(frozen=True)

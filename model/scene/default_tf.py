@@ -38,8 +38,7 @@ SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75
 OPAQUE_RAY = 0.5
 """Opacity from which a ray counts as one through what is shown, with the mode at its highest."""
 
-RIM_FLANK = 0.2
-"""Height at which the flank of the rim's peak ends, as a fraction of the peak's."""
+RIM_FLANK = 0.2  # height at which the flank of the rim's peak ends, as a fraction of the peak's
 
 DISTINCT = 3.0
 """Flanks from the rim's peak to the scalar range's end from which on that is no noise of the peak,
@@ -56,8 +55,7 @@ and the fraction of what is not background in which that does not count."""
 MOST_FACTOR, FACTORS = 32.0, 41
 """Largest factor by which optical depths are raised, and how many are tried in equal ratios."""
 
-LEAST_AMPLITUDE, MOST_AMPLITUDE = 0.02, 0.9
-"""Limits of the opacities of modes."""
+LEAST_AMPLITUDE, MOST_AMPLITUDE = 0.02, 0.9  # limits of the opacities of modes
 
 
 def default_transfer_function(volume: Volume) -> TransferFunction:
@@ -211,14 +209,9 @@ NARROW = 0.08
 DENSE_SHARES = (0.01, 0.3)
 """Fraction of the voxels above air that may be much denser than soft tissue: bone."""
 
-PROMINENCE = 0.1
-"""Height of a peak above its saddles, as a power of ten."""
-
-SPECKS = 1e-4
-"""Fraction of the voxels in a bin that is too small for a peak."""
-
-SMOOTHING = 5
-"""Bins of 256 over which a histogram is averaged."""
+PROMINENCE = 0.1  # height of a peak above its saddles, as a power of ten
+SPECKS = 1e-4  # fraction of the voxels in a bin that is too small for a peak
+SMOOTHING = 5  # bins of 256 over which a histogram is averaged
 
 
 def body_range(volume: Volume) -> Range | None:

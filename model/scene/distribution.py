@@ -16,15 +16,12 @@ _COUNTABLE = 1 << 16
 _SAMPLES = 1 << 18
 """Voxels of which percentiles are taken where the values cannot be counted one by one."""
 
-_KEPT = 16
-"""Most histograms that are kept."""
+_KEPT = 16  # most histograms that are kept
 
 _FEWEST_STEPS = 64
 """Steps that the data must have for bins to follow them, if steps are larger than 1."""
 
-_EXACT = 2.0**52
-"""Below this size a float holds whole numbers and halves."""
-
+_EXACT = 2.0**52  # below this size a float holds whole numbers and halves
 Range = tuple[float, float]
 
 

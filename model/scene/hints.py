@@ -23,21 +23,14 @@ FAINTEST = 1.5 / 255
 TRANSPARENT = 1e-5
 """Opacity of a voxel below which even a thousand of them, one behind another, are not seen."""
 
-FEW = 1e-5
-"""Share of the voxels that is easily missed in an image."""
+FEW = 1e-5  # share of the voxels that is easily missed in an image
 
 FAINT_PART = 0.01
 """Fraction of a TF's largest opacity below which a scalar value hardly counts as shown."""
 
-POINTS_PER_BIN = 9
-"""Scalar values of a bin at which the opacity is looked up."""
-
-CLOSE = 0.7
-"""Distance of the view below which a part of the volume may lie outside the image."""
-
-SMALLEST = 0.01
-"""Least diameter of a visible volume, as a fraction of the image's height."""
-
+POINTS_PER_BIN = 9  # scalar values of a bin at which the opacity is looked up
+CLOSE = 0.7  # distance of the view below which a part of the volume may lie outside the image
+SMALLEST = 0.01  # least diameter of a visible volume, as a fraction of the image's height
 Cause = Literal["tf", "crop", "view"]
 
 
@@ -45,10 +38,8 @@ Cause = Literal["tf", "crop", "view"]
 class Emptiness:
     """Reason why an image shows nothing."""
 
-    text: str
-    """One sentence for the user."""
-    cause: Cause
-    """What to change: the TF, the crop box, or the view."""
+    text: str  # one sentence for the user
+    cause: Cause  # what to change: the TF, the crop box, or the view
 
 
 def nothing_visible(rgba: NDArray[np.float32]) -> bool:
@@ -130,24 +121,16 @@ def _out_of_view(view: View, aspect: float) -> str:
     return ""
 
 
-LEAST_RISE = 0.05
-"""Least height of a part that is mentioned, as a fraction of the largest opacity."""
-
-LEAST_SHADE = 0.1
-"""The same of a colour, of its full brightness."""
+LEAST_RISE = 0.05  # least height of a part that is mentioned, as a fraction of the largest opacity
+LEAST_SHADE = 0.1  # the same of a colour, of its full brightness
 
 LEAST_WIDTH = 0.7
 """Width of a part of a curve that is drawn about as it is, in entries of the tables. A single
 sample of a TF that was made of 256 is 1 wide."""
 
-WANTED_ENTRIES = 8
-"""Entries that the remedy gives the narrowest part."""
-
-ROUND_STEPS = 40
-"""Steps of the remedy that its ends are rounded to, about."""
-
-REACH = 2.0
-"""How far from its mean a mode is followed, in widths."""
+WANTED_ENTRIES = 8  # entries that the remedy gives the narrowest part
+ROUND_STEPS = 40  # steps of the remedy that its ends are rounded to, about
+REACH = 2.0  # how far from its mean a mode is followed, in widths
 
 
 @dataclass(frozen=True)
@@ -156,12 +139,9 @@ class NarrowPart:
 
     values: Range
     """Lowest and highest value of the narrow part, or of all of them, in the data's units."""
-    scalar_range: Range
-    """The TF's range."""
-    remedy: Range
-    """A range that shows the narrow part as it is."""
-    scale: ValueScale
-    """Scale that all these lie on."""
+    scalar_range: Range  # the TF's range
+    remedy: Range  # a range that shows the narrow part as it is
+    scale: ValueScale  # scale that all these lie on
 
     @property
     def sentence(self) -> str:

@@ -23,8 +23,7 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Transf
 from model.scene.view import VIEW_PARAMETERS, View, upright_frame
 
 _LAB_LOW = np.array([0.0, -86.185, -107.863])
-_LAB_HIGH = np.array([100.0, 98.254, 94.482])
-"""Extent of the RGB cube in CIELAB (L, a, b)."""
+_LAB_HIGH = np.array([100.0, 98.254, 94.482])  # extent of the RGB cube in CIELAB (L, a, b)
 
 
 def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -39,8 +38,7 @@ def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
     return (2 * (lab - _LAB_LOW) / (_LAB_HIGH - _LAB_LOW) - 1).astype(np.float32)
 
 
-Arrays = dict[str, NDArray[Any]]
-"""Stored inputs of N images by name, each of shape (N, ...)."""
+Arrays = dict[str, NDArray[Any]]  # stored inputs of N images by name, each of shape (N, ...)
 
 
 @dataclass(frozen=True)
@@ -52,8 +50,7 @@ class SceneInputs:
     color_tf: ColorTF
     light: LightDirection | None = None
     """Light direction of a lit scene; None is the scene's fixed light."""
-    crop: CropBox | None = None
-    """Part of the volume that is shown; None for all of it."""
+    crop: CropBox | None = None  # part of the volume that is shown; None for all of it
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -70,21 +67,16 @@ class SceneInputs:
 class InputField:
     """Definition of one scene input for sampler, store and networks."""
 
-    name: str
-    """Name of the field of :class:`SceneInputs` and of the stored array."""
-    shape: tuple[int, ...]
-    """Shape of one stored value."""
-    dtype: str
-    """Data type of stored values."""
-    numbers: int
-    """Length of its part of the condition vector; 0 for TFs."""
+    name: str  # name of the field of `SceneInputs` and of the stored array
+    shape: tuple[int, ...]  # shape of one stored value
+    dtype: str  # data type of stored values
+    numbers: int  # length of its part of the condition vector; 0 for TFs
     varies: Callable[[Scene], bool]
     """Returns True if the input varies among images of a scene; otherwise it is neither drawn,
     stored nor encoded."""
     draw: Callable[[np.random.Generator, Scene, dict[str, Any]], Any]
     """Draws a value, given a random generator, the scene and the inputs drawn before."""
-    store: Callable[[Any, Scene], NDArray[Any]]
-    """Converts a value to an array of `shape`."""
+    store: Callable[[Any, Scene], NDArray[Any]]  # converts a value to an array of `shape`
     encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
     """Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges."""
     outside: Callable[[Any, Scene], list[str]]

@@ -33,23 +33,12 @@ from model.scene.volume import Triple
 FACING = (0.0, 30.0, -30.0)
 """Azimuths of a volume whose file says where its front is, the usual one first."""
 
-AROUND = (30.0, -30.0, 60.0, 0.0, -60.0)
-"""Azimuths of other volumes, the usual one first."""
-
-ELEVATIONS = (15.0, 35.0)
-"""The usual elevation, and that of slabs that lie."""
-
-SLAB = 0.65
-"""Height of a slab that lies, at most, as a part of its mean width."""
-
-WORTH = 1.3
-"""Factor by which an unusual view must show more."""
-
-NEARLY = 0.9
-"""Part of the most that a more usual one of them may show in its place."""
-
-OUTLINE = 32
-"""Tangents around an outline whose area is measured."""
+AROUND = (30.0, -30.0, 60.0, 0.0, -60.0)  # azimuths of other volumes, the usual one first
+ELEVATIONS = (15.0, 35.0)  # the usual elevation, and that of slabs that lie
+SLAB = 0.65  # height of a slab that lies, at most, as a part of its mean width
+WORTH = 1.3  # factor by which an unusual view must show more
+NEARLY = 0.9  # part of the most that a more usual one of them may show in its place
+OUTLINE = 32  # tangents around an outline whose area is measured
 
 
 def home_angles(offsets: NDArray[np.float64], up: str, front: str = "") -> tuple[float, float]:
@@ -94,8 +83,7 @@ STANDARD_VIEWS = {
 NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
 """Limits of the home view's distance for a generator: those that it is trained for."""
 
-NEAREST, FARTHEST = 0.05, 1.5
-"""Limits of the home view's distance elsewhere."""
+NEAREST, FARTHEST = 0.05, 1.5  # limits of the home view's distance elsewhere
 
 
 def corners(box: CropBox) -> NDArray[np.float64]:
@@ -103,17 +91,10 @@ def corners(box: CropBox) -> NDArray[np.float64]:
     return np.array(list(itertools.product(*zip(box.low, box.high, strict=True))))
 
 
-WHOLE = corners(CropBox())
-"""Corners of a volume: what has them in the image has all of it."""
-
-HALVINGS = 20
-"""Halvings of the interval in which the nearest distance that fits is searched."""
-
-MARGIN = 0.05
-"""Part of half the image's side that is left free around a volume that just fits."""
-
-FILLED = 0.85
-"""Part of an image's height that what is shown of a volume fills in the home view."""
+WHOLE = corners(CropBox())  # corners of a volume: what has them in the image has all of it
+HALVINGS = 20  # halvings of the interval in which the nearest distance that fits is searched
+MARGIN = 0.05  # part of half the image's side that is left free around a volume that just fits
+FILLED = 0.85  # part of an image's height that what is shown of a volume fills in the home view
 
 LINE, LINE_WIDTH = 200.0, 0.1
 """Ratio of the longest to the next side from which on a volume is a line, of which the home view

@@ -15,8 +15,7 @@ NEAREST_DEPTH = 0.01
 """Least distance in front of the eye at which something is seen, in bounding-sphere radii."""
 
 _TANGENT = math.tan(math.radians(VIEW_ANGLE / 2))
-_RADIUS = 0.5
-"""Of the bounding sphere, where proportions are lengths relative to its diameter."""
+_RADIUS = 0.5  # of the bounding sphere, where proportions are lengths relative to its diameter
 
 
 @dataclass(frozen=True)
@@ -28,8 +27,7 @@ class Projection:
     """
 
     view: View
-    proportions: Triple
-    """The volume's."""
+    proportions: Triple  # the volume's
 
     @property
     def eye(self) -> NDArray[np.float64]:

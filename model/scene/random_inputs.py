@@ -42,9 +42,7 @@ MIN_WIDTH_BINS = 2.0
 
 LEAST_CONSTANT = 0.001
 CURVE_POINTS = 3, 8
-COLOR_MAP_SHARE = 0.4
-"""Fraction of the family "drawn" whose colours are one of :data:`COLOR_MAPS`."""
-
+COLOR_MAP_SHARE = 0.4  # fraction of the family "drawn" whose colours are one of `COLOR_MAPS`
 Stops = tuple[tuple[float, float, float], ...]
 
 COLOR_MAPS: dict[str, Stops] = {

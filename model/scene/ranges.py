@@ -15,14 +15,12 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range,
 from model.scene.value_scale import ValueScale, place_of, value_at
 from model.scene.volume import Volume
 
-TAIL = 0.001
-"""Share of the voxels at each end that does not decide about the range."""
+TAIL = 0.001  # share of the voxels at each end that does not decide about the range
 
 SQUEEZED = 8
 """The range is narrowed where the voxels but for the tails would fill less than 1/8 of it."""
 
-ROOM = 1.0
-"""How far a narrowed range may reach beyond the voxels without tails, in widths of these."""
+ROOM = 1.0  # how far a narrowed range may reach beyond the voxels without tails, in widths of these
 
 
 def percentile_range(volume: Volume, low: float, high: float) -> Range:
@@ -261,9 +259,8 @@ class RangeChoice:
     Raises :class:`TfscopeError` for numbers that do not increase, or percentages beyond 0 to 100.
     """
 
-    low: float
+    low: float  # in the data's own units, or per cent of the voxels, 0 to 100; low < high
     high: float
-    """In the data's own units, or per cent of the voxels, 0 to 100; low < high."""
     are_percentiles: bool = False
 
     def __post_init__(self) -> None:

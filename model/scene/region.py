@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from model.errors import RenderError
 
-Mask = NDArray[np.bool_]
-"""Pixels of a region: shape (rows, columns), row 0 at the top."""
+Mask = NDArray[np.bool_]  # pixels of a region: shape (rows, columns), row 0 at the top
 
 Shape = int | tuple[int, int]
 """Size of a square image, or rows and columns of one that has the square in its middle."""
@@ -18,11 +17,8 @@ Shape = int | tuple[int, int]
 Reach = tuple[float, float]
 """Half an image's width and height, in sides of the square in its middle."""
 
-SQUARE: Reach = (0.5, 0.5)
-"""Reach of a square image."""
-
-EDGE = 0.01
-"""Part of the image, from its border, that an outline must reach into to be seen."""
+SQUARE: Reach = (0.5, 0.5)  # reach of a square image
+EDGE = 0.01  # part of the image, from its border, that an outline must reach into to be seen
 
 
 @dataclass(frozen=True)
@@ -121,8 +117,7 @@ class Outline:
         return mask
 
 
-ImageRegion = Region | Outline
-"""Part of an image, in an image of any size or of one size only."""
+ImageRegion = Region | Outline  # part of an image, in an image of any size or of one size only
 
 
 def _rows_and_columns(shape: Shape) -> tuple[int, int]:

@@ -18,8 +18,7 @@ from model.scene.value_scale import ValueScale, place_of
 from model.scene.view import DEFAULT_UP, ViewRange
 from model.scene.volume import Triple, Volume
 
-FORMAT_VERSION = 5
-"""Version of the scene's format in stores and models."""
+FORMAT_VERSION = 5  # version of the scene's format in stores and models
 
 Lighting = Literal["none", "direct", "soft", "path"]
 """Emission-absorption only; gradient shading; shadows and ambient light from a grid, which the ray
@@ -56,34 +55,26 @@ class Scene:
 
     volume_name: str = field(compare=False)
     """Display name; volumes are identified by the fingerprint."""
-    volume_fingerprint: str
-    """:attr:`model.scene.volume.Volume.fingerprint` of the volume."""
+    volume_fingerprint: str  # `fingerprint` of the volume
     scalar_range: Range
     """Range over which TFs lie, on the scale: :attr:`model.scene.volume.Volume.scalar_range`.
     Voxels may lie beyond it; they look as those at its ends do."""
-    scalar_window: Range
-    """Range of the means of random opacity modes, on the scale."""
-    image_size: int
-    """Width and height of the colour image in pixels, 16 to 4096."""
+    scalar_window: Range  # range of the means of random opacity modes, on the scale
+    image_size: int  # width and height of the colour image in pixels, 16 to 4096
     lighting: Lighting = "none"
-    light: LightDirection | None = None
-    """None exactly when the lighting is "none"."""
+    light: LightDirection | None = None  # None exactly when the lighting is "none"
     light_range: LightRange | None = None
     """Range of a movable light; None for a fixed light or no light."""
-    sample_distance: float = 0.5
-    """Distance between samples along a ray in voxels, 0.01 to 10."""
+    sample_distance: float = 0.5  # distance between samples along a ray in voxels, 0.01 to 10
     view_range: ViewRange = field(default_factory=ViewRange)
-    renderer: RendererName = "vtk"
-    """Renderer of the training images."""
+    renderer: RendererName = "vtk"  # renderer of the training images
     proportions: Triple = (1.0, 1.0, 1.0)
     """Lengths of the volume along x, y and z, relative to the diameter of its bounding sphere.
     Scenes of earlier versions lack them and take the sphere's bounding cube."""
     dimensions: tuple[int, int, int] | None = None
     """Voxels along x, y and z. Scenes of earlier versions lack them."""
-    tf_family: TFFamily = "drawn"
-    """Random TFs of the scene, see :mod:`model.scene.random_inputs`."""
-    scale: ValueScale = "linear"
-    """Scale of the volume, of both ranges and of TFs."""
+    tf_family: TFFamily = "drawn"  # random TFs of the scene, see `random_inputs`
+    scale: ValueScale = "linear"  # scale of the volume, of both ranges and of TFs
 
     def __post_init__(self) -> None:
         lo, hi = self.scalar_range

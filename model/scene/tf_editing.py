@@ -26,8 +26,7 @@ from model.scene.transfer_function import (
 
 _Item = TypeVar("_Item")
 
-NEW_MODE_WIDTH = 1 / 25
-"""Width of an added mode, as a fraction of the scalar range."""
+NEW_MODE_WIDTH = 1 / 25  # width of an added mode, as a fraction of the scalar range
 
 
 def opacity_handles(opacity: OpacityTF) -> list[tuple[float, float]]:
@@ -265,8 +264,7 @@ CURVE_ERROR = 0.02
 The root, as a faint haze over many values is seen where a small difference at a peak is not.
 """
 
-LEAST_AMPLITUDE = 0.004
-"""Opacity below which no mode is fitted: one step of an 8-bit image."""
+LEAST_AMPLITUDE = 0.004  # opacity below which no mode is fitted: one step of an 8-bit image
 
 
 def fitted_curve(opacity: OpacityTF) -> OpacityTF:

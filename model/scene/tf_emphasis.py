@@ -27,15 +27,9 @@ STRIKING_COLORS = (
 )
 """Colours to choose from for a mode that is to stand out, all safe for the colour-blind."""
 
-STEP = 2.0
-"""Factor of the opacity by :func:`raise_value`, and divisor by :func:`lower_value`."""
-
-DARK = 10
-"""Lightness in CIELAB (0 to 100) up to which a colour counts as background."""
-
-LEAST_RAISE = 0.05
-"""Opacity of the mode that :func:`raise_value` adds."""
-
+STEP = 2.0  # factor of the opacity by `raise_value`, and divisor by `lower_value`
+DARK = 10  # lightness in CIELAB (0 to 100) up to which a colour counts as background
+LEAST_RAISE = 0.05  # opacity of the mode that `raise_value` adds
 TINY = 1e-12
 
 

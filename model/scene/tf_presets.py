@@ -20,12 +20,8 @@ from model.scene.value_scale import ValueScale
 LOW_HU, HIGH_HU = -500.0, 500.0
 """A range that reaches beyond both is taken for HU: air is at -1000, dense bone above 1000."""
 
-_SMOOTHING = 5
-"""Bins over which a histogram is averaged before peaks are looked for."""
-
-_FREQUENT = 0.3
-"""Height from which a peak counts, as a fraction of the highest one's."""
-
+_SMOOTHING = 5  # bins over which a histogram is averaged before peaks are looked for
+_FREQUENT = 0.3  # height from which a peak counts, as a fraction of the highest one's
 _Point = tuple[float, float]
 _Stop = tuple[float, float, float, float]
 
@@ -34,11 +30,9 @@ _Stop = tuple[float, float, float, float]
 class Preset:
     """A TF to begin with."""
 
-    name: str
+    name: str  # for users
     explanation: str
-    """For users."""
-    tf: TransferFunction
-    """Over the scalar range asked for."""
+    tf: TransferFunction  # over the scalar range asked for
 
 
 @dataclass(frozen=True)
@@ -126,8 +120,7 @@ _DENSE_PARTS = _Recipe(
 )  # fmt: skip
 """Over places from 0, the background's most frequent value, to 1, of the densest voxels."""
 
-DENSE_SHARE = 0.004
-"""Fraction of all voxels that count as the densest."""
+DENSE_SHARE = 0.004  # fraction of all voxels that count as the densest
 
 AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0
 """What background, soft tissue and dense bone of a CT have."""
@@ -182,18 +175,13 @@ def looks_like_hu(data_range: Range, units: str = "") -> bool:
 class _Landmarks:
     """Values found in a histogram."""
 
-    peak: float
+    peak: float  # the background's most frequent value, and its end
     low: float
-    """The background's most frequent value, and its end."""
-    middle: float
+    middle: float  # middle and almost largest value of the voxels above the background
     high: float
-    """Middle and almost largest value of the voxels above the background."""
-    tissue: float
-    """The highest value of those that are frequent above the background."""
-    dense: float
-    """The least value of the densest voxels: a fraction :data:`DENSE_SHARE` of all."""
-    highest: float
-    """The largest value of all."""
+    tissue: float  # the highest value of those that are frequent above the background
+    dense: float  # the least value of the densest voxels: a fraction `DENSE_SHARE` of all
+    highest: float  # the largest value of all
 
 
 def _landmarks(counts: NDArray[np.int64], edges: NDArray[np.float64]) -> _Landmarks:
@@ -259,8 +247,7 @@ COLOR_MAPS: dict[str, str] = {
 }
 """Names of colour maps in `cmap`, by the names that users see."""
 
-MAP_STOPS = 9
-"""Number of stops of a colour TF made from a map: as many as a user can move."""
+MAP_STOPS = 9  # number of stops of a colour TF made from a map: as many as a user can move
 
 
 def map_colors(name: str, count: int) -> NDArray[np.float64]:

@@ -13,27 +13,16 @@ from model.scene.tf_emphasis import raised
 from model.scene.transfer_function import OpacityTF, Range
 from model.scene.volume import Volume
 
-GRID = 64
-"""Largest number of voxels per axis."""
+GRID = 64  # largest number of voxels per axis
 
 STRAY = 0.0005
 """Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
 
-LEAST_OPACITY = 0.005
-"""Part of the largest opacity from which on a voxel counts as shown."""
-
-LEAST_RAY = 0.1
-"""Opacity from which on a ray counts as showing what it passes."""
-
-SHOWS = 0.8
-"""Opacity at which the median ray ends through what is made visible."""
-
-MOST_RAISE = 12
-"""Doublings of an opacity at most."""
-
-LEVELS = 2048
-"""Scalar values that are distinguished, eight per bin of a TF."""
-
+LEAST_OPACITY = 0.005  # part of the largest opacity from which on a voxel counts as shown
+LEAST_RAY = 0.1  # opacity from which on a ray counts as showing what it passes
+SHOWS = 0.8  # opacity at which the median ray ends through what is made visible
+MOST_RAISE = 12  # doublings of an opacity at most
+LEVELS = 2048  # scalar values that are distinguished, eight per bin of a TF
 _OPAQUE = 1 - 1e-6
 
 

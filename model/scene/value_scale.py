@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from model.scene.distribution import Distribution
 
-ValueScale = Literal["linear", "log"]
-"""Values as they are, or their decimal logarithm."""
+ValueScale = Literal["linear", "log"]  # values as they are, or their decimal logarithm
 
 SCALE_NAMES: dict[ValueScale, str] = {
     "linear": "the values as they are",
@@ -33,18 +32,14 @@ LOGARITHM_OFFER = (
 SMALL_PART = 0.01
 """Part of the range, from its lower end, in which nearly all values must lie for the offer."""
 
-MOST = 0.95
-"""Share of the positive values that counts as nearly all."""
-
-FEW_NEGATIVE = 0.01
-"""Share of the voxels that may lie below zero for the offer."""
+MOST = 0.95  # share of the positive values that counts as nearly all
+FEW_NEGATIVE = 0.01  # share of the voxels that may lie below zero for the offer
 
 LEAST_RATIO = 30.0
 """Ratio of large values to small ones, without a hundredth at each end, from which the logarithm
 tells apart more than a narrower range would."""
 
-_FARTHEST = 307.0
-"""Logarithms farther from 0 than this are no floating-point numbers' any more."""
+_FARTHEST = 307.0  # logarithms farther from 0 than this are no floating-point numbers' any more
 
 
 def value_at(place: float, scale: ValueScale) -> float:

@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 
 from model.errors import ViewError
 
-AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
-"""Names of a volume's axes, with their sign."""
-
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")  # names of a volume's axes, with their sign
 DEFAULT_UP = "+z"
 
 _USUAL_FRONTS = {"+x": "-y", "-x": "-y", "+y": "+z", "-y": "-z", "+z": "-y", "-z": "-y"}
@@ -55,11 +53,8 @@ def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
     return frame
 
 
-VIEW_PARAMETERS = 5
-"""Number of view parameters in network inputs, see :meth:`View.vector`."""
-
-VIEW_ANGLE = 30.0
-"""Full vertical angle of the perspective camera, in degrees."""
+VIEW_PARAMETERS = 5  # number of view parameters in network inputs, see `vector`
+VIEW_ANGLE = 30.0  # full vertical angle of the perspective camera, in degrees
 
 FAR_DISTANCE_RADII = 1.0 / math.sin(math.radians(VIEW_ANGLE / 2))
 """Camera distance, in bounding-sphere radii, at which the sphere just fills the image.
@@ -77,13 +72,10 @@ _IDENTITY = np.eye(3)
 class ViewRange:
     """Range of views that generators are trained for."""
 
-    max_elevation: float = 80.0
-    """Elevations run over +- this angle, in degrees."""
-    max_roll: float = 10.0
-    """Rolls run over +- this angle, in degrees."""
-    nearest: float = 0.4
+    max_elevation: float = 80.0  # elevations run over +- this angle, in degrees
+    max_roll: float = 10.0  # rolls run over +- this angle, in degrees
+    nearest: float = 0.4  # limits of the distance; at 1 the whole volume is in view
     farthest: float = 1.0
-    """Limits of the distance; at 1 the whole volume is in view."""
     up: str = DEFAULT_UP
     """The volume's axis that the angles are about, one of :data:`model.scene.view.AXES`: without a
     roll, it points up in every image."""
@@ -110,10 +102,8 @@ class View:
     out of range.
     """
 
-    azimuth: float = 0.0
-    """Rotation about the z axis, degrees, any finite value; 360 equals 0."""
-    elevation: float = 0.0
-    """Angle above the xy plane, degrees, -90..90."""
+    azimuth: float = 0.0  # rotation about the z axis, degrees, any finite value; 360 equals 0
+    elevation: float = 0.0  # angle above the xy plane, degrees, -90..90
     roll: float = 0.0
     """Rotation about the line of sight, degrees; positive turns the camera counter-clockwise, so
     that the image turns clockwise."""

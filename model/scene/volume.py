@@ -29,28 +29,20 @@ ChoiceKind = Literal["series", "array", "time", "channel", "component"]
 class Content:
     """One of the volumes that a file or folder holds."""
 
-    kind: ChoiceKind
-    """What sets it apart from the others of the same kind."""
-    name: str
-    """The file's own name of it, or its number among those of its kind, from 0."""
-    dimensions: tuple[int, ...]
-    """Number of voxels along x, y and z."""
-    scalar_type: str
-    """NumPy's name of the type, for example ``"uint16"``."""
-    nbytes: int
-    """Size of the voxels, uncompressed."""
-    is_read: bool = False
-    """Whether it is the one that was read."""
+    kind: ChoiceKind  # what sets it apart from the others of the same kind
+    name: str  # the file's own name of it, or its number among those of its kind, from 0
+    dimensions: tuple[int, ...]  # number of voxels along x, y and z
+    scalar_type: str  # NumPy's name of the type, for example ``"uint16"``
+    nbytes: int  # size of the voxels, uncompressed
+    is_read: bool = False  # whether it is the one that was read
 
 
 @dataclass(frozen=True)
 class FileFacts:
     """Facts from the file of a volume; each is empty where the file is silent."""
 
-    format: str = ""
-    """Name of the format, for example ``"NIfTI-1"``."""
-    spacing_unit: str = ""
-    """Unit of spacing and origin, for example ``"mm"``."""
+    format: str = ""  # name of the format, for example ``"NIfTI-1"``
+    spacing_unit: str = ""  # unit of spacing and origin, for example ``"mm"``
     directions: tuple[tuple[float, float, float], ...] = ()
     """Unit vectors along the grid's axes x, y and z in the file's space."""
     space: str = ""
@@ -102,25 +94,18 @@ class Volume:
     """Finite values of any real numeric type, x fastest, native byte order; as the file has them.
     Renderers interpolate between them, and clamp to the scalar range afterwards. Shape (nz, ny,
     nx)."""
-    spacing: Triple = (1.0, 1.0, 1.0)
-    """Distance between voxel centres along x, y and z, each > 0."""
-    origin: Triple = (0.0, 0.0, 0.0)
-    """Position of the centre of voxel (0, 0, 0)."""
-    name: str = "volume"
-    """Display name, usually the file's stem."""
-    units: str = ""
-    """Unit of the scalars, empty when unknown."""
+    spacing: Triple = (1.0, 1.0, 1.0)  # distance between voxel centres along x, y and z, each > 0
+    origin: Triple = (0.0, 0.0, 0.0)  # position of the centre of voxel (0, 0, 0)
+    name: str = "volume"  # display name, usually the file's stem
+    units: str = ""  # unit of the scalars, empty when unknown
     notes: tuple[str, ...] = field(default=())
     """Changes made by the file reader, each a sentence for the user."""
-    up: str = ""
-    """Axis that points up, to a patient's head, such as ``"+z"``; empty when unknown."""
+    up: str = ""  # axis that points up, to a patient's head, such as ``"+z"``; empty when unknown
     axis_labels: tuple[str, ...] = field(default=())
     """The patient's direction (R, L, A, P, S or I) that each of :data:`~model.scene.view.AXES`
     points to; empty when unknown."""
-    file: FileFacts = field(default=FileFacts())
-    """What the volume's file says beyond its voxels."""
-    chosen_range: Range | None = None
-    """A scalar range other than that of the voxels, see :meth:`over`."""
+    file: FileFacts = field(default=FileFacts())  # what the volume's file says beyond its voxels
+    chosen_range: Range | None = None  # a scalar range other than that of the voxels, see `over`
     missing: NDArray[np.bool_] | None = None
     """True where nothing was measured; None where every voxel was. The voxels there are finite
     numbers that mean nothing: no range, histogram, statistic or TF has them, and they are
@@ -131,8 +116,7 @@ class Volume:
     scale: ValueScale = "linear"
     """It is "log" where the voxels are the logarithms of those of `linear`, see :meth:`on_scale`.
     All that is said of voxels and ranges then holds on that scale."""
-    stored: Volume | None = None
-    """The same volume as it was read, of one whose scale is "log"."""
+    stored: Volume | None = None  # the same volume as it was read, of one whose scale is "log"
 
     def __post_init__(self) -> None:
         voxels = self.voxels

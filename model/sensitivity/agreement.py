@@ -26,8 +26,7 @@ from model.sensitivity.display import cosine
 from model.sensitivity.exact import region_sensitivity, sensitivity_field
 from model.sensitivity.learned import Sensitivity
 
-BLOCKS = 8
-"""Number of blocks along each side of the image."""
+BLOCKS = 8  # number of blocks along each side of the image
 
 
 @dataclass(frozen=True)

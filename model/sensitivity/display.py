@@ -26,9 +26,7 @@ they become brighter. It is 0 for a black region, and where some pixels become b
 much as others become darker. "change" is the l2 norm of the colours' change.
 """
 
-SMALL_EDIT = 0.01
-"""Opacity that the edits of the displayed unit add where they are highest."""
-
+SMALL_EDIT = 0.01  # opacity that the edits of the displayed unit add where they are highest
 UNIT = "change of pixel value per +.01 opacity"
 
 FLOOR = 1 / 2550
@@ -50,14 +48,9 @@ COLOR_MAPS = {
 }
 """By the fields that are shown; the last for one whose colours compare with all values' fields."""
 
-BACKDROP = 0.45
-"""Brightness of the grey image behind a field."""
-
-_OPAQUE_FROM = 0.35
-"""Part of the scale from which colours are opaque."""
-
-_CLIP_QUANTILE = 0.998
-"""Share of the pixels within the scale; single pixels do not set it."""
+BACKDROP = 0.45  # brightness of the grey image behind a field
+_OPAQUE_FROM = 0.35  # part of the scale from which colours are opaque
+_CLIP_QUANTILE = 0.998  # share of the pixels within the scale; single pixels do not set it
 
 
 def per_small_edit(edit: NDArray[np.floating]) -> float:
@@ -185,8 +178,7 @@ def _over_gray(
     return np.asarray(gray * (1 - alpha) + colors * alpha)
 
 
-NEGLIGIBLE = 1e-10
-"""Norm of displayed responses up to which they are rounding."""
+NEGLIGIBLE = 1e-10  # norm of displayed responses up to which they are rounding
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,7 @@ from model.scene.tf_perturbation import (
 )
 from model.scene.transfer_function import TF_SAMPLES
 
-TOGETHER = 8
-"""Forward passes that are one batch."""
+TOGETHER = 8  # forward passes that are one batch
 
 
 class Sensitivity:

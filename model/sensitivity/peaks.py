@@ -73,8 +73,7 @@ def _crossing(curve: NDArray[np.floating], place: int, end: int, step: int, leve
     return place - step * float((level - curve[place]) / (inner - curve[place]))
 
 
-LEAST_SHARE = 0.05
-"""Prominence of a peak, as a share of the highest value, from which it counts."""
+LEAST_SHARE = 0.05  # prominence of a peak, as a share of the highest value, from which it counts
 
 
 @dataclass(frozen=True)
@@ -140,33 +139,20 @@ def strongest_intervals(
     )
 
 
-SMOOTHING = 3.0
-"""Standard deviation of the smoothing, in bins, so that noise is not many values."""
-
-NAMED_SHARE = 0.05
-"""Share of the place's visibility from which a value is named."""
-
-CORE = 0.2
-"""Part of a peak's height down to which the values around it are said to be of the peak."""
-
-LEAST_FLANK = 0.08
-"""Share of what lies beyond, on one side, from which it is named by itself."""
-
-TAIL = 0.02
-"""Share of what is visible of some values that is left out at either end of their range."""
-
-SAME = 10
-"""Most bins between a value and the one that it was before an edit."""
+SMOOTHING = 3.0  # standard deviation of the smoothing, in bins, so that noise is not many values
+NAMED_SHARE = 0.05  # share of the place's visibility from which a value is named
+CORE = 0.2  # part of a peak's height down to which the values around it are said to be of the peak
+LEAST_FLANK = 0.08  # share of what lies beyond, on one side, from which it is named by itself
+TAIL = 0.02  # share of what is visible of some values that is left out at either end of their range
+SAME = 10  # most bins between a value and the one that it was before an edit
 
 
 @dataclass(frozen=True)
 class Contribution:
     """A scalar value that shows at a place of the image."""
 
-    value: float
-    """In the data's units."""
-    share: float
-    """Its share, with the values around it, of the place's visibility, 0 to 1."""
+    value: float  # in the data's units
+    share: float  # its share, with the values around it, of the place's visibility, 0 to 1
     reach: Range
     """The lowest and the highest of these values, without a fiftieth of the share at each end."""
 

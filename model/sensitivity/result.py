@@ -31,23 +31,17 @@ class SensitivityResult:
     scalar_range: Range
     scalar_window: Range
     """Values of interest; those of the background may be 100 times as sensitive."""
-    units: str
-    """Unit of the scalars; may be empty."""
+    units: str  # unit of the scalars; may be empty
     opacity: NDArray[np.float32]
     """The opacity TF, at scalar values evenly spaced over the range. Shape (256,)."""
-    image: NDArray[np.float32]
-    """Shape (S, S, 3)."""
+    image: NDArray[np.float32]  # shape (S, S, 3)
     sensitivity: NDArray[np.float32]
     """Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI."""
-    width: float
-    """Standard deviation of the edits in bins."""
+    width: float  # standard deviation of the edits in bins
     measure: Measure
-    source: str
-    """Who computed it, for titles, such as "exact, by the ray caster"."""
-    place: str
-    """The region or the values, for titles."""
-    pixels: int
-    """Number of the region's or of a block's pixels."""
+    source: str  # who computed it, for titles, such as "exact, by the ray caster"
+    place: str  # the region or the values, for titles
+    pixels: int  # number of the region's or of a block's pixels
     edit: NDArray[np.float32] | None = None
     """The edit of a value's sensitivity. Shape (256,)."""
     colors: NDArray[np.floating] | None = None

@@ -20,10 +20,8 @@ class WhatIf:
     image: NDArray[np.float32]
     difference: NDArray[np.float32]
     """With the edit, and its difference from the image without it. Shape (S, S, 3)."""
-    rmse: float
-    """Of the difference, over the region that was asked for."""
-    predicted: float | None = None
-    """`rmse` to first order; None if unknown."""
+    rmse: float  # of the difference, over the region that was asked for
+    predicted: float | None = None  # `rmse` to first order; None if unknown
 
 
 def edited(inputs: SceneInputs, edit: NDArray[np.floating], height: float) -> SceneInputs:

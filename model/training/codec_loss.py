@@ -20,8 +20,7 @@ from model.training.batch import EncodedBatch
 from model.training.options import TrainingOptions
 from model.training.parallel import rank, ranks
 
-LAYER = 32
-"""Thickness in voxels of the layers whose opacity the loss includes."""
+LAYER = 32  # thickness in voxels of the layers whose opacity the loss includes
 
 
 class CodecLoss:

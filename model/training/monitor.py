@@ -150,14 +150,12 @@ def _save_sheet(path: Path, rows: list[np.ndarray[Any, np.dtype[np.float32]]]) -
 LEAST_DIVERSITY = 0.1
 """Ratio of the spreads of generated and rendered images below which images have collapsed."""
 
-LEAST_RANK = 1.05
-"""Effective rank of the latent codes below which they vary in one dimension only."""
+LEAST_RANK = 1.05  # effective rank of the latent codes below which they vary in one dimension only
 
 LEAST_SPREAD = 1e-4
 """Largest standard deviation of a latent dimension below which all codes count as equal."""
 
-PATIENCE = 2
-"""Number of consecutive collapsed measurements that end a run."""
+PATIENCE = 2  # number of consecutive collapsed measurements that end a run
 
 WARM_UP = 600
 """Number of steps of a stage before which measurements are not checked.

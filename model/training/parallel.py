@@ -17,8 +17,7 @@ from torch import distributed, nn
 
 Value = TypeVar("Value")
 
-MAX_STAGES = 16
-"""Upper limit of a run's stages; ranks number their sample streams beyond it."""
+MAX_STAGES = 16  # upper limit of a run's stages; ranks number their sample streams beyond it
 
 
 @contextmanager

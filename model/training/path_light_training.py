@@ -27,14 +27,9 @@ from model.networks.path_light_network import (
 from model.samples.path_light_pairs import FEW, Pairs
 from model.training.stage import EMA
 
-SHARES = (0.5, 0.25, 0.25)
-"""Of the numbers of samples in :data:`model.samples.path_light_pairs.FEW` among what is learned."""
-
-CUT = 96
-"""Width and height of the parts of pictures that are learned, in pixels."""
-
-REPORT_STEPS = 500
-"""Steps between two reports."""
+SHARES = (0.5, 0.25, 0.25)  # of the numbers of samples in `FEW` among what is learned
+CUT = 96  # width and height of the parts of pictures that are learned, in pixels
+REPORT_STEPS = 500  # steps between two reports
 
 
 @dataclass(frozen=True)

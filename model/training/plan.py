@@ -158,8 +158,7 @@ def _built_for(scene: Scene) -> dict[str, Any]:
 
 NAME = "training precision"
 
-TURNS = 4
-"""Steps of each precision that are timed, after a first one that prepares what stays."""
+TURNS = 4  # steps of each precision that are timed, after a first one that prepares what stays
 
 EMULATED = 2.0
 """Ratio of the times from which on it needs no second look: emulated, bfloat16 takes ten times as

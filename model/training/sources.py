@@ -126,12 +126,9 @@ def reduced(samples: SampleBatch, image_size: int) -> SampleBatch:
 DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "soft": 8.0}
 """Uses per sample by lighting; rendering then takes at most a quarter of a run on a CPU."""
 
-FIRST_SAMPLES = 512
-"""Number of samples rendered before the first batch."""
-
+FIRST_SAMPLES = 512  # number of samples rendered before the first batch
 RING_BYTES = 512 << 20
-RING_SAMPLES = 8192
-"""Largest number of samples in the ring."""
+RING_SAMPLES = 8192  # largest number of samples in the ring
 
 PROCESS_RINGS = 4
 """Both limits of the ring are so many times as large on machines that render in processes."""
@@ -272,8 +269,7 @@ def _timed(
     return samples, time.thread_time() - start
 
 
-_own: Callable[[range], tuple[SampleBatch, float]]
-"""How a rendering process renders samples."""
+_own: Callable[[range], tuple[SampleBatch, float]]  # how a rendering process renders samples
 
 
 def _start_worker(volume: Volume, scene: Scene, seed: int) -> None:

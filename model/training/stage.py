@@ -349,8 +349,7 @@ class RecordedPass:
 
 BETA1 = 0.5
 
-WARM_UP = 0.03
-"""Fraction of a stage over which a cosine schedule's learning rate first rises."""
+WARM_UP = 0.03  # fraction of a stage over which a cosine schedule's learning rate first rises
 
 LEAST_DECAY = 1e-3
 """Initial and final learning rate of a cosine schedule, as a fraction of its maximum."""

@@ -315,8 +315,7 @@ def _split_notice(stage: Stage) -> str:
     )
 
 
-MANY_WORKERS = 4
-"""Number of processors from which on samples for a GPU are rendered by processes."""
+MANY_WORKERS = 4  # number of processors from which on samples for a GPU are rendered by processes
 
 
 def run_job(
