@@ -74,6 +74,7 @@ class OrientationCube(QWidget):
         self._dragged = False
         self._hovered = ""
         self._faces: list[_Face] = []
+        self._seen: object = None
         self._labels: tuple[str, ...] | None = None
         self.setFixedSize(QSize(SIZE, SIZE))
         self.setMouseTracking(True)
@@ -190,6 +191,10 @@ class OrientationCube(QWidget):
         if self.isHidden():
             return
         state = self._state
+        seen = state.view, state.up_axis, state.front_axis, dict(self.labels)
+        if seen == self._seen:
+            return
+        self._seen = seen
         self._faces = _visible(faces(state.up_axis, state.front_axis), self.labels, state)
         shape = QRegion()
         middle = QPointF(SIZE / 2, SIZE / 2)

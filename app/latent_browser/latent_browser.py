@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
@@ -25,6 +24,7 @@ from app.state.latent_pictures import GridPicture, HoverPicture, LatentPictures
 from app.state.latent_state import CodecChoice, LatentChoices, LatentState, Place
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
+from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PlotArea
 from model.latent.latent_map import CELLS, Brush
 from model.scene.tf_editing import fitted_curve
@@ -175,9 +175,7 @@ class Preview(QObject):
         self._pane = pane
         self._area = area
         self._covers = False
-        self._curve: Any = pg.PlotCurveItem(
-            pen=pg.mkPen(theme.WARNING, width=1.6, dash=[5, 3]), antialias=True
-        )
+        self._curve = Curve(pg.mkPen(theme.WARNING, width=1.6, dash=[5, 3]))
         self._curve.setZValue(80)
         self._curve.hide()
         area.opacity.addItem(self._curve, ignoreBounds=True)

@@ -84,6 +84,8 @@ class PlotMouse(QObject):
         return False
 
     def _move(self, event: QMouseEvent) -> None:
+        if event.buttons() and self._pressed is None:
+            return
         value = self._value_at(event.position())
         if not event.buttons():
             # Who has just moved a handle, or is about to, looks at the picture.

@@ -17,6 +17,7 @@ from app import theme
 from app.sensitivity_view.findings import ROWS, Peaks, displayed_now, of_interest
 from app.short_numbers import short
 from app.state.sensitivity_asker import SensitivityAsker
+from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PlotArea, label_font
 from model.scene.ranges import value_text
 from model.scene.tf_perturbation import edit_over
@@ -96,9 +97,7 @@ class ResponseLayer:
         self._view = area.second
         self._limit = FLOOR
         self.peaks = Peaks()
-        self._curves: dict[str, Any] = {
-            name: pg.PlotCurveItem(antialias=True) for name in ("exact", "learned")
-        }
+        self._curves = {name: Curve() for name in ("exact", "learned")}
         self._zero = pg.InfiniteLine(0, angle=0)
         self._cut = pg.ScatterPlotItem(size=9, pen=None)
         self._stems = pg.PlotCurveItem(connect="pairs")
@@ -129,7 +128,7 @@ class ResponseLayer:
     def curve(self, name: str) -> NDArray[np.float64]:
         """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
         curve = self._curves[name]
-        return np.asarray(curve.yData if curve.isVisible() and curve.yData is not None else [])
+        return np.asarray(curve.heights if curve.isVisible() else [])
 
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return headings and rows of the curves that are drawn, a row for each scalar value."""
@@ -257,6 +256,7 @@ class ResponseLayer:
                     }
                 )
         self._cut.setData(spots)
+        self._cut.setVisible(bool(spots))
 
     def mark_stale(self) -> None:
         """Dim the curves that are not of the present image."""
@@ -304,6 +304,7 @@ class ResponseLayer:
         xs = [self._area.axis.place(interval.value) for interval in flagged]
         ys = [min(max(each.response, -self._limit), self._limit) for each in flagged]
         self._tops.setData(xs, ys)
+        self._tops.setVisible(bool(xs))
         self._stems.setData(np.repeat(xs, 2), np.array([[y, top] for y in ys]).ravel())
 
 
@@ -324,7 +325,7 @@ class VisibleLayer:
 
     def __init__(self, area: PlotArea, asker: SensitivityAsker) -> None:
         self._area, self._asker, self._state = area, asker, asker.state
-        self._curve: Any = pg.PlotCurveItem(fillLevel=0, antialias=True)
+        self._curve = Curve()
         self._curve.setZValue(-5)
         area.back.addItem(self._curve, ignoreBounds=True)
         self._labels: list[Any] = []

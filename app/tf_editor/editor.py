@@ -124,6 +124,8 @@ class TransferFunctionEditor(QFrame):
         self._state.calm.ask(self._draw, self._draw)
 
     def _finish_tf(self, tf: TransferFunction) -> None:
+        for handle in (*self.opacity.handles, *self.color.stops, *self.range.lines):
+            handle.rest()
         self._follow_range(tf)
         # Not while something moves: the plot has the numbers then.
         self.card.refresh()

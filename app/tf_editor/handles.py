@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from PySide6.QtCore import QObject, QPoint, QPointF, QRectF, Qt, Signal
+from PySide6.QtCore import QObject, QPoint, QPointF, QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import (
     QGraphicsItem,
@@ -28,6 +28,9 @@ Shape = Literal["circle", "square", "pin", "line"]
 _RADIUS = {"circle": 6.0, "square": 4.0, "pin": 6.0, "line": 0.0}
 _REACH = 12.0
 """Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
+
+STEP_MS = 30
+"""Least time between two steps of a drag: a mouse sends far more than pictures can follow."""
 
 _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
 
@@ -64,6 +67,9 @@ class DragHandle(QGraphicsObject):
         self._look = QColor(theme.CURVE), False, False
         self._hovered = False
         self._grip: QPointF | None = None
+        self._wanted: QPointF | None = None
+        self._pause = QTimer(self, singleShot=True, interval=STEP_MS)
+        self._pause.timeout.connect(self._step)
         self.adds = False
 
     def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:
@@ -131,14 +137,16 @@ class DragHandle(QGraphicsObject):
         event.accept()
 
     def mouseMoveEvent(self, event: QGraphicsSceneMouseEvent) -> None:
-        """Say where the mark is dragged to."""
+        """Say where the mark is dragged to, now or after a pause since it was said last."""
         if self._grip is not None:
-            wanted = self._plot_position(event) + self._grip
-            self._drag(wanted.x(), wanted.y())
+            self._wanted = self._plot_position(event) + self._grip
+            if not self._pause.isActive():
+                self._step()
 
     def mouseReleaseEvent(self, _event: QGraphicsSceneMouseEvent) -> None:
         """End the drag."""
         if self._grip is not None:
+            self._step()
             self._grip = None
             self._release()
 
@@ -161,6 +169,17 @@ class DragHandle(QGraphicsObject):
         """Restore the mark's size."""
         self._hovered = False
         self.update()
+
+    def rest(self) -> None:
+        """Leave out the step that waits: the edit has ended."""
+        self._wanted = None
+        self._pause.stop()
+
+    def _step(self) -> None:
+        wanted, self._wanted = self._wanted, None
+        if wanted is not None:
+            self._pause.start()
+            self._drag(wanted.x(), wanted.y())
 
     def _plot_position(self, event: QGraphicsSceneMouseEvent) -> QPointF:
         return self.parentItem().mapFromScene(event.scenePos())

@@ -1,4 +1,4 @@
-"""The volume's histogram behind the opacity plot."""
+"""Curves and areas in the plots, and the volume's histogram behind them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 from numpy.typing import NDArray
-from PySide6.QtGui import QColor
+from PySide6.QtCore import QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QPainter, QPainterPath, QPen
+from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
 from app import theme
 from app.short_numbers import significant
@@ -22,6 +24,68 @@ _WIDEST_GAP = 8  # largest distance, in bins, between two teeth of a comb
 _COMB = 0.1  # least share of empty bins in narrow gaps that makes a histogram a comb
 
 
+_OVERHANG = 0.05
+"""How far a pen may reach out of the curve that it draws, in widths of a plot and own heights."""
+
+
+class Curve(QGraphicsItem):
+    """A line in a plot, with the area below it if it has a brush.
+
+    Painted with each picture of a drag, it takes an eighth of the time of pyqtgraph's.
+
+    Attributes
+    ----------
+    heights : ndarray of float, shape (n,)
+    """
+
+    def __init__(self, pen: QPen | None = None) -> None:
+        super().__init__()
+        self.heights: NDArray[np.floating] = np.empty(0)
+        self._pen, self._brush = pen or QPen(Qt.PenStyle.NoPen), QBrush()
+        self._line, self._area, self._box = QPainterPath(), QPainterPath(), QRectF()
+
+    def setPen(self, pen: QPen) -> None:
+        """Draw the line in another way."""
+        self._pen = pen
+        self.update()
+
+    def setBrush(self, brush: QBrush | QColor) -> None:
+        """Fill the area in another way."""
+        self._brush = QBrush(brush)
+        self.update()
+
+    def draw(self, places: NDArray[np.floating], heights: NDArray[np.floating]) -> None:
+        """Draw another line."""
+        self.prepareGeometryChange()
+        self.heights = heights
+        self._line = pg.arrayToQPath(places, heights)
+        self._area = QPainterPath(self._line)
+        if len(places):
+            self._area.lineTo(places[-1], 0.0)
+            self._area.lineTo(places[0], 0.0)
+        box = self._area.controlPointRect()
+        over = _OVERHANG * (1.0 + box.height())
+        self._box = box.adjusted(-_OVERHANG, -over, _OVERHANG, over)
+
+    def boundingRect(self) -> QRectF:
+        """Return the area that is painted."""
+        return self._box
+
+    def shape(self) -> QPainterPath:
+        """Return no area, as the mouse is not the curve's."""
+        return QPainterPath()
+
+    def paint(
+        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
+    ) -> None:
+        """Draw the area, and then the line."""
+        if self._brush.style() != Qt.BrushStyle.NoBrush:
+            painter.fillPath(self._area, self._brush)
+        if self._pen.style() != Qt.PenStyle.NoPen:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            painter.strokePath(self._line, self._pen)
+
+
 class HistogramLayer:
     """Draws numbers of voxels, logarithmically, in a plot with heights from 0 to 1.
 
@@ -32,8 +96,9 @@ class HistogramLayer:
     """
 
     def __init__(self, view: Any) -> None:
-        self._curve: Any = pg.PlotCurveItem(fillLevel=0, pen=None)
+        self._curve = Curve()
         self._curve.setZValue(-10)
+        self._curve.setCacheMode(QGraphicsItem.CacheMode.DeviceCoordinateCache)
         view.addItem(self._curve, ignoreBounds=True)
         self.counts: NDArray[np.int64] = np.zeros(1, dtype=np.int64)
         self.edges: NDArray[np.float64] = np.array([0.0, 1.0])
@@ -73,11 +138,12 @@ class HistogramLayer:
         places = axis.places(self.edges).clip(-_BEYOND, 1.0 + _BEYOND)
         shown = np.diff(places) > 0
         if not shown.any():
-            self._curve.setData([], [], stepMode=None)
+            self._curve.draw(np.empty(0), np.empty(0))
             return
         first, last = np.flatnonzero(shown)[[0, -1]]
         heights = np.log1p(self._drawn) / max(np.log1p(self._drawn.max()), 1.0)
-        self._curve.setData(places[first : last + 2], heights[first : last + 1], stepMode="center")
+        ends = np.repeat(places[first : last + 2], 2)[1:-1]
+        self._curve.draw(ends, np.repeat(heights[first : last + 1], 2))
 
 
 def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:

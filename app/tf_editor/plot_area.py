@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
 from app import theme
 from app.controls import BY_KEYS, add_action
 from app.tf_editor.handles import DragHandle
-from app.tf_editor.histogram import HistogramLayer
+from app.tf_editor.histogram import Curve, HistogramLayer
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale
@@ -89,7 +89,7 @@ class PlotArea(QObject):
         self.axis = ScalarAxis.over((0.0, 1.0))
         self.data_range: Range = (0.0, 1.0)
         self.scale = OpacityScale()
-        self._drawn: dict[Any, tuple[NDArray[np.floating], Range, bool]] = {}
+        self._drawn: dict[Curve, tuple[NDArray[np.floating], Range, bool]] = {}
         self._units = ""
         self.widget: Any = pg.GraphicsLayoutWidget()
         self.widget.setProperty("role", "plots")
@@ -280,20 +280,20 @@ class PlotArea(QObject):
 
     def draw(
         self,
-        item: Any,
+        item: Curve,
         heights: NDArray[np.floating],
         scalar_range: Range,
         *,
         are_opacities: bool = False,
     ) -> None:
-        """Draw heights (n,) at even values over a range in a PlotCurveItem, on every axis.
+        """Draw heights (n,) at even values over a range by a curve, on every axis.
 
         The opacity plot's scale applies to them if they are opacities.
         """
         self._drawn[item] = heights, scalar_range, are_opacities
         self._draw(item)
 
-    def _draw(self, item: Any) -> None:
+    def _draw(self, item: Curve) -> None:
         heights, scalar_range, are_opacities = self._drawn[item]
         places = self.axis.places(np.linspace(*scalar_range, len(heights)))
         inside = (places >= 0) & (places <= 1)
@@ -302,7 +302,7 @@ class PlotArea(QObject):
             ends = [end for end in (0.0, 1.0) if places[0] < end < places[-1]]
             cut = np.union1d(places[inside], ends)
             places, heights = cut, np.interp(cut, places, heights)
-        item.setData(places, self.scale.heights(heights) if are_opacities else heights)
+        item.draw(places, self.scale.heights(heights) if are_opacities else heights)
 
     def zoom(self, steps: float, place: float = 0.5) -> None:
         """Zoom in by a number of steps, out by a negative one, around a place of the plots."""

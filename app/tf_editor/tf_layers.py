@@ -16,6 +16,7 @@ from PySide6.QtWidgets import QColorDialog
 from app import theme
 from app.short_numbers import significant
 from app.tf_editor.handles import DragHandle, HandleMoves, handle_name
+from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
 from app.tf_editor.unit_axis import WIDTHS, ScalarAxis
 from model.scene import tf_editing as edits
@@ -38,13 +39,19 @@ class OpacityLayer(QObject):
         super().__init__(area)
         self._area, self._moves = area, moves
         self._state, self._selection = moves.state, moves.selection
-        self._fill: Any = pg.PlotCurveItem(pen=None, fillLevel=0)
+        self._fill = Curve()
         area.back.addItem(self._fill, ignoreBounds=True)
+        self._filled: object = None
         self._curve, self._selected_curve = self._add_curve(), self._add_curve()
         self.peaks: list[DragHandle] = []  # handles of the modes or points, in order
         self.flanks = tuple(self._add_flank() for _ in range(2))
         """Left and right handle of the selected mode's width."""
         self.recolor()
+
+    @property
+    def handles(self) -> list[DragHandle]:
+        """All handles."""
+        return [*self.peaks, *self.flanks]
 
     def refresh(self) -> None:
         """Redraw the state's TF."""
@@ -52,9 +59,11 @@ class OpacityLayer(QObject):
         # Values beyond the TF's range look like its ends.
         self._values = self._area.axis.values(_PLACES).clip(*tf.scalar_range)
         heights = self._area.scale.heights(tf.opacity(self._values))
-        self._curve.setData(_PLACES, heights)
-        self._fill.setData(_PLACES, heights)
-        self._fill.setBrush(_gradient(tf, self._area.axis))
+        self._curve.draw(_PLACES, heights)
+        self._fill.draw(_PLACES, heights)
+        if self._filled != (tf.color, self._area.axis):
+            self._filled = tf.color, self._area.axis
+            self._fill.setBrush(_gradient(tf, self._area.axis))
         self._place_peaks(tf)
         self._place_flanks(tf)
 
@@ -65,13 +74,14 @@ class OpacityLayer(QObject):
         while len(self.peaks) > len(positions):
             self._area.opacity.removeItem(self.peaks.pop())
         selected = self._selection.indices("opacity")
+        colors = tf.color(np.array([value for value, _ in positions])).tolist()
         for index, (value, opacity) in enumerate(positions):
             handle = self.peaks[index]
             # The mean of a mode may be outside the range; its handle is at the range's end.
             place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
             handle.setPos(place, self._area.scale.height(opacity))
             handle.setVisible(0.0 <= place <= 1.0)
-            handle.set_look(QColor.fromRgbF(*map(float, tf.color(value))), index in selected)
+            handle.set_look(QColor.fromRgbF(*colors[index]), index in selected)
 
     def _place_flanks(self, tf: TransferFunction) -> None:
         index = self._selection.index("opacity")
@@ -86,7 +96,7 @@ class OpacityLayer(QObject):
         widths = _VISIBLE_LOG_WIDTHS if scale.logarithmic else _VISIBLE_WIDTHS
         ends = [axis.place(mode.mean + side * widths * mode.width) for side in (-1, 1)]
         nearby = slice(*np.searchsorted(_PLACES, ends))
-        self._selected_curve.setData(_PLACES[nearby], heights[nearby])
+        self._selected_curve.draw(_PLACES[nearby], heights[nearby])
         for number, (handle, side) in enumerate(zip(self.flanks, (-1, 1), strict=True)):
             value = mode.mean + side * mode.width
             place = axis.place(value)
@@ -102,8 +112,8 @@ class OpacityLayer(QObject):
         self._selected_curve.setPen(dashed)
         self.refresh()
 
-    def _add_curve(self) -> Any:
-        curve = pg.PlotCurveItem(antialias=True)
+    def _add_curve(self) -> Curve:
+        curve = Curve()
         self._area.opacity.addItem(curve, ignoreBounds=True)
         return curve
 
@@ -181,6 +191,7 @@ class ColorLayer(QObject):
         super().__init__(area)
         self._area, self._moves = area, moves
         self._state, self._selection = moves.state, moves.selection
+        self._shown: object = None
         self._strip: Any = pg.ImageItem(axisOrder="row-major")
         area.strip.addItem(self._strip, ignoreBounds=True)
         self.stops: list[DragHandle] = []  # handles of the stops, in order
@@ -188,11 +199,14 @@ class ColorLayer(QObject):
     def refresh(self) -> None:
         """Redraw the state's colour TF."""
         color = self._moves.tf.color
-        # Values beyond the TF's range look like its ends.
-        values = self._area.axis.values(np.linspace(0.0, 1.0, _PIXELS)).clip(*color.scalar_range)
-        levels = np.rint(color(values) * 255).astype(np.uint8)
-        self._strip.setImage(levels[np.newaxis], levels=(0, 255))
-        self._strip.setRect(0.0, 0.0, 1.0, 1.0)
+        if self._shown != (color, self._area.axis):
+            self._shown = color, self._area.axis
+            # Values beyond the TF's range look like its ends.
+            places = np.linspace(0.0, 1.0, _PIXELS)
+            values = self._area.axis.values(places).clip(*color.scalar_range)
+            levels = np.rint(color(values) * 255).astype(np.uint8)
+            self._strip.setImage(levels[np.newaxis], levels=(0, 255))
+            self._strip.setRect(0.0, 0.0, 1.0, 1.0)
         while len(self.stops) < len(color.stops):
             self.stops.append(self._add_handle(len(self.stops)))
         while len(self.stops) > len(color.stops):

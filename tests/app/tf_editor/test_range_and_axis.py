@@ -143,7 +143,7 @@ def test_a_small_opacity_is_set_by_a_drag_on_the_logarithmic_scale(editor, state
     at = pixel(editor, 250.0, scale.height(0.02))
     double_click(editor, at)
     assert state.transfer_function.opacity.modes[-1].amplitude == pytest.approx(0.02, rel=0.1)
-    curve = editor.opacity._curve.getData()[1]
+    curve = editor.opacity._curve.heights
     assert curve.max() < scale.height(0.6)
 
 
