@@ -219,7 +219,7 @@ class GeneratorWork(QObject):
         elif self.scene is not None and opened is not None and not _is_alike(self.scene, opened):
             self._client.pause(
                 f"This model was trained over {SCALE_NAMES[self.scene.scale]}; here TFs lie over "
-                f"{SCALE_NAMES[opened.volume.scale]}; TF > Axis > Logarithmic scale changes that."
+                f"{SCALE_NAMES[opened.volume.scale]}; ⋯ > Axis > Logarithmic scale changes that."
             )
         else:
             self._client.resume()

@@ -300,7 +300,12 @@ class LatentPictures(QObject):
             drawn = [index for index, tf in enumerate(asked.tfs) if tf is not None]
             exposures: dict[int, float] = {}
             if asked.cells is None:
-                exposures = dict(zip(drawn, self._exposures(result.value, source), strict=True))
+                known = self.grid
+                if known and (known.tfs, known.inputs) == (asked.tfs, asked.inputs):
+                    # Finer pictures of the same keep their brightness.
+                    exposures = known.exposures
+                else:
+                    exposures = dict(zip(drawn, self._exposures(result.value, source), strict=True))
             images = dict(zip(drawn, result.value, strict=True))
             self._show_grid(replace(asked, images=images, exposures=exposures))
             if asked.cells is None and result.request.quality.live:

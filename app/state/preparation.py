@@ -147,7 +147,7 @@ class Preparation(QObject):
             # Those under way are half done.
             whole = spent * count / min(done + len(self._workers) / 2, count)
         seconds = 5 * max(math.ceil((whole - spent) / 5), 1)
-        return f"Compiling, once per data type and light: about {seconds} s left …"
+        return f"Compiling, about {seconds} s left …"
 
     def _say_progress(self) -> None:
         done = sum(map(self.is_prepared, self._wanted))

@@ -78,7 +78,7 @@ NEWS_MS = 5_000
 PENDING = "…"
 """End of sentences about what is still under way: they stay until the next one."""
 
-PREPARED_WIDTH = 380
+PREPARED_WIDTH = 240
 
 NARROW = 1180
 """Width in pixels below which the view's numbers are left out."""
@@ -113,6 +113,7 @@ class StatusLine(QStatusBar):
             "is half the shorter side of the image)"
         )
         self._prepared = QProgressBar()
+        self._prepared.setToolTip("Renderers are compiled once per data type and light")
         self._prepared.setFixedSize(PREPARED_WIDTH, HEIGHT - 6)
         self._prepared.hide()
         self.addWidget(self._left, 1)
