@@ -28,7 +28,7 @@ from model.samples.sample_store import SampleBatch, SampleStore
 from model.samples.sampling import draw_sample
 from model.scene.volume import Volume
 from model.sensitivity.agreement import sensitivity_agreement
-from model.training.options import TrainingOptions
+from model.training.options import TrainingOptions, flattened
 from model.training.plan import TrainingPlan, TrainingReport
 from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
@@ -302,8 +302,12 @@ def recipe_lines(study: Study, result: dict[str, Any]) -> list[str]:
         for variant in study.variants
         if (parts := _changes(variant, options))
     )
+    settings = (
+        f"{name}={str(value).lower() if isinstance(value, bool) else f'{value:g}'}"
+        for name, value in flattened(options.to_json()).items()
+    )
     return [
-        f"Recipe of all: {', '.join(_settings(options.to_json()))}.",
+        f"Recipe of all: {', '.join(settings)}.",
         f"Changed by each: {changes}.",
     ]
 
@@ -312,18 +316,6 @@ def _changes(variant: Variant, options: TrainingOptions) -> list[str]:
     dimension = variant.latent_dim
     codes = [] if dimension is None else [f"codes of {dimension} numbers"]
     return [*variant.changes(options), *codes]
-
-
-def _settings(data: dict[str, Any], prefix: str = "") -> list[str]:
-    """Return all options as settings of the command line."""
-    settings = []
-    for name, value in data.items():
-        if isinstance(value, dict):
-            settings += _settings(value, f"{prefix}{name}.")
-        else:
-            text = str(value).lower() if isinstance(value, bool) else f"{value:g}"
-            settings.append(f"{prefix}{name}={text}")
-    return settings
 
 
 def _cells(row: dict[str, Any]) -> list[str]:

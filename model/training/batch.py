@@ -26,10 +26,6 @@ class EncodedBatch:
     opacity_image: Tensor
     image: Tensor
 
-    def to(self, device: torch.device) -> EncodedBatch:
-        """Return the batch on a device."""
-        return self.map(lambda tensor: tensor.to(device))
-
     @property
     def tensors(self) -> list[Tensor]:
         """All tensors, in a fixed order."""

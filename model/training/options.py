@@ -164,13 +164,12 @@ class TrainingOptions:
         data = self.to_json()
         for setting in settings:
             name, _, text = setting.partition("=")
-            *path, last = name.strip().split(".")
-            place = data
-            for part in path:
-                place = place[part] if isinstance(place.get(part), dict) else {}
-            if last not in place or isinstance(place[last], dict):
-                names = ", ".join(_names(self.to_json()))
-                raise TrainingError(f"The recipe has no '{name.strip()}'; it has {names}.")
+            *stage, last = name.strip().split(".")
+            if name.strip() not in (known := flattened(data)):
+                raise TrainingError(
+                    f"The recipe has no '{name.strip()}'; it has {', '.join(known)}."
+                )
+            place = data[stage[0]] if stage else data
             place[last] = _like(place[last], setting, text.strip())
         return TrainingOptions.from_json(data)
 
@@ -206,12 +205,15 @@ class Budget:
         return samples / self.samples
 
 
-def _names(data: dict[str, Any]) -> list[str]:
-    """Names of all options; a stage's options are prefixed by its name."""
-    names = []
-    for name, value in data.items():
-        names += [f"{name}.{n}" for n in _names(value)] if isinstance(value, dict) else [name]
-    return names
+def flattened(options: dict[str, Any]) -> dict[str, Any]:
+    """Return all options by name; a stage's, such as "joint.batch_size", begin with its own."""
+    found: dict[str, Any] = {}
+    for name, value in options.items():
+        if isinstance(value, dict):
+            found |= {f"{name}.{inner}": each for inner, each in value.items()}
+        else:
+            found[name] = value
+    return found
 
 
 def _like(value: bool | int | float, setting: str, text: str) -> bool | int | float:

@@ -58,8 +58,7 @@ class SampleSource(ABC):
         the run, are skipped. Images can be smaller than the scene's.
         """
 
-    @abstractmethod
-    def check(self, batch_size: int) -> None:
+    def check(self, batch_size: int) -> None:  # noqa: B027
         """Raise :class:`model.errors.DatasetError` if there are too few samples."""
 
     def recipe(self) -> dict[str, Any]:
@@ -209,9 +208,6 @@ class StreamSource(SampleSource):
             ring.close()
             if pool is not None:
                 pool.shutdown(wait=False, cancel_futures=True)
-
-    def check(self, batch_size: int) -> None:
-        """Do nothing: the supply of samples is unlimited."""
 
     def recipe(self) -> dict[str, Any]:
         """Return all properties that must not change when a run is resumed, as plain data."""
