@@ -78,3 +78,8 @@ def _by_one_process(compile_: Callable[[Any], Any], name: str) -> Callable[[Any]
 def inlined(function: F) -> F:
     """Compile a function that is inlined into its callers, on CPU or GPU."""
     return numba.njit(function, forceinline=True, **OPTIONS)
+
+
+def called(function: F) -> F:
+    """Compile a function that stays one in its callers: rarely used, and long where inlined."""
+    return numba.njit(function, inline="never", **OPTIONS)

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
 from model.rendering.noise import noise_of
 from model.rendering.raster import Raster
@@ -29,6 +30,7 @@ from tests.reference_raycaster import (
     cast,
     correct,
     interpolated,
+    nearest,
     unit_field,
     weights_of,
 )
@@ -70,14 +72,17 @@ def picture(
     whole = np.zeros((*raster.shape, 4), dtype=per_sample.dtype)
     wide = min(raster.columns, RAYS_AT_ONCE)
     for tile in raster.tiles(wide, max(RAYS_AT_ONCE // wide, 1)):
-        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop)
+        is_nearest = inputs.is_nearest(volume)
+        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop, is_nearest)
         alpha = alphas_of(rays.bins, rays.shares, per_sample, least)
         weight = weights_of(alpha)
         rgb = np.stack([at_bins(rays.bins, c) for c in color.T], axis=-1).astype(per_sample.dtype)
         if glow is not None:
             rgb = rgb * _at_nodes(glow, rays.places, volume.dimensions)[..., None]
         elif lighting == "direct":
-            diffuse, gloss = _reflected(volume, field, rays, travel, inputs.crop)
+            steps = (_label_steps if is_nearest else _steps)(field, rays.places)
+            noise = 0.06 if is_nearest else NOISE * noise_of(field)
+            diffuse, gloss = _reflected(volume, steps, noise, rays, travel, inputs.crop)
             rgb = rgb * diffuse[..., None] + gloss[..., None]
         rows = slice(tile.top - raster.top, tile.bottom - raster.top)
         columns = slice(tile.left - raster.left, tile.right - raster.left)
@@ -86,14 +91,36 @@ def picture(
     return whole if np.iscomplexobj(whole) else np.clip(whole, 0, 1)
 
 
+def _steps(field: Array, places: Array) -> Array:
+    """Differences of the field a voxel further and a voxel back along each axis."""
+    pairs = [(interpolated(field, places + e), interpolated(field, places - e)) for e in np.eye(3)]
+    return np.stack([further - back for further, back in pairs], -1)
+
+
+def _label_steps(field: Array, places: Array) -> Array:
+    """Gradient of the share of the nearest voxel's label, by a cubic B-spline."""
+    spline = BSpline.basis_element([-2, -1, 0, 1, 2], extrapolate=False)
+    slope = spline.derivative()
+    own, total = nearest(field, places), np.zeros_like(places)
+    for offset in itertools.product((-1, 0, 1, 2), repeat=3):
+        voxel = np.floor(places) + np.array(offset)
+        weights = np.nan_to_num([spline(places - voxel), slope(places - voxel)])
+        for axis in range(3):
+            each = [weights[int(k == axis), ..., k] for k in range(3)]
+            total[..., axis] += (nearest(field, voxel) == own) * each[0] * each[1] * each[2]
+    return total
+
+
 def _reflected(
-    volume: Volume, field: Array, rays: Rays, travel: Array, crop: CropBox | None
+    volume: Volume,
+    steps: Array,
+    noise: float,
+    rays: Rays,
+    travel: Array,
+    crop: CropBox | None,
 ) -> tuple[Array, Array]:
     """Factor of the colour, and white gloss of each sample, by gradient shading."""
     places, spacing = rays.places, np.array(volume.spacing)
-    steps = np.stack(
-        [interpolated(field, places + e) - interpolated(field, places - e) for e in np.eye(3)], -1
-    )
     seen = rays.towards[..., None, :]
     change = np.linalg.norm(steps, axis=-1)
     normal = steps / spacing
@@ -104,7 +131,6 @@ def _reflected(
     mirrored = 2 * across[..., None] * unit - travel
     along = (mirrored * seen).sum(axis=-1) / np.linalg.norm(mirrored, axis=-1)
     shine = np.where(along > 0, np.abs(along) ** (2 * HALF_POWER), 0)
-    noise = NOISE * noise_of(field)
     # A ratio first: fourth powers of small numbers would be 0.
     ratio = np.divide(noise, change, out=np.full_like(change, np.inf), where=known)
     share = np.where(known, 1 / (1 + ratio**4), 0)

@@ -54,6 +54,7 @@ def cast(
     size: int | Raster,
     sample_distance: float,
     crop: CropBox | None = None,
+    is_nearest: bool = False,
 ) -> Rays:
     """Follow the rays through the centres of an image's pixels, in steps of some voxels."""
     right, up, back = view.basis()
@@ -83,8 +84,9 @@ def cast(
     places = (eye + along[..., None] * towards[..., None, :]) / np.array(volume.spacing)
     shown = shares > 0
     if volume.hidden is not None:
-        shown &= ~_nearest(volume.hidden, places)
-    bins = np.where(shown, np.clip(255 * interpolated(unit_field(volume), places), 0, 255), np.nan)
+        shown &= ~nearest(volume.hidden, places)
+    values = (nearest if is_nearest else interpolated)(unit_field(volume), places)
+    bins = np.where(shown, np.clip(255 * values, 0, 255), np.nan)
     return Rays(bins, shares, along, places, towards)
 
 
@@ -174,8 +176,8 @@ def _pixels(raster: Raster, view: View) -> tuple[Array, Array]:
     return x, y
 
 
-def _nearest(mask: NDArray[np.bool_], places: Array) -> NDArray[np.bool_]:
+def nearest(field: NDArray[Any], places: Array) -> NDArray[Any]:
     """Value of the nearest voxel at places (..., 3)."""
-    last = np.array(mask.shape[::-1]) - 1
+    last = np.array(field.shape[::-1]) - 1
     x, y, z = np.moveaxis(np.clip(np.floor(places + 0.5), 0, last).astype(np.int64), -1, 0)
-    return np.asarray(mask[z, y, x])
+    return np.asarray(field[z, y, x])

@@ -17,6 +17,9 @@ MATERIAL = 0.05  # share of the voxels from which on these count as a material
 QUARTILE = 0.31864
 """Size that a quarter of normally distributed numbers stay below, in standard deviations."""
 
+LABEL_NOISE = 0.02
+"""In place of noise, for a label's share of what is around: deep inside it has no direction."""
+
 _WEIGHTS = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 

@@ -28,7 +28,7 @@ from vtkmodules.vtkRenderingCore import (
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
 from model.errors import CannotDrawError, RenderError
-from model.rendering.noise import noise_of
+from model.rendering.noise import LABEL_NOISE, noise_of
 from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster
@@ -100,6 +100,7 @@ class VtkRenderer:
         actor = vtkVolume()
         self._uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
         self._set_shown(CropBox())
+        self._uniforms.SetUniformi("in_isNearest", 0)
         actor.SetMapper(self._mapper)
         actor.SetProperty(self._properties)
         self._renderer.AddVolume(actor)
@@ -125,6 +126,7 @@ class VtkRenderer:
         if lighting != "none":
             self._renderer.AddLight(self._lamp)
             actor.GetShaderProperty().AddFragmentShaderReplacement(*NORMAL_CORRECTION)
+            actor.GetShaderProperty().AddFragmentShaderReplacement(*_label_gradient(self._volume))
             noise = noise_of(self._scalars) / width
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_solid_lighting(self._volume, NOISE * noise)
@@ -137,10 +139,16 @@ class VtkRenderer:
         scalar_range = self._volume.scalar_range
         distance = sample_distance or self.sample_distance
         opacity = per_sample(inputs.opacity_tf.sample(scalar_range), distance)
-        self._opacity.BuildFunctionFromTable(*self._table_range, TF_SAMPLES, opacity.tolist())
-        self._color.BuildFunctionFromTable(
-            *self._table_range, TF_SAMPLES, inputs.color_tf.sample(scalar_range).ravel().tolist()
-        )
+        colors = inputs.color_tf.sample(scalar_range)
+        is_nearest = inputs.is_nearest(self._volume)
+        if is_nearest:
+            # VTK does not interpolate its tables either: each entry has the nearest bin's.
+            bins = np.rint(np.linspace(0, TF_SAMPLES - 1, TABLE_ENTRIES)).astype(int)
+            opacity, colors = opacity[bins], colors[bins]
+        self._uniforms.SetUniformi("in_isNearest", int(is_nearest))
+        self._properties.SetInterpolationType(int(not is_nearest))
+        self._opacity.BuildFunctionFromTable(*self._table_range, len(opacity), opacity.tolist())
+        self._color.BuildFunctionFromTable(*self._table_range, len(colors), colors.ravel().tolist())
         self._mapper.SetSampleDistance(distance)
         # VTK's own opacity correction ignores opacities below 1e-4, so it is made an identity.
         self._properties.SetScalarOpacityUnitDistance(distance)
@@ -184,7 +192,6 @@ class VtkRenderer:
 
     def _volume_property(self, lighting: Lighting) -> vtkVolumeProperty:
         properties = vtkVolumeProperty()
-        properties.SetInterpolationTypeToLinear()
         properties.SetScalarOpacity(self._opacity)
         properties.SetColor(self._color)
         if lighting == "none":
@@ -347,7 +354,8 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
     code = f"""
   vec3 change = shading_gradient.xyz * in_cellSpacing[0];
   float slope = length(change);
-  float ratio = slope > 0.0 ? {noise:.9e} / slope : 0.0;
+  float noise = in_isNearest != 0 ? {NOISE * LABEL_NOISE} : {noise:.9e};
+  float ratio = slope > 0.0 ? noise / slope : 0.0;
   float counts = slope > 0.0 ? 1.0 / (1.0 + ratio * ratio * ratio * ratio) : 0.0;
   diffuse = counts > 0.0 ? mix(vec3(0.5), diffuse, counts) : vec3(0.5);
   specular = counts > 0.0 ? counts * specular : vec3(0.0);
@@ -376,6 +384,40 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
   }}
   """
     return before, False, code + before, True
+
+
+def _label_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
+    """Return a shader replacement by which labels have the ray caster's gradient.
+
+    See :func:`model.rendering.raycast.shading.gradient`.
+    """
+    count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
+    before = "vec4 shading_gradient = computeGradient(g_dataPos, component, in_volume[0], 0);"
+    code = f"""
+  if (in_isNearest != 0)
+  {{
+    vec3 at = clamp(g_dataPos * {count} - 0.5, vec3(0.0), {count} - 1.0);
+    float own = texture3D(in_volume[0], (floor(at + 0.5) + 0.5) / {count}).r;
+    vec3 towards = vec3(0.0);
+    for (int n = 0; n < 64; n++)
+    {{
+      vec3 voxel = floor(at) + vec3(float(n % 4), float(n / 4 % 4), float(n / 16)) - 1.0;
+      vec3 inside = clamp(voxel, vec3(0.0), {count} - 1.0);
+      if (texture3D(in_volume[0], (inside + 0.5) / {count}).r == own)
+      {{
+        vec3 u = at - voxel;
+        vec3 t = abs(u);
+        vec3 rest = max(2.0 - t, 0.0);
+        vec3 isNear = vec3(lessThan(t, vec3(1.0)));
+        vec3 w = mix(rest * rest * rest / 6.0, 2.0 / 3.0 - t * t + 0.5 * t * t * t, isNear);
+        vec3 d = mix(-0.5 * rest * rest * sign(u), u * (1.5 * t - 2.0), isNear);
+        towards += vec3(d.x * w.y * w.z, w.x * d.y * w.z, w.x * w.y * d.z);
+      }}
+    }}
+    shading_gradient.xyz = towards / in_cellSpacing[0];
+  }}
+  """
+    return before, False, before + code, True
 
 
 def _extent(volume: Volume) -> NDArray[np.float64]:

@@ -21,6 +21,7 @@ from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
 from model.scene.view import VIEW_PARAMETERS, View, upright_frame
+from model.scene.volume import Volume
 
 _LAB_LOW = np.array([0.0, -86.185, -107.863])
 _LAB_HIGH = np.array([100.0, 98.254, 94.482])  # extent of the RGB cube in CIELAB (L, a, b)
@@ -51,6 +52,8 @@ class SceneInputs:
     light: LightDirection | None = None
     """Light direction of a lit scene; None is the scene's fixed light."""
     crop: CropBox | None = None  # part of the volume that is shown; None for all of it
+    interpolates: bool | None = None
+    """Whether there are values between voxels; None for yes, unless these are labels."""
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -61,6 +64,10 @@ class SceneInputs:
     def transfer_function(self) -> TransferFunction:
         """Both TFs as a pair."""
         return TransferFunction(self.opacity_tf, self.color_tf)
+
+    def is_nearest(self, volume: Volume) -> bool:
+        """Whether each place of a volume has the value of the nearest voxel."""
+        return volume.file.is_labels if self.interpolates is None else not self.interpolates
 
 
 @dataclass(frozen=True)
@@ -183,6 +190,21 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         store=lambda crop, scene: (crop or CropBox()).numbers(),
         encode=lambda rows, scene: (2 * rows - 1).astype(np.float32),
         outside=lambda crop, scene: [] if crop is None else ["a crop box"],
+    ),
+    InputField(
+        name="interpolates",
+        shape=(),
+        dtype="bool",
+        network="condition",
+        numbers=1,
+        # Models are trained as their volume is shown at first.
+        varies=lambda scene: False,
+        draw=lambda rng, scene, drawn: None,
+        store=lambda interpolates, scene: np.array(interpolates is not False),
+        encode=lambda rows, scene: (2.0 * rows[:, None] - 1).astype(np.float32),
+        outside=lambda interpolates, scene: (
+            [] if interpolates is None else ["another interpolation"]
+        ),
     ),
 )
 """All inputs, in drawing order; `view` is the first condition."""

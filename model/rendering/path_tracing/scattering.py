@@ -199,7 +199,7 @@ def surface_at(
         else:
             nz = ONE
     elif number < a:
-        nx, ny, nz = gradient(scatterer.medium.voxels, scatterer.medium.shape, x, y, z)
+        nx, ny, nz = gradient(scatterer.medium, x, y, z)
         square = nx * nx + ny * ny + nz * nz
         square *= square
         sx, sy, sz = optics.steepness

@@ -24,6 +24,7 @@ from model.rendering.raycast.trilinear import (
     halves,
     load_pair,
     locate,
+    nearest_of,
 )
 
 ADVANCE = np.float32(1e-3)
@@ -71,15 +72,13 @@ def level_at(medium: Any, x: Any, y: Any, z: Any) -> Any:
     place, fx, fy, fz = locate(medium.shape, x, y, z)
     row = np.uint64(medium.shape[0])
     layer = np.uint64(medium.shape[0] * medium.shape[1])
-    if len(medium.missing) > 0:
-        nearest = place + np.uint64(fx >= HALF)
-        if fy >= HALF:
-            nearest += row
-        if fz >= HALF:
-            nearest += layer
-        if medium.missing[nearest]:
-            return np.int32(NOTHING)
     voxels = medium.voxels
+    if medium.is_nearest or len(medium.missing) > 0:
+        nearest = nearest_of(medium.shape, place, fx, fy, fz)
+        if len(medium.missing) > 0 and medium.missing[nearest]:
+            return np.int32(NOTHING)
+        if medium.is_nearest:
+            return level_of(np.float32(voxels[nearest]), medium.scale)
     value = blend(
         halves(voxels, load_pair(voxels, place)),
         halves(voxels, load_pair(voxels, place + row)),

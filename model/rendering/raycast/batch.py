@@ -2,7 +2,7 @@
 
 Where samples are so close that the volume hardly bends between them (:data:`CLOSE`), it is read
 at every fourth one, and is linear between: what thin layers of a TF need are many look-ups of
-the TF, not of the volume.
+the TF, not of the volume. Labels have no linear values between them and are never read so.
 
 A CPU has vector arithmetic but must load voxels one by one; with both in one
 loop, the compiler moves every index and every voxel between scalar and vector
@@ -27,7 +27,9 @@ from model.rendering.raycast.trilinear import (
     halves,
     load_pair,
     locate,
+    nearest_of,
     pair_type,
+    weight_of,
 )
 
 BATCH = 32
@@ -130,12 +132,12 @@ def fetch(medium: Any, ray: Any, k: int, levels: Any, staging: Any) -> None:
     first, last = np.float32(k), np.float32(ray.count - 1)
     voxels, shape, scale = medium.voxels, medium.shape, medium.scale
     if len(levels) == BATCH:
-        _read(voxels, shape, ray, k, ONE, BATCH, staging)
+        _read(voxels, shape, medium.is_nearest, ray, k, ONE, BATCH, staging)
         for m in range(BATCH):
             level = level_of(_value(voxels, staging, m), scale)
             levels[m] = np.int32(NOTHING) if first + np.float32(np.int32(m)) > last else level
     else:
-        _read(voxels, shape, ray, k, np.float32(GROUP), BATCH + 1, staging)
+        _read(voxels, shape, False, ray, k, np.float32(GROUP), BATCH + 1, staging)
         for m in range(BATCH + 1):
             staging.x[m] = _value(voxels, staging, m)
         for m in range(BATCH):
@@ -162,6 +164,7 @@ def _position(ray: Any, t: Any) -> Any:
 def _read(
     voxels: Any,
     shape: Any,
+    is_nearest: Any,
     ray: Any,
     k: int,
     stride: Any,
@@ -173,7 +176,10 @@ def _read(
     for m in range(count):
         t = min(first + stride * np.float32(np.int32(m)), ray.last)
         x, y, z = _position(ray, t)
-        staging.place[m], staging.x[m], staging.y[m], staging.z[m] = locate(shape, x, y, z)
+        staging.place[m], fx, fy, fz = locate(shape, x, y, z)
+        staging.x[m] = weight_of(is_nearest, fx)
+        staging.y[m] = weight_of(is_nearest, fy)
+        staging.z[m] = weight_of(is_nearest, fz)
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     for m in range(count):
         one_by_one()
@@ -220,16 +226,9 @@ def _hide(missing: Any, shape: Any, ray: Any, k: int, levels: Any) -> None:
     So a missing voxel takes away what is nearer to it than to any other, and as its value was
     replaced by that of those around it, samples next to it are what was measured there.
     """
-    row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     for m in range(len(levels)):
         x, y, z = _position(ray, min(np.float32(k) + np.float32(np.int32(m)), ray.last))
-        place, fx, fy, fz = locate(shape, x, y, z)
-        place += np.uint64(fx >= HALF)
-        if fy >= HALF:
-            place += row
-        if fz >= HALF:
-            place += layer
-        if missing[place]:
+        if missing[nearest_of(shape, *locate(shape, x, y, z))]:
             levels[m] = np.int32(NOTHING)
 
 

@@ -40,6 +40,8 @@ class Medium(NamedTuple):
         Base-2 logarithm of a cell's edge in voxels.
     alphas : ndarray of float32, shape (levels,)
         Opacity of a sample at each level.
+    is_nearest : bool
+        Whether samples have the value of the nearest voxel, as labels have nothing in between.
     """
 
     voxels: Any
@@ -50,6 +52,7 @@ class Medium(NamedTuple):
     cell_shape: Any
     shift: Any
     alphas: Any
+    is_nearest: Any
 
 
 class Ray(NamedTuple):

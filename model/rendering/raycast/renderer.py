@@ -319,7 +319,9 @@ class RaycastRenderer:
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
             self._medium(
-                classified.opacity, self._classifier.cells_around(shown, distance, self.skip_empty)
+                inputs,
+                classified.opacity,
+                self._classifier.cells_around(shown, distance, self.skip_empty),
             ),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
@@ -349,7 +351,7 @@ class RaycastRenderer:
         distance, volume, raster = self.sample_distance, self._volume, Raster.of(size)
         classified = self._classified(inputs)
         arguments = (
-            self._medium(classified.opacity, classified.cells),
+            self._medium(inputs, classified.opacity, classified.cells),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
             raster.columns,
@@ -403,14 +405,15 @@ class RaycastRenderer:
         image = np.empty((*raster.shape, 4), dtype=np.float32)
         volume, classified = self._volume, self._classified(inputs, distance)
         arguments = (
-            self._medium(classified.opacity, classified.cells),
+            self._medium(inputs, classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
             *(self._light.of(inputs, classified) if lit else UNLIT),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
         )
-        self._run(draw_rows, arguments, image, depth, distance <= CLOSE)
+        is_close = distance <= CLOSE and not inputs.is_nearest(volume)
+        self._run(draw_rows, arguments, image, depth, is_close)
         # Specular highlights may exceed 1.
         return np.clip(image, 0, 1, out=image)
 
@@ -454,7 +457,7 @@ class RaycastRenderer:
         step = distance * volume.voxel_size
         classified = self._classified(inputs)
         return (
-            self._medium(classified.opacity, classified.cells),
+            self._medium(inputs, classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range),
             *self._light.of(inputs, classified).filled,
             np.float32(least_transparency(distance)),
@@ -469,7 +472,9 @@ class RaycastRenderer:
         apart = distance or self.sample_distance
         return self._classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
 
-    def _medium(self, opacity: NDArray[np.float32], cells: NDArray[np.int8]) -> Medium:
+    def _medium(
+        self, inputs: SceneInputs, opacity: NDArray[np.float32], cells: NDArray[np.int8]
+    ) -> Medium:
         """Return the volume as kernels read it: samples' opacities, and cells that are visible."""
         return Medium(
             self._voxels,
@@ -480,6 +485,7 @@ class RaycastRenderer:
             self.cells.shape,
             SHIFT,
             opacity,
+            inputs.is_nearest(self._volume),
         )
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.noise import noise_of
+from model.rendering.noise import LABEL_NOISE, noise_of
 from model.rendering.raycast.classification import Classification
 from model.rendering.raycast.illumination import Illumination, gradient_light
 from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
@@ -78,8 +78,9 @@ class SceneLight:
         light = inputs.light or self._default
         gradient, soft = None, None
         if self._lighting == "direct":
+            noise = LABEL_NOISE if inputs.is_nearest(self._volume) else self._noise
             gradient = gradient_light(
-                inputs.view, light, self._volume, inputs.crop, self._noise, classification.brightest
+                inputs.view, light, self._volume, inputs.crop, noise, classification.brightest
             )
         if self.grid is not None:
             soft = self.grid.grid(*self.soft_inputs(inputs), inputs.crop, classification.brightest)

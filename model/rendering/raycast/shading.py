@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from model.compilation import inlined
-from model.rendering.raycast.trilinear import clamp, interpolate_inside, locate
+from model.compilation import called, inlined
+from model.rendering.raycast.trilinear import clamp, interpolate_inside, locate, nearest_of
 
 ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32(2)
 
@@ -124,7 +124,7 @@ def reflect(medium: Any, light: Any, ray: Any, k: Any) -> Any:
     x = ray.start[0] + k * ray.step[0]
     y = ray.start[1] + k * ray.step[1]
     z = ray.start[2] + k * ray.step[2]
-    nx, ny, nz = gradient(medium.voxels, medium.shape, x, y, z)
+    nx, ny, nz = gradient(medium, x, y, z)
     change = nx * nx + ny * ny + nz * nz
     change *= change
     diffuse, gloss = HALF * light.diffuse, ZERO
@@ -209,12 +209,16 @@ def half_power(square: Any, power: int) -> Any:
 
 
 @inlined
-def gradient(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+def gradient(medium: Any, x: Any, y: Any, z: Any) -> Any:
     """Interpolate the differences between the next and the previous voxel along each axis.
 
     That is the same as the difference of the field interpolated a voxel further and a voxel
-    back, with positions outside clamped to the faces, but shares rows of voxels.
+    back, with positions outside clamped to the faces, but shares rows of voxels. Of labels, whose
+    differences mean nothing, it is :func:`_towards_own`.
     """
+    voxels, shape = medium.voxels, medium.shape
+    if medium.is_nearest:
+        return _towards_own(voxels, shape, x, y, z)
     inner = x >= ONE and y >= ONE and z >= ONE
     inner = inner and x < np.float32(shape[0] - 2) and y < np.float32(shape[1] - 2)
     if not (inner and z < np.float32(shape[2] - 2)):
@@ -284,3 +288,43 @@ def _change(before: Any, first: Any, second: Any, behind: Any, share: Any) -> An
     """Interpolate between the central differences at the inner two of four values."""
     change = second - before
     return change + share * (behind - first - change)
+
+
+@called
+def _towards_own(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
+    """Gradient of the share of the nearest voxel's label among the 64 around.
+
+    They are weighted by a cubic B-spline, so that a staircase of voxels is a smooth surface. It
+    does not depend on the TF, as the derivatives by it demand.
+    """
+    x, y, z = clamp(x, shape[0]), clamp(y, shape[1]), clamp(z, shape[2])
+    place, fx, fy, fz = locate(shape, x, y, z)
+    own = voxels[nearest_of(shape, place, fx, fy, fz)]
+    i, j, k = np.int32(x), np.int32(y), np.int32(z)
+    gx, gy, gz = ZERO, ZERO, ZERO
+    for n in range(16):
+        b, c = j - 1 + (n & 3), k - 1 + (n >> 2)
+        wy, dy = _spline(y - np.float32(b))
+        wz, dz = _spline(z - np.float32(c))
+        row = shape[0] * (min(max(b, 0), shape[1] - 1) + shape[1] * min(max(c, 0), shape[2] - 1))
+        share, change = ZERO, ZERO
+        for a in range(i - 1, i + 3):
+            if voxels[np.uint64(row + min(max(a, 0), shape[0] - 1))] == own:
+                wx, dx = _spline(x - np.float32(a))
+                share += wx
+                change += dx
+        gx += change * wy * wz
+        gy += share * dy * wz
+        gz += share * wy * dz
+    return gx, gy, gz
+
+
+@inlined
+def _spline(u: Any) -> Any:
+    """Cubic B-spline at a distance of up to 2, and its derivative."""
+    t = abs(u)
+    if t < ONE:
+        return np.float32(2 / 3) - t * t + HALF * t * t * t, u * (np.float32(1.5) * t - TWO)
+    rest = TWO - t
+    slope = -HALF * rest * rest
+    return rest * rest * rest / np.float32(6), slope if u > ZERO else -slope

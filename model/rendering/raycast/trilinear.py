@@ -11,6 +11,8 @@ from numba.extending import intrinsic
 
 from model.compilation import inlined
 
+HALF = np.float32(0.5)
+
 
 def pair_type(array: Any) -> Any:
     """Return Numba's unsigned integer type with the width of two elements of an array."""
@@ -79,6 +81,23 @@ def locate(shape: Any, x: Any, y: Any, z: Any) -> Any:
     row = np.uint32(np.uint32(j) + np.uint32(np.uint32(shape[1]) * np.uint32(k)))
     place = np.uint64(np.uint32(i)) + np.uint64(np.uint32(shape[0])) * np.uint64(row)
     return place, x - np.float32(i), y - np.float32(j), z - np.float32(k)
+
+
+@inlined
+def nearest_of(shape: Any, place: Any, fx: Any, fy: Any, fz: Any) -> Any:
+    """Return the voxel nearest to what :func:`locate` found."""
+    place += np.uint64(fx >= HALF)
+    if fy >= HALF:
+        place += np.uint64(shape[0])
+    if fz >= HALF:
+        place += np.uint64(shape[0] * shape[1])
+    return place
+
+
+@inlined
+def weight_of(is_nearest: Any, f: Any) -> Any:
+    """Return an interpolation weight, 0 or 1 where the nearest voxel alone counts."""
+    return np.float32(f >= HALF) if is_nearest else f
 
 
 @inlined

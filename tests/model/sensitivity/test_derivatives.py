@@ -86,13 +86,19 @@ def renderers(volume):
         renderer.close()
 
 
-@pytest.mark.parametrize(("lighting", "step"), CASES)
-@pytest.mark.parametrize("tf", TFS)
-def test_derivatives_are_those_of_exact_images(renderers, volume, lighting, step, tf):
+@pytest.mark.parametrize(
+    ("lighting", "step", "tf", "interpolates"),
+    [
+        *((*case, tf, None) for case in CASES for tf in TFS),
+        *((lighting, 0.5, "random", False) for lighting in ("none", "direct", "soft")),
+    ],
+)
+def test_derivatives_are_those_of_exact_images(renderers, volume, lighting, step, tf, interpolates):
     renderer = renderers[lighting]
     renderer.sample_distance = step
     crop = CropBox((0.1, 0.2, 0.0), (0.9, 0.9, 0.7)) if tf == "random" else None
-    inputs = replace(SceneInputs.of(VIEW, tf_of(TFS[tf], COLOR)), light=LIGHT, crop=crop)
+    others = {"light": LIGHT, "crop": crop, "interpolates": interpolates}
+    inputs = SceneInputs.of(VIEW, tf_of(TFS[tf], COLOR), **others)
     found = [
         reference_light.derivative(volume, inputs, SIZE, step, lighting, edit.astype(float))
         for edit in EDITS
