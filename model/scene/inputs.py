@@ -195,7 +195,6 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         name="interpolates",
         shape=(),
         dtype="bool",
-        network="condition",
         numbers=1,
         # Models are trained as their volume is shown at first.
         varies=lambda scene: False,
