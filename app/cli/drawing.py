@@ -36,7 +36,7 @@ from model.scene.transfer_function import OpacityTF, Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
 from model.scene.view import DEFAULT_UP, View
 from model.scene.volume import Volume
-from model.volume_files.first_tf import first_transfer_function
+from model.volume_files.shipped import first_transfer_function
 from model.volume_files.source import volume_of
 
 if TYPE_CHECKING:

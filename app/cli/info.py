@@ -13,7 +13,7 @@ from model.networks.card import MODEL_FILE, ModelCard, errors_by_kind
 from model.scene.ranges import robust_range
 from model.scene.scene import RENDERER_NAMES
 from model.scene.value_scale import LOGARITHM_OFFER, SCALE_NAMES, suits_logarithm, values_at
-from model.volume_files.description import as_data, describe
+from model.volume_files.choice import as_data, describe
 from model.volume_files.source import VolumeSource
 
 

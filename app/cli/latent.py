@@ -83,7 +83,7 @@ class Latent:
         # Late: with it comes torch.
         from app.cli.drawing import load_fitted
         from app.cli.outputs import make_room_for
-        from model.volume_files.first_tf import first_transfer_function
+        from model.volume_files.shipped import first_transfer_function
 
         if self.model is None:
             volume = self.source.read()

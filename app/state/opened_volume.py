@@ -14,7 +14,7 @@ from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
-from model.volume_files.first_tf import first_transfer_function
+from model.volume_files.shipped import first_transfer_function
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,9 +27,8 @@ from PySide6.QtWidgets import (
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
-from model.volume_files.choice import Choice
-from model.volume_files.description import describe
-from model.volume_files.frame import typed_spacing, typed_stretch
+from model.volume_files.choice import Choice, describe
+from model.volume_files.grid import typed_spacing, typed_stretch
 
 TITLES: dict[ChoiceKind, str] = {
     "series": "Series",

@@ -13,7 +13,7 @@ from model.scene.orientation import WHOLE
 from model.scene.projection import NEAREST_DEPTH, Projection
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Triple, Volume
-from model.volume_files.frame import METRES
+from model.volume_files.grid import METRES
 
 WIDEST = 0.25  # length of a bar at most, relative to the picture's shorter side
 

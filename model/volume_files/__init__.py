@@ -13,9 +13,10 @@ from pathlib import Path
 
 from model.errors import VolumeError
 from model.scene.volume import Volume
+from model.volume_files.arrays import SUFFIXES as NUMPY_SUFFIXES
+from model.volume_files.arrays import read_numpy
 from model.volume_files.checks import unreadable
-from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.description import describe
+from model.volume_files.choice import LARGEST, Choice, describe
 from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import has_preamble, is_dicom
@@ -34,8 +35,6 @@ from model.volume_files.mrc import read_mrc
 from model.volume_files.nifti import SUFFIXES as NIFTI_SUFFIXES
 from model.volume_files.nifti import read_nifti
 from model.volume_files.nrrd_metaimage import read_metaimage, read_nrrd
-from model.volume_files.numpy_arrays import SUFFIXES as NUMPY_SUFFIXES
-from model.volume_files.numpy_arrays import read_numpy
 from model.volume_files.raw import RawLayout, read_raw
 from model.volume_files.tiff import SUFFIXES as TIFF_SUFFIXES
 from model.volume_files.tiff import read_tiff

@@ -1,9 +1,11 @@
-"""DICOM series, given as a folder or by any one of its files."""
+"""DICOM series, given as a folder or by one of its files, and the stacks that they consist of."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import itertools
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -13,8 +15,12 @@ from model.errors import VolumeError
 from model.scene.volume import Content
 from model.volume_files.checks import log_of, slices_in, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
-from model.volume_files.dicom_stack import Stack, stacks_of
 from model.volume_files.dicom_tags import (
+    CHANNEL_FIELDS,
+    LATE_FIELDS,
+    SERIES_FIELDS,
+    TIME_FIELDS,
+    WORDS,
     DicomFile,
     Frame,
     frames_of,
@@ -22,9 +28,212 @@ from model.volume_files.dicom_tags import (
     numbers_of,
     read_dicom_file,
 )
-from model.volume_files.dicom_volume import read_stack, value_type
+from model.volume_files.dicom_volume import heights, read_stack, value_type
 from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
+
+SAME_PLACE = 1e-3
+"""Distance in mm below which two images lie at one place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Images that are one volume, or may be.
+
+    `time` and `channel` set it apart from other stacks of its series; empty if nothing does.
+    """
+
+    frames: tuple[Frame, ...]
+    series: str
+    time: str = ""
+    channel: str = ""
+
+
+def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
+    """Find the volumes among images, the largest first.
+
+    Images of another series, size, type, spacing or orientation are of another stack, and so are
+    localizers. Where images lie at one place, or acquisitions overlap, the fields that identify
+    acquisitions, time steps, echoes and the like divide them.
+    """
+    groups: dict[tuple[object, ...], list[Frame]] = defaultdict(list)
+    for frame in frames:
+        groups[_kind(frame)].append(frame)
+    stacks = []
+    for members in groups.values():
+        for stack in _divided(Stack(tuple(members), _series_name(members[0]))):
+            stacks += _beside(stack)
+    stacks.sort(key=lambda stack: -len(stack.frames))
+    return _named_apart(stacks)
+
+
+def _kind(frame: Frame) -> tuple[object, ...]:
+    """Facts that images of one volume have in common."""
+    tags = frame.file
+    return (
+        tags.text("SeriesInstanceUID"),
+        frame.rows,
+        frame.columns,
+        tags.kind,
+        tags.text("BitsAllocated"),
+        tags.text("PixelRepresentation"),
+        tags.text("SamplesPerPixel"),
+        "LOCALIZER" in tags.text("ImageType").upper(),
+        tuple(round(number, 2) for number in frame.orientation),
+        tuple(round(number, 4) for number in frame.spacing),
+    )
+
+
+def _series_name(frame: Frame) -> str:
+    words = frame.file.text("SeriesNumber"), frame.file.text("SeriesDescription")
+    return " ".join(word for word in words if word)[:80] or "series"
+
+
+def _named_apart(stacks: list[Stack]) -> list[Stack]:
+    """Give series of the same name, other than times and channels of one, different names."""
+    seen: dict[str, int] = {}
+    named = []
+    by_frames: dict[tuple[str, tuple[object, ...]], str] = {}
+    for stack in stacks:
+        key = stack.series, _kind(stack.frames[0])
+        if key not in by_frames:
+            number = seen[stack.series] = seen.get(stack.series, 0) + 1
+            by_frames[key] = stack.series if number == 1 else f"{stack.series} ({number})"
+        named.append(replace(stack, series=by_frames[key]))
+    return named
+
+
+def _is_placed(frames: Iterable[Frame]) -> bool:
+    return all(frame.position for frame in frames)
+
+
+def _repeats(frames: Sequence[Frame]) -> int:
+    """Number of images that lie where another one lies."""
+    if not _is_placed(frames):
+        return 0
+    places = {tuple(np.round(np.array(frame.position) / SAME_PLACE / 10)) for frame in frames}
+    return len(frames) - len(places)
+
+
+def _divided(stack: Stack) -> list[Stack]:
+    """Divide a stack as long as images lie at one place and a field tells them apart."""
+    frames = stack.frames
+    if len(frames) < 2 or not _is_placed(frames):
+        return [stack]
+    for name in SERIES_FIELDS:
+        parts = _by_field(frames, name)
+        if len(parts) > 1 and all(len(part) > 1 for part in parts.values()) and _overlap(parts):
+            return [
+                each
+                for value, part in parts.items()
+                for each in _divided(
+                    replace(
+                        stack, frames=tuple(part), series=f"{stack.series}, {WORDS[name]} {value}"
+                    )
+                )
+            ]
+    repeats = _repeats(frames)
+    if not repeats:
+        return [stack]
+    for fields, label in (
+        (TIME_FIELDS, "time"),
+        (CHANNEL_FIELDS, "channel"),
+        (LATE_FIELDS, "time"),
+    ):
+        for name in fields:
+            parts = _by_field(frames, name)
+            if len(parts) > 1 and sum(_repeats(part) for part in parts.values()) < repeats:
+                return _labelled(stack, parts, label, WORDS.get(name, ""))
+    if parts := _by_rank(frames):
+        return _labelled(stack, parts, "time", "")
+    return [stack]
+
+
+def _labelled(stack: Stack, parts: dict[str, list[Frame]], label: str, word: str) -> list[Stack]:
+    found = []
+    for value, part in parts.items():
+        before = getattr(stack, label)
+        text = ", ".join(each for each in (before, f"{word} {value}".strip()) if each)
+        found += _divided(replace(stack, frames=tuple(part), **{label: text}))
+    return found
+
+
+def _by_field(frames: Sequence[Frame], name: str) -> dict[str, list[Frame]]:
+    """Group images by a field, in the order of its values."""
+    parts: dict[str, list[Frame]] = defaultdict(list)
+    for frame in frames:
+        parts[frame.field(name)].append(frame)
+    return dict(sorted(parts.items(), key=lambda item: _order(item[0])))
+
+
+def _order(text: str) -> tuple[int, float, str]:
+    try:
+        return 0, float(text), ""
+    except ValueError:
+        return 1, 0.0, text
+
+
+def _by_rank(frames: Sequence[Frame]) -> dict[str, list[Frame]]:
+    """Group images by how many with lower numbers lie at the same place, if all places do so."""
+    at: dict[tuple[float, ...], list[Frame]] = defaultdict(list)
+    for frame in sorted(frames, key=lambda frame: frame.number):
+        at[tuple(np.round(np.array(frame.position) / SAME_PLACE / 10))].append(frame)
+    counts = {len(members) for members in at.values()}
+    if len(counts) != 1 or len(at) < 2:
+        return {}
+    return {str(rank): [members[rank] for members in at.values()] for rank in range(counts.pop())}
+
+
+def _overlap(parts: dict[str, list[Frame]]) -> bool:
+    """Whether the stretches along the normal that groups of images take overlap."""
+    first = next(iter(parts.values()))[0]
+    measure: Callable[[Frame], float] = lambda frame: float(  # noqa: E731
+        np.dot(frame.position, first.normal)
+    )
+    ends = sorted((min(map(measure, part)), max(map(measure, part))) for part in parts.values())
+    return any(b[0] < a[1] - SAME_PLACE for a, b in itertools.pairwise(ends))
+
+
+def _beside(stack: Stack) -> list[Stack]:
+    """Divide images that lie in two or more stacks side by side, not on one line."""
+    frames = stack.frames
+    if len(frames) < 4 or not _is_placed(frames):
+        return [stack]
+    if parts := _by_side(frames):
+        return [
+            replace(stack, frames=tuple(part), series=f"{stack.series}, part {number}")
+            for number, part in enumerate(parts, 1)
+        ]
+    ordered = [frames[k] for k in np.argsort(heights(frames), kind="stable")]
+    places = np.array([frame.position for frame in ordered])
+    jumps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    usual = float(np.median(jumps))
+    if usual <= 0 or (jumps <= 20 * usual).all():
+        return [stack]
+    # Only where the pieces are volumes by themselves; else it is a gap, which is said.
+    cuts = [0, *(np.flatnonzero(jumps > 20 * usual) + 1).tolist(), len(ordered)]
+    parts = [ordered[a:b] for a, b in itertools.pairwise(cuts)]
+    if min(len(part) for part in parts) < 2:
+        return [stack]
+    return [
+        replace(stack, frames=tuple(part), series=f"{stack.series}, part {number}")
+        for number, part in enumerate(parts, 1)
+    ]
+
+
+def _by_side(frames: Sequence[Frame]) -> list[list[Frame]]:
+    """Group images that lie at equal heights, but side by side."""
+    along = heights(frames)
+    if len(np.unique(np.round(along / SAME_PLACE / 10))) == len(frames):
+        return []
+    normal = np.array(frames[0].normal)
+    sides: dict[tuple[float, ...], list[Frame]] = defaultdict(list)
+    for frame, height in zip(frames, along, strict=True):
+        side = np.round(np.array(frame.position) - height * normal, 1) + 0.0
+        sides[tuple(side.tolist())].append(frame)
+    parts = list(sides.values())
+    return parts if len(parts) > 1 and min(len(part) for part in parts) > 1 else []
+
 
 SUFFIXES = (".dcm", ".dicom", ".ima")
 
@@ -90,7 +299,7 @@ def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
     left = len(stacks) - len(volumes)
     if left:
         notes += (f"Single images and those in colour were left out: {left} series.",)
-    grid = read_stack(stack)
+    grid = read_stack(stack.frames)
     return replace(
         grid,
         notes=choice_notes(contents) + notes + grid.notes,

@@ -19,7 +19,6 @@ from model.volume_files.checks import (
     truncated,
     unsupported,
 )
-from model.volume_files.dicom_stack import Stack, heights
 from model.volume_files.dicom_tags import (
     BIG_ENDIAN,
     DEFLATED,
@@ -31,16 +30,16 @@ from model.volume_files.dicom_tags import (
     text_of,
     value_of,
 )
-from model.volume_files.frame import (
+from model.volume_files.grid import (
+    Grid,
     axis_labels,
     frame_notes,
+    sheared_back,
     unit_directions,
     usable_origin,
     usable_spacing,
 )
-from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
-from model.volume_files.upright import sheared_back
 
 EVEN = 0.02
 """Relative difference below which slice distances count as equal."""
@@ -67,9 +66,9 @@ class _Order:
     shear: tuple[float, float] = (0.0, 0.0)
 
 
-def read_stack(stack: Stack) -> Grid:
-    """Read the images of a stack as a volume."""
-    order = _ordered(stack)
+def read_stack(images: Sequence[Frame]) -> Grid:
+    """Read images as a volume."""
+    order = _ordered(list(images))
     frames = order.frames
     first = frames[0]
     folder = first.file.path if len({f.file.path for f in frames}) == 1 else first.file.path.parent
@@ -201,9 +200,14 @@ def _spacing(order: _Order) -> tuple[tuple[float, float, float], tuple[str, ...]
     return usable_spacing((spacing[1], spacing[0], order.step))
 
 
-def _ordered(stack: Stack) -> _Order:
+def heights(frames: Sequence[Frame]) -> np.ndarray:
+    """Return how far along the first image's normal each image lies, in mm."""
+    normal = np.array(frames[0].normal)
+    return np.array([np.dot(frame.position, normal) for frame in frames])
+
+
+def _ordered(frames: list[Frame]) -> _Order:
     """Sort images along their normal."""
-    frames = list(stack.frames)
     if not all(frame.position for frame in frames):
         return _by_number(frames)
     along = heights(frames)

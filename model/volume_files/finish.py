@@ -16,8 +16,7 @@ from model.scene.view import axis_labelled
 from model.scene.volume import Content, Volume, is_resolved
 from model.volume_files.checks import times
 from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.frame import typed_spacing, typed_stretch
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, typed_spacing, typed_stretch
 
 Component = int | Literal["magnitude"]
 

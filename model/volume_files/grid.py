@@ -1,12 +1,16 @@
-"""The result of the file readers, before it is converted to a volume."""
+"""What the file readers return, and where it lies: spacing, units, origin, directions, mirrors."""
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from model.errors import VolumeError
 from model.scene.volume import FileFacts, Triple
 
 
@@ -28,3 +32,381 @@ class Grid:
     up: str = ""
     missing: NDArray[np.bool_] | None = None
     facts: FileFacts = field(default=FileFacts())
+
+
+AXES = "xyz"
+SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
+MOST_UNLIKE_SPACING = 1e4
+MOST_STRETCHED = 1e9
+
+HEIGHTS = 0.2, 1.0
+"""Least and greatest height of a box whose height has another unit than its width, by that."""
+
+METRES = {
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
+    **dict.fromkeys(("dm", "decimeter"), 1e-1),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre"), 1e-2),
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 1e-3),
+    **dict.fromkeys(("um", "micron", "microns", "micrometer", "micrometers", "micrometre"), 1e-6),
+    **dict.fromkeys(("nm", "nanometer", "nanometers", "nanometre"), 1e-9),
+    **dict.fromkeys(("pm", "picometer", "picometre"), 1e-12),
+    **dict.fromkeys(("a", "angstrom", "angstroms", "\u00e5", "\u212b"), 1e-10),
+    **dict.fromkeys(("in", "inch", "inches", '"'), 0.0254),
+    **dict.fromkeys(("km", "kilometer", "kilometre"), 1e3),
+}
+"""Lengths of units, by their names in lower case."""
+
+NAMES = {1.0: "m", 1e-1: "dm", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 1e-9: "nm", 1e-12: "pm",
+         1e-10: "angstrom", 0.0254: "inch", 1e3: "km"}  # fmt: skip
+
+
+def unit_name(text: str) -> str:
+    """Return a unit by its usual name: ``"um"`` for ``"micron"``; unknown ones unchanged."""
+    if text.lower().startswith("degree"):
+        return "degrees"
+    word = text.strip().strip("\0").replace("\\u00B5", "u").replace("\u00b5", "u")
+    word = word.replace("\u03bc", "u")
+    length = METRES.get(word.lower())
+    return word if length is None else NAMES[length]
+
+
+def typed_spacing(text: str) -> tuple[Triple, str]:
+    """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``.
+
+    Raises
+    ------
+    VolumeError
+        When these are not three numbers above 0.
+    """
+    numbers, _, unit = text.strip().replace(", ", ",").partition(" ")
+    try:
+        x, y, z = (float(word) for word in numbers.split(","))
+    except ValueError:
+        x = y = z = math.nan
+    if not all(SMALLEST_SPACING < step < LARGEST_SPACING for step in (x, y, z)):
+        raise VolumeError(
+            f"'{text}' is not a voxel spacing; give three numbers above 0 along x, y and z, and "
+            "their unit if it is known, such as 0.5,0.5,2 or '0.5,0.5,2 um'."
+        )
+    return (x, y, z), unit_name(unit)
+
+
+def typed_stretch(text: str) -> float:
+    """Parse how many times as long as its spacing says z is drawn; refuse other texts."""
+    try:
+        factor = float(text)
+    except ValueError:
+        factor = math.nan
+    if not 1 / MOST_STRETCHED <= factor <= MOST_STRETCHED:
+        raise VolumeError(
+            f"'{text}' is not a stretch of z; give how many times as long as its spacing says z is "
+            "drawn, such as 20, or 1 for as it is."
+        )
+    return factor
+
+
+def in_one_unit(
+    lengths: Sequence[float | None], units: Sequence[str]
+) -> tuple[list[float | None], str, tuple[str, ...]]:
+    """Convert lengths to the unit of the first one; also return it, and a note if units differ."""
+    names = [unit_name(unit) for unit in units]
+    known = [name for name, length in zip(names, lengths, strict=True) if length is not None]
+    unit = known[0] if known else ""
+    if all(name == unit for name in known):
+        return list(lengths), unit, ()
+    if any(name.lower() not in METRES for name in known):
+        text = ", ".join(name or "none" for name in names)
+        return (
+            list(lengths),
+            "",
+            (f"The units of the axes differ ({text}); they are taken as one.",),
+        )
+    scale = METRES[unit.lower()]
+    converted = [
+        None if length is None else float(length * METRES[name.lower()] / scale)
+        for name, length in zip(names, lengths, strict=True)
+    ]
+    return converted, unit, ()
+
+
+def proposed_stretch(
+    lengths: Sequence[float | None], dimensions: Sequence[int], units: Sequence[str]
+) -> tuple[float, str]:
+    """Propose a stretch of z, whose unit is another than that of x and y, and say so.
+
+    The height of the box is between :data:`HEIGHTS` of its width, so that something is to be seen.
+    """
+    differ = "The units of the axes differ ({})".format(
+        ", ".join(unit_name(unit) or "none" for unit in units)
+    )
+    x, y, z = (abs(length or 0.0) * (n - 1) for length, n in zip(lengths, dimensions, strict=True))
+    widest = max(x, y)
+    if not z or not widest or HEIGHTS[0] <= z / widest <= HEIGHTS[1]:
+        return 1.0, f"{differ}; they are taken as one."
+    height = min(max(z / widest, HEIGHTS[0]), HEIGHTS[1])
+    stretch = height * widest / z
+    return stretch, (
+        f"{differ}: z is drawn {stretch:.3g} times as long as its numbers say, so that its height "
+        f"is {height:.0%} of its width."
+    )
+
+
+def usable_spacing(
+    spacing: Sequence[float | None] | None,
+) -> tuple[Triple, tuple[str, ...]]:
+    """Convert a header's spacing, None where it says nothing, to a valid one; also return notes.
+
+    A sign is dropped; see :func:`unmirrored`. What is missing along one axis is taken from another;
+    what is zero, not finite or extreme is replaced by 1, and so are all if they are so unlike one
+    another that the volume would be a line.
+    """
+    given = [] if spacing is None else [s for s in spacing if s is not None]
+    if spacing is None or not given:
+        return (1.0, 1.0, 1.0), ("The file gives no voxel spacing; 1 is assumed.",)
+    usable = [s is not None and SMALLEST_SPACING < abs(s) < LARGEST_SPACING for s in spacing]
+    first = next((abs(float(s)) for s, ok in zip(spacing, usable, strict=True) if ok and s), 1.0)
+    x, y, z = (
+        first if s is None else abs(float(s)) if ok else 1.0
+        for s, ok in zip(spacing, usable, strict=True)
+    )
+    notes: tuple[str, ...] = ()
+    if silent := [axis for axis, s in zip(AXES, spacing, strict=True) if s is None]:
+        notes += (
+            f"The file gives no voxel spacing along {', '.join(silent)}; "
+            f"{first:g} is assumed, as along the others.",
+        )
+    unknown = [
+        axis for axis, s, ok in zip(AXES, spacing, usable, strict=True) if s is not None and not ok
+    ]
+    if unknown:
+        notes += (
+            f"The file's voxel spacing along {', '.join(unknown)} is unusable; 1 is assumed.",
+        )
+    if max(x, y, z) > MOST_UNLIKE_SPACING * min(x, y, z):
+        return (1.0, 1.0, 1.0), (
+            f"The file's voxel spacing of {x:g} x {y:g} x {z:g} is unusable; 1 is assumed.",
+        )
+    return (x, y, z), notes
+
+
+def usable_origin(origin: Sequence[float]) -> Triple:
+    """Replace coordinates that are not finite by 0."""
+    x, y, z = (float(o) if math.isfinite(o) else 0.0 for o in origin)
+    return x, y, z
+
+
+def unmirrored(
+    values: NDArray[np.generic],
+    spacing: Sequence[float | None],
+    origin: Sequence[float],
+    directions: NDArray[np.float64] | None = None,
+) -> tuple[NDArray[np.generic], Triple, tuple[str, ...]]:
+    """Reverse the axes along which a file's spacing is negative, so that nothing is mirrored.
+
+    Row k of `directions` is the unit vector along axis k. Returns a view, the position of what is
+    now the first voxel, and notes.
+    """
+    place = np.array(usable_origin(origin))
+    axes = np.eye(3) if directions is None else directions
+    reversed_axes = []
+    for k, step in enumerate(spacing):
+        if step is None or not -LARGEST_SPACING < step < -SMALLEST_SPACING:
+            continue
+        count = values.shape[2 - k]
+        values = np.flip(values, axis=2 - k)
+        place = place + (count - 1) * step * axes[k]
+        reversed_axes.append(AXES[k])
+    if not reversed_axes:
+        return values, usable_origin(origin), ()
+    names = ", ".join(reversed_axes)
+    note = (
+        f"The file's voxel spacing along {names} is negative, which mirrors the volume; "
+        f"{names} {'is' if len(reversed_axes) == 1 else 'are'} read in reverse order, so that it "
+        "is shown as it is."
+    )
+    return values, usable_origin(place.tolist()), (note,)
+
+
+def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...]:
+    """Return the rows of a matrix as unit vectors in plain numbers; empty if they are unusable."""
+    if directions is None or not np.isfinite(directions).all():
+        return ()
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    if not (lengths > 0).all():
+        return ()
+    # Without -0.0.
+    return tuple((float(x), float(y), float(z)) for x, y, z in directions / lengths + 0.0)
+
+
+def frame_notes(directions: NDArray[np.float64]) -> tuple[str, ...]:
+    """Describe the orientation of the grid in the file's space, unless it is the default.
+
+    Row k of `directions` is the step along axis k. Volumes are always shown in index order.
+    """
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    if not np.isfinite(directions).all() or not (lengths > 0).all():
+        return ()
+    unit = directions / lengths
+    aligned = np.allclose(np.abs(unit).max(axis=1), 1.0, atol=1e-4)
+    notes = []
+    sheared = not np.allclose(unit @ unit.T, np.eye(3), atol=1e-2)
+    if sheared:
+        notes.append(
+            "The grid's axes are not at right angles in the file's space; it is shown as if they "
+            "were, so its shape is wrong: resample it in the program that made it."
+        )
+    elif not aligned:
+        notes.append("The grid lies oblique in the file's space; it is shown along its own axes.")
+    elif not np.allclose(unit, np.eye(3), atol=1e-2):
+        notes.append("The grid is turned in the file's space; it is shown along its own axes.")
+    return tuple(notes)
+
+
+OPPOSITES = {"R": "L", "L": "R", "A": "P", "P": "A", "S": "I", "I": "S"}
+
+
+def axis_labels(directions: NDArray[np.float64] | None, space: str) -> tuple[str, ...]:
+    """Name the patient's directions that +x, -x, +y, -y, +z and -z of a grid are closest to.
+
+    Row k of `directions` is the step along axis k in a space of axes such as ``"LPS"``. Empty when
+    unknown.
+    """
+    if directions is None or not is_space(space) or not np.isfinite(directions).all():
+        return ()
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    if not (lengths > 0).all():
+        return ()
+    unit = directions / lengths
+    # Oblique grids: all three axes together, so that no two get the same name.
+    order = max(
+        itertools.permutations(range(3)),
+        key=lambda axes: sum(abs(unit[k, axis]) for k, axis in enumerate(axes)),
+    )
+    labels: list[str] = []
+    for k, axis in enumerate(order):
+        label = space[axis] if unit[k, axis] > 0 else OPPOSITES[space[axis]]
+        labels += [label, OPPOSITES[label]]
+    return tuple(labels)
+
+
+def is_space(letters: str) -> bool:
+    """Return True for three letters that name one direction of each pair, such as ``"LPS"``."""
+    pairs = ["RL", "AP", "SI"]
+    return len(letters) == 3 and all(sum(each in pair for each in letters) == 1 for pair in pairs)
+
+
+SQUARE = 1e-2
+"""Cosine up to which two axes count as being at right angles."""
+
+MOST_TILT, MOST_ROOM = 0.9, 2.0
+"""Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
+
+Shear = tuple[float, float]
+"""Shift of each slice against the one before along x and y, in voxels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A grid whose slices lie behind one another, and which is not mirrored.
+
+    Row k of the directions is the step from one voxel to the next along axis k; None if unknown.
+    """
+
+    values: NDArray[np.generic]
+    missing: NDArray[np.bool_] | None
+    spacing: Triple
+    origin: Triple
+    directions: NDArray[np.float64] | None
+    notes: tuple[str, ...]
+
+
+def placed(
+    values: NDArray[np.generic],
+    steps: Sequence[float | None] | None,
+    origin: Sequence[float],
+    directions: NDArray[np.float64] | None = None,
+    handedness: int = 1,
+    missing: NDArray[np.bool_] | None = None,
+) -> Placed:
+    """Put a grid where its file says it lies.
+
+    Axes with negative steps and the slices of a left-handed grid are read in reverse order. Where
+    all slices are shifted by the same step against the one before, they are sheared back; not those
+    of components. Row k of the directions points along axis k, with any length. The handedness is
+    -1 if the file's space is left-handed.
+    """
+    spacing, notes = usable_spacing(steps)
+    unit = unit_directions(directions)
+    rows = np.array(unit) if unit else None
+    values, place, mirror_notes = unmirrored(values, steps or (), origin, rows)
+    if missing is not None:
+        missing, _, _ = unmirrored(missing, steps or (), origin)  # type: ignore[assignment]
+    notes = mirror_notes + notes
+    if rows is None:
+        return Placed(values, missing, spacing, usable_origin(place), None, notes)
+    axes = rows * np.array(spacing)[:, None]
+    if np.linalg.det(axes) * handedness < 0:
+        place = usable_origin((np.array(place) + (values.shape[0] - 1) * axes[2]).tolist())
+        values, missing = values[::-1], None if missing is None else missing[::-1]
+        axes = axes * [[1.0], [1.0], [-1.0]]
+        notes += ("The grid is left-handed, so its slices are read in reverse order.",)
+    upright = Placed(values, missing, spacing, place, axes, notes)
+    return _sheared_back(upright, axes)
+
+
+def _sheared_back(grid: Placed, directions: NDArray[np.float64]) -> Placed:
+    """Shear a grid back whose slices are shifted against one another by the same step each."""
+    x, y, z = directions
+    lengths = np.linalg.norm(directions, axis=1)
+    if grid.values.ndim != 3 or abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
+        return grid
+    shear = float(z @ x / lengths[0] ** 2), float(z @ y / lengths[1] ** 2)
+    tilt = np.hypot(shear[0] * lengths[0], shear[1] * lengths[1]) / lengths[2]
+    more = max(map(abs, shear)) * grid.values.shape[0]
+    if not SQUARE < tilt < MOST_TILT or more > MOST_ROOM * max(grid.values.shape[1:]):
+        return grid
+    normal = np.cross(x, y) / (lengths[0] * lengths[1])
+    values, missing, moved = sheared_back(grid.values, grid.missing, shear)
+    upright = np.stack([x, y, (z @ normal) * normal])
+    note = (
+        f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees; "
+        "they are sheared back to where they were taken."
+    )
+    return Placed(
+        values,
+        missing,
+        usable_spacing(np.linalg.norm(upright, axis=1).tolist())[0],
+        usable_origin((np.array(grid.origin) - moved[0] * x - moved[1] * y).tolist()),
+        upright,
+        (*grid.notes, note),
+    )
+
+
+def sheared_back(
+    values: NDArray[np.generic], missing: NDArray[np.bool_] | None, shear: Shear
+) -> tuple[NDArray[np.generic], NDArray[np.bool_], tuple[int, int]]:
+    """Move each slice by its shift, within a grid that has room for all of them.
+
+    Between voxels values are interpolated linearly; what lies in no slice is missing. Returns
+    values, missing voxels, and how many voxels before the first slice the grid begins along x and
+    y.
+    """
+    from scipy.ndimage import affine_transform
+
+    nz, ny, nx = values.shape
+    more = [math.ceil(abs(step) * (nz - 1) - 1e-6) for step in shear]
+    start = [count if step < 0 else 0 for count, step in zip(more, shear, strict=True)]
+    shape = nz, ny + more[1], nx + more[0]
+    moved, absent = np.zeros(shape, values.dtype), np.ones(shape, bool)
+    for z, plane in enumerate(values):
+        places = [-round(start[k] + z * shear[k], 6) for k in (1, 0)]
+        known = np.ones(plane.shape) if missing is None else (~missing[z]).astype(float)
+        pixels, there = (
+            affine_transform(each, (1.0, 1.0), places, shape[1:], order=1)
+            for each in (plane.astype(np.float64), known)
+        )
+        # Where a voxel has all the neighbors that it lies between.
+        absent[z] = there < 1 - 1e-6
+        pixels = np.rint(pixels) if values.dtype.kind in "iu" else pixels
+        moved[z] = np.where(absent[z], 0, pixels).astype(values.dtype)
+    return moved, absent, (start[0], start[1])

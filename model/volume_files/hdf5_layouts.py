@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from model.volume_files.arrays import StoredArray
 from model.volume_files.checks import damaged, unsupported
 from model.volume_files.conventions import attribute_number, attribute_numbers, attribute_text
-from model.volume_files.frame import unit_name
+from model.volume_files.grid import unit_name
 
 if TYPE_CHECKING:
     import h5py

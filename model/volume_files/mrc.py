@@ -12,8 +12,7 @@ from model.scene.volume import FileFacts
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, log_of, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
-from model.volume_files.frame import usable_origin, usable_spacing
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, usable_origin, usable_spacing
 
 SUFFIXES = (".mrc", ".rec", ".map", ".ccp4", ".mrcs", ".st", ".ali", ".mrc.gz", ".map.gz")
 HEAD = 1024

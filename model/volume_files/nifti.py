@@ -16,15 +16,15 @@ from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, errors_of, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
-from model.volume_files.frame import (
+from model.volume_files.grid import (
+    Grid,
     axis_labels,
     frame_notes,
+    placed,
     unit_directions,
     unit_name,
     usable_origin,
 )
-from model.volume_files.grid import Grid
-from model.volume_files.upright import placed
 
 if TYPE_CHECKING:
     from nibabel.analyze import AnalyzeHeader

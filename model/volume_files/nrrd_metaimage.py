@@ -20,18 +20,18 @@ from model.scene.volume import Content, FileFacts
 from model.volume_files.blocks import Block, Encoding, part_of, read_block
 from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
-from model.volume_files.frame import (
+from model.volume_files.grid import (
     OPPOSITES,
+    Grid,
     axis_labels,
     frame_notes,
     in_one_unit,
     is_space,
+    placed,
     unit_directions,
     unit_name,
     usable_origin,
 )
-from model.volume_files.grid import Grid
-from model.volume_files.upright import placed
 
 LONGEST_HEAD = 1 << 20
 MOST_UNNAMED_COMPONENTS = 9

@@ -15,8 +15,7 @@ from model.errors import VolumeError
 from model.scene.volume import FileFacts, Triple
 from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, readable_size, times, unreadable
-from model.volume_files.frame import usable_spacing
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, usable_spacing
 
 LONGEST_HEADER = 1 << 16
 """Most bytes that are taken for a header."""

@@ -12,7 +12,7 @@ from model.scene.value_scale import SCALE_NAMES, ValueScale
 from model.scene.volume import Volume
 from model.volume_files import Choice, RawLayout, is_known, read_volume, unknown_kind
 from model.volume_files.finish import component_of
-from model.volume_files.frame import typed_spacing, typed_stretch
+from model.volume_files.grid import typed_spacing, typed_stretch
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 

@@ -35,8 +35,7 @@ from model.volume_files.choice import (
     chosen_index,
     content,
 )
-from model.volume_files.frame import usable_spacing
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, usable_spacing
 from model.volume_files.progress import counted
 from model.volume_files.tiff_scale import calibrated, channel_names, voxel_scale
 

@@ -16,8 +16,7 @@ from model.errors import VolumeError
 from model.scene.volume import Content, FileFacts
 from model.volume_files.checks import check_grid, slices_in, times
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, content, contents
-from model.volume_files.frame import usable_spacing
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, usable_spacing
 from model.volume_files.progress import counted
 from model.volume_files.tiff import (
     SUFFIXES,

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from model.volume_files.frame import in_one_unit
+from model.volume_files.grid import in_one_unit
 
 if TYPE_CHECKING:
     from tifffile import TiffFile

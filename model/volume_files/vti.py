@@ -21,8 +21,7 @@ from model.volume_files.checks import (
     unsupported,
 )
 from model.volume_files.choice import LARGEST, Choice
-from model.volume_files.frame import usable_spacing
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, usable_spacing
 from model.volume_files.vtk_images import VtkArray, chosen_array, image_grid, run_quietly
 
 LONGEST_HEADER = 1 << 20

@@ -21,9 +21,7 @@ from model.scene.volume import Content, FileFacts
 from model.volume_files.arrays import is_auxiliary
 from model.volume_files.checks import check_grid, check_present, damaged, truncated
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
-from model.volume_files.frame import frame_notes, unit_directions
-from model.volume_files.grid import Grid
-from model.volume_files.upright import placed
+from model.volume_files.grid import Grid, frame_notes, placed, unit_directions
 
 LONGEST_HEADER = 1 << 16
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"

@@ -17,8 +17,7 @@ from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import damaged, errors_of
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import Coordinates
-from model.volume_files.frame import in_one_unit
-from model.volume_files.grid import Grid
+from model.volume_files.grid import Grid, in_one_unit
 
 SUFFIX = ".zarr"
 GREATEST_RATIO = 1 << 14

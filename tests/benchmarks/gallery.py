@@ -17,8 +17,7 @@ from model.scene.ranges import robust_range
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.view import DEFAULT_UP, View, axis_labelled
 from model.volume_files import read_volume
-from model.volume_files.first_tf import first_transfer_function
-from model.volume_files.shipped import shipped_volumes
+from model.volume_files.shipped import first_transfer_function, shipped_volumes
 
 COLUMNS = 3
 BACKGROUND = "#0b0d12"

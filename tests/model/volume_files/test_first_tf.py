@@ -7,8 +7,13 @@ from model.scene.default_tf import default_transfer_function
 from model.scene.transfer_function import TransferFunction
 from model.scene.volume import Volume
 from model.volume_files import read_volume
-from model.volume_files.first_tf import first_transfer_function
-from model.volume_files.shipped import SAMPLES, picture_of, sample_of, shipped_volumes
+from model.volume_files.shipped import (
+    SAMPLES,
+    first_transfer_function,
+    picture_of,
+    sample_of,
+    shipped_volumes,
+)
 
 
 def test_each_volume_in_resources_is_offered_with_a_picture():
