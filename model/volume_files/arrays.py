@@ -43,11 +43,9 @@ from model.volume_files.conventions import (
 )
 from model.volume_files.grid import (
     Grid,
-    frame_notes,
     in_one_unit,
     placed,
     proposed_stretch,
-    unit_directions,
 )
 
 Index = tuple[int | slice, ...]
@@ -181,32 +179,15 @@ def _grid(
     units = attribute_text(array.attributes, "units")
     grid = Grid(
         values,
-        (1.0, 1.0, 1.0),
+        origin=array.origin,
         units="" if units == "1" else units,
         notes=choice_notes(listed) + array.notes + roles.notes + notes,
         missing=missing,
-        facts=FileFacts(file_format, contents=listed, is_labels=array.is_labels),
+        facts=FileFacts(file_format, array.unit, contents=listed, is_labels=array.is_labels),
     )
     if array.spacing is None and any(roles.axes[k].step for k in (roles.x, roles.y, roles.z)):
         return _by_coordinates(path, grid, [roles.axes[k] for k in (roles.x, roles.y, roles.z)])
-    return _by_frame(grid, array)
-
-
-def _by_frame(grid: Grid, array: StoredArray) -> Grid:
-    """Place a grid as its file says by spacing, origin and directions."""
-    right = placed(grid.values, array.spacing, array.origin, array.directions, missing=grid.missing)
-    turned = () if right.directions is None else frame_notes(right.directions)
-    return replace(
-        grid,
-        values=right.values,
-        spacing=right.spacing,
-        origin=right.origin,
-        notes=grid.notes + right.notes + turned,
-        missing=right.missing,
-        facts=replace(
-            grid.facts, spacing_unit=array.unit, directions=unit_directions(right.directions)
-        ),
-    )
+    return placed(grid, array.spacing, array.directions)
 
 
 def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
@@ -247,17 +228,16 @@ def _by_coordinates(path: Path, grid: Grid, axes: list[Axis]) -> Grid:
         unit_notes, factors[2] = (note,), factors[2] * stretch
         lengths[2] = None if lengths[2] is None else lengths[2] * stretch
     origin = [start * f for start, f in zip(starts, factors, strict=True)]
-    right = placed(values, lengths, origin, missing=missing)
-    return replace(
+    grid = replace(
         grid,
-        values=right.values,
-        spacing=right.spacing,
-        origin=right.origin,
-        notes=notes + unit_notes + right.notes,
-        missing=right.missing,
+        values=values,
+        missing=missing,
+        origin=(origin[0], origin[1], origin[2]),
+        notes=notes + unit_notes,
         up="" if vertical.is_down is None and axes[0].unit[:6] != "degree" else "+z",
         facts=replace(grid.facts, spacing_unit=unit, stretch=stretch),
     )
+    return placed(grid, lengths)
 
 
 def _dimensions(array: StoredArray, roles: _Roles) -> tuple[int, int, int]:

@@ -150,8 +150,8 @@ def readable_name(path: Path) -> str:
 
     ``engine_256x256x110_uint8.raw`` becomes ``engine``.
     """
-    stem = path.name if path.is_dir() else re.sub(r"\.gz$", "", path.name, flags=re.IGNORECASE)
-    stem = stem if path.is_dir() else Path(stem).stem
+    stem = re.sub(r"(\.ome)?\.zarr$|\.gz$", "", path.name, flags=re.IGNORECASE)
+    stem = stem if path.is_dir() else Path(stem).stem.removesuffix(".ome")
     words = _LAYOUT_SUFFIX.sub("", stem).replace("_", " ").strip()
     return words or stem or "volume"
 

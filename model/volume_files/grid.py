@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ class Grid:
     """
 
     values: NDArray[np.generic]
-    spacing: Triple
+    spacing: Triple = (1.0, 1.0, 1.0)
     origin: Triple = (0.0, 0.0, 0.0)
     units: str = ""
     notes: tuple[str, ...] = ()
@@ -195,38 +195,6 @@ def usable_origin(origin: Sequence[float]) -> Triple:
     return x, y, z
 
 
-def unmirrored(
-    values: NDArray[np.generic],
-    spacing: Sequence[float | None],
-    origin: Sequence[float],
-    directions: NDArray[np.float64] | None = None,
-) -> tuple[NDArray[np.generic], Triple, tuple[str, ...]]:
-    """Reverse the axes along which a file's spacing is negative, so that nothing is mirrored.
-
-    Row k of `directions` is the unit vector along axis k. Returns a view, the position of what is
-    now the first voxel, and notes.
-    """
-    place = np.array(usable_origin(origin))
-    axes = np.eye(3) if directions is None else directions
-    reversed_axes = []
-    for k, step in enumerate(spacing):
-        if step is None or not -LARGEST_SPACING < step < -SMALLEST_SPACING:
-            continue
-        count = values.shape[2 - k]
-        values = np.flip(values, axis=2 - k)
-        place = place + (count - 1) * step * axes[k]
-        reversed_axes.append(AXES[k])
-    if not reversed_axes:
-        return values, usable_origin(origin), ()
-    names = ", ".join(reversed_axes)
-    note = (
-        f"The file's voxel spacing along {names} is negative, which mirrors the volume; "
-        f"{names} {'is' if len(reversed_axes) == 1 else 'are'} read in reverse order, so that it "
-        "is shown as it is."
-    )
-    return values, usable_origin(place.tolist()), (note,)
-
-
 def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...]:
     """Return the rows of a matrix as unit vectors in plain numbers; empty if they are unusable."""
     if directions is None or not np.isfinite(directions).all():
@@ -305,66 +273,78 @@ Shear = tuple[float, float]
 """Shift of each slice against the one before along x and y, in voxels."""
 
 
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """A grid whose slices lie behind one another, and which is not mirrored.
-
-    Row k of the directions is the step from one voxel to the next along axis k; None if unknown.
-    """
-
-    values: NDArray[np.generic]
-    missing: NDArray[np.bool_] | None
-    spacing: Triple
-    origin: Triple
-    directions: NDArray[np.float64] | None
-    notes: tuple[str, ...]
-
-
 def placed(
-    values: NDArray[np.generic],
+    grid: Grid,
     steps: Sequence[float | None] | None,
-    origin: Sequence[float],
     directions: NDArray[np.float64] | None = None,
-    handedness: int = 1,
-    missing: NDArray[np.bool_] | None = None,
-) -> Placed:
-    """Put a grid where its file says it lies.
+    space: str = "",
+    *,
+    is_left_handed: bool = False,
+) -> Grid:
+    """Put a grid where its file says it lies, given its origin, and say what was changed.
 
     Axes with negative steps and the slices of a left-handed grid are read in reverse order. Where
     all slices are shifted by the same step against the one before, they are sheared back; not those
-    of components. Row k of the directions points along axis k, with any length. The handedness is
-    -1 if the file's space is left-handed.
+    of components. Row k of the directions points along axis k, with any length, in a space of axes
+    such as ``"LPS"``, which may itself be left-handed.
     """
     spacing, notes = usable_spacing(steps)
     unit = unit_directions(directions)
-    rows = np.array(unit) if unit else None
-    values, place, mirror_notes = unmirrored(values, steps or (), origin, rows)
-    if missing is not None:
-        missing, _, _ = unmirrored(missing, steps or (), origin)  # type: ignore[assignment]
-    notes = mirror_notes + notes
-    if rows is None:
-        return Placed(values, missing, spacing, usable_origin(place), None, notes)
-    axes = rows * np.array(spacing)[:, None]
-    if np.linalg.det(axes) * handedness < 0:
-        place = usable_origin((np.array(place) + (values.shape[0] - 1) * axes[2]).tolist())
-        values, missing = values[::-1], None if missing is None else missing[::-1]
+    axes = (np.array(unit) if unit else np.eye(3)) * np.array(spacing)[:, None]
+    reversed_axes = [
+        k
+        for k, step in enumerate(steps or ())
+        if step is not None and -LARGEST_SPACING < step < -SMALLEST_SPACING
+    ]
+    for k in reversed_axes:
+        grid = _reversed(grid, k, -axes[k])
+    if reversed_axes:
+        names = ", ".join(AXES[k] for k in reversed_axes)
+        mirrored = (
+            f"The file's voxel spacing along {names} is negative, which mirrors the volume; "
+            f"{names} {'is' if len(reversed_axes) == 1 else 'are'} read in reverse order, so that "
+            "it is shown as it is."
+        )
+        notes = (mirrored, *notes)
+    if unit and (np.linalg.det(axes) < 0) != is_left_handed:
+        grid = _reversed(grid, 2, axes[2])
         axes = axes * [[1.0], [1.0], [-1.0]]
         notes += ("The grid is left-handed, so its slices are read in reverse order.",)
-    upright = Placed(values, missing, spacing, place, axes, notes)
-    return _sheared_back(upright, axes)
+    origin = usable_origin(grid.origin)
+    grid = replace(grid, spacing=spacing, origin=origin, notes=grid.notes + notes)
+    if not unit:
+        return grid
+    grid, axes = _sheared_back(grid, axes)
+    facts = replace(grid.facts, directions=unit_directions(axes), space=space)
+    # Scanners write upright grids in RAS in two ways: x and y both positive, or both negative.
+    is_turned_twice = space == "RAS" and axes[0, 0] < 0 and axes[1, 1] < 0
+    turned = frame_notes(axes * (-1.0, -1.0, 1.0) if is_turned_twice else axes)
+    labels = axis_labels(axes, space)
+    return replace(grid, axis_labels=labels, notes=grid.notes + turned, facts=facts)
 
 
-def _sheared_back(grid: Placed, directions: NDArray[np.float64]) -> Placed:
+def _reversed(grid: Grid, axis: int, step: NDArray[np.float64]) -> Grid:
+    """Return a grid with one axis in reverse order, whose voxels are a step apart."""
+    values, missing = (
+        None if each is None else np.flip(each, axis=2 - axis)
+        for each in (grid.values, grid.missing)
+    )
+    assert values is not None
+    x, y, z = (float(o) for o in grid.origin + (values.shape[2 - axis] - 1) * step)
+    return replace(grid, values=values, missing=missing, origin=(x, y, z))
+
+
+def _sheared_back(grid: Grid, directions: NDArray[np.float64]) -> tuple[Grid, NDArray[np.float64]]:
     """Shear a grid back whose slices are shifted against one another by the same step each."""
     x, y, z = directions
     lengths = np.linalg.norm(directions, axis=1)
     if grid.values.ndim != 3 or abs(x @ y) > SQUARE * lengths[0] * lengths[1]:
-        return grid
+        return grid, directions
     shear = float(z @ x / lengths[0] ** 2), float(z @ y / lengths[1] ** 2)
     tilt = np.hypot(shear[0] * lengths[0], shear[1] * lengths[1]) / lengths[2]
     more = max(map(abs, shear)) * grid.values.shape[0]
     if not SQUARE < tilt < MOST_TILT or more > MOST_ROOM * max(grid.values.shape[1:]):
-        return grid
+        return grid, directions
     normal = np.cross(x, y) / (lengths[0] * lengths[1])
     values, missing, moved = sheared_back(grid.values, grid.missing, shear)
     upright = np.stack([x, y, (z @ normal) * normal])
@@ -372,14 +352,10 @@ def _sheared_back(grid: Placed, directions: NDArray[np.float64]) -> Placed:
         f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees; "
         "they are sheared back to where they were taken."
     )
-    return Placed(
-        values,
-        missing,
-        usable_spacing(np.linalg.norm(upright, axis=1).tolist())[0],
-        usable_origin((np.array(grid.origin) - moved[0] * x - moved[1] * y).tolist()),
-        upright,
-        (*grid.notes, note),
-    )
+    spacing, _ = usable_spacing(np.linalg.norm(upright, axis=1).tolist())
+    origin = usable_origin((np.array(grid.origin) - moved[0] * x - moved[1] * y).tolist())
+    grid = replace(grid, values=values, missing=missing, spacing=spacing, origin=origin)
+    return replace(grid, notes=(*grid.notes, note)), upright
 
 
 def sheared_back(

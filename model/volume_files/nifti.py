@@ -18,10 +18,7 @@ from model.volume_files.checks import check_grid, damaged, errors_of, unsupporte
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.grid import (
     Grid,
-    axis_labels,
-    frame_notes,
     placed,
-    unit_directions,
     unit_name,
     usable_origin,
 )
@@ -104,24 +101,13 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
         values = rescaled(values, head.slope, head.intercept)
     frame = head.frame
     steps = None if frame.spacing is None else [abs(size) for size in frame.spacing]
-    right = placed(values, steps, usable_origin(frame.origin), frame.directions)
-    return Grid(
-        right.values,
-        right.spacing,
-        right.origin,
-        notes=choice_notes(listed) + notes + frame.notes + right.notes
-        + _frame_notes(right.directions),
-        axis_labels=axis_labels(right.directions, "RAS"),
-        missing=right.missing,
-        facts=FileFacts(
-            head.format,
-            head.unit,
-            unit_directions(right.directions),
-            "" if frame.directions is None else "RAS",
-            listed,
-            head.is_labels,
-        ),
-    )  # fmt: skip
+    grid = Grid(
+        values,
+        origin=usable_origin(frame.origin),
+        notes=choice_notes(listed) + notes + frame.notes,
+        facts=FileFacts(head.format, head.unit, contents=listed, is_labels=head.is_labels),
+    )
+    return placed(grid, steps, frame.directions, "RAS")
 
 
 def _beside(parts: list[NDArray[np.generic]]) -> NDArray[np.generic]:
@@ -143,15 +129,6 @@ def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.gene
     if dtype.kind not in "iuf" or dtype.itemsize > 8:
         raise unsupported(path, "voxels of such a data type", "convert them, as with nibabel")
     return 1, dtype
-
-
-def _frame_notes(directions: NDArray[np.float64] | None) -> tuple[str, ...]:
-    if directions is None:
-        return ()
-    # Scanners write upright grids in two ways: x and y both positive, or both negative.
-    if directions[0, 0] < 0 and directions[1, 1] < 0:
-        directions = directions * (-1.0, -1.0, 1.0)
-    return frame_notes(directions)
 
 
 def _head(path: Path) -> _Head:

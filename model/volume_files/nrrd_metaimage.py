@@ -24,11 +24,9 @@ from model.volume_files.grid import (
     OPPOSITES,
     Grid,
     axis_labels,
-    frame_notes,
     in_one_unit,
     is_space,
     placed,
-    unit_directions,
     unit_name,
     usable_origin,
 )
@@ -166,20 +164,16 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         words = head.fields.get("axismins", "").split()
         origin = [_number(words[axis]) if axis < len(words) else 0.0 for axis in axes]
     is_left = space == "LAS" or head.fields.get("space", "").lower() == "3d-left-handed"
-    grid = placed(values, steps, usable_origin(origin), directions, -1 if is_left else 1)
-    turned = () if grid.directions is None else frame_notes(grid.directions)
     if dtype.itemsize > 1 and "endian" not in head.fields:
-        turned += ("The file does not say the order of bytes; little-endian is assumed.",)
-    return Grid(
-        grid.values,
-        grid.spacing,
-        grid.origin,
-        head.fields.get("sampleunits", "").strip('"'),
-        choice_notes(listed) + grid.notes + notes + turned,
-        axis_labels(grid.directions, space),
-        missing=grid.missing,
-        facts=FileFacts("NRRD", unit, unit_directions(grid.directions), space, listed),
+        notes += ("The file does not say the order of bytes; little-endian is assumed.",)
+    grid = Grid(
+        values,
+        origin=usable_origin(origin),
+        units=head.fields.get("sampleunits", "").strip('"'),
+        notes=choice_notes(listed) + notes,
+        facts=FileFacts("NRRD", unit, space=space, contents=listed),
     )
+    return placed(grid, steps, directions, space, is_left_handed=is_left)
 
 
 def _nrrd_head(path: Path) -> _Head:
@@ -355,32 +349,22 @@ def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     matrix = head.numbers("TransformMatrix", axes * axes)
     rows = None if matrix is None else np.array(matrix).reshape(axes, axes)[:3, :3]
     origin = (head.numbers("Offset", axes) or [0.0, 0.0, 0.0])[:3]
-    grid = placed(read_block(block), steps, origin, rows)
-    turned = () if grid.directions is None else frame_notes(grid.directions)
     letters = head.fields.get("AnatomicalOrientation", "").upper()
     labels: tuple[str, ...] = ()
     if is_space(letters) and rows is None:
-        # The letters say where each axis comes from.
+        # They say where each axis comes from. With a matrix that holds, as for ITK, which writes
+        # both, and its space is the patient's.
         labels = axis_labels(np.eye(3), "".join(OPPOSITES[letter] for letter in letters))
-    elif is_space(letters):
-        # As ITK, which writes both: the matrix holds, and its space is the patient's.
-        labels = axis_labels(grid.directions, "LPS")
-    unit = unit_directions(grid.directions)
-    return Grid(
-        grid.values,
-        grid.spacing,
-        grid.origin,
-        notes=choice_notes(listed) + grid.notes + turned,
+    grid = Grid(
+        read_block(block),
+        origin=usable_origin(origin),
+        notes=choice_notes(listed),
         axis_labels=labels,
-        missing=grid.missing,
         facts=FileFacts(
-            "MetaImage",
-            unit_name(head.fields.get("DistanceUnits", "")),
-            unit,
-            "LPS" if labels and unit else "",
-            listed,
+            "MetaImage", unit_name(head.fields.get("DistanceUnits", "")), contents=listed
         ),
     )
+    return placed(grid, steps, rows, "LPS" if is_space(letters) else "")
 
 
 def _metaimage_head(path: Path) -> _Head:

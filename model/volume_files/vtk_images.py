@@ -21,7 +21,7 @@ from model.scene.volume import Content, FileFacts
 from model.volume_files.arrays import is_auxiliary
 from model.volume_files.checks import check_grid, check_present, damaged, truncated
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
-from model.volume_files.grid import Grid, frame_notes, placed, unit_directions
+from model.volume_files.grid import Grid, placed, usable_origin
 
 LONGEST_HEADER = 1 << 16
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
@@ -116,20 +116,18 @@ def image_grid(
     steps = list(image.GetSpacing())
     place = [at + less / 2 for at in first]
     origin = np.array(image.GetOrigin()) + np.multiply(place, steps) @ directions
-    right = placed(values, steps, origin.tolist(), directions, missing=missing)
-    listed = _contents(wanted, arrays, image, right.values)
-    notes = choice_notes(listed) + right.notes
+    notes: tuple[str, ...] = ()
     if wanted.in_cells:
-        notes += (f"The values of '{wanted.name}' belong to cells; each is a voxel.",)
-    turned = directions if right.directions is None else right.directions
-    return Grid(
-        right.values,
-        right.spacing,
-        right.origin,
-        notes=notes + frame_notes(turned),
-        missing=right.missing,
-        facts=FileFacts(file_format, "", unit_directions(turned), "", listed),
+        notes = (f"The values of '{wanted.name}' belong to cells; each is a voxel.",)
+    listed = _contents(wanted, arrays, image, values)
+    grid = Grid(
+        values,
+        origin=usable_origin(origin.tolist()),
+        notes=choice_notes(listed) + notes,
+        missing=missing,
+        facts=FileFacts(file_format, contents=listed),
     )
+    return placed(grid, steps, directions)
 
 
 def _hidden(attributes: Any, dimensions: Sequence[int], in_cells: bool) -> NDArray[np.bool_] | None:
