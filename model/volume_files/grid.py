@@ -1,4 +1,4 @@
-"""What the file readers return, and where it lies: spacing, units, origin, directions, mirrors."""
+"""Grids, which file readers return, and their place: spacing, units, directions and mirrors."""
 
 from __future__ import annotations
 
