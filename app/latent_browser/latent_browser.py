@@ -13,6 +13,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolB
 
 from app import theme
 from app.controls import add_action
+from app.engines.client import EngineState
 from app.icons import IconButton, icon
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import to_qimage
@@ -309,6 +310,7 @@ class LatentBrowser(QWidget):
 
     def _connect(self) -> None:
         session, pictures, latent = self._session, self._pictures, self._latent
+        pictures.exact.stateChanged.connect(self._say_why)
         latent.choicesChanged.connect(self._choices_changed)
         latent.brushChanged.connect(lambda _brush: self._brushes.clear())
         # Its picture is shown again, instead of that of the place under the mouse.
@@ -359,9 +361,16 @@ class LatentBrowser(QWidget):
 
     def _show_filter(self) -> None:
         self.map.show_message("")
-        self.grid.show_message(CHOOSING if self._session.chosen is not None else NO_TFS)
+        self._say_why()
         self._color()
         self._tell()
+
+    def _say_why(self, _state: object = None) -> None:
+        """Say in the place of pictures why there are none yet."""
+        exact = self._pictures.exact
+        if self._session.map is not None:
+            why = exact.text if exact.state is EngineState.WAITING else CHOOSING
+            self.grid.show_message(why if self._session.chosen is not None else NO_TFS)
 
     def _session_problem(self, text: str) -> None:
         if self._session.map is None:

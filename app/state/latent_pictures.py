@@ -137,8 +137,8 @@ class LatentPictures(QObject):
         self.session.filterChanged.connect(self.ask)
         # Coarse pictures first, which are there in a fraction of the time.
         self.session.differentChanged.connect(lambda: self._ask_grid(live=True))
-        exact = clients["exact"]
-        exact.stateChanged.connect(partial(self._check_failure, exact))
+        self.exact = clients["exact"]
+        self.exact.stateChanged.connect(partial(self._check_failure, self.exact))
 
     @property
     def from_codes(self) -> bool:
