@@ -21,6 +21,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.launch import garbage_collected_here
+from app.state.latent_pictures import HOVER_SIZE
 from app.theme import apply_theme
 from app.window.main_window import MainWindow
 from model.volume_files.shipped import SCAN
@@ -29,7 +30,7 @@ SIZE = 960, 640
 STEP_MS = 80
 """Time that a picture is shown while something moves."""
 
-LONGEST = 4e5
+LONGEST = 3.7e5
 """Bytes of the file."""
 
 MOVING_S, TURNED_S, RESTING_S = 1.0, 20.0, 60.0
@@ -115,7 +116,7 @@ class Recording:
     def save(self, path: Path) -> None:
         """Write all pictures, at the best quality that is not too long."""
         first, others = self.pictures[0], self.pictures[1:]
-        for quality in range(80, 10, -10):
+        for quality in range(60, 10, -10):
             first.save(
                 path,
                 save_all=True,
@@ -176,13 +177,20 @@ def play(recording: Recording) -> None:
     latent = window.browser.map
     for right, down in ((0.45, 0.4), (0.6, 0.75), (0.7, 0.78)):
         recording.go(latent, QPoint(round(right * latent.width()), round(down * latent.height())))
-        recording.wait(lambda: False, 3.0)
+        recording.wait(lambda: False, 1.0)
+        recording.wait(lambda: _is_sharp(window), TURNED_S)
         recording.take(900)
     at = recording._mouse
     QTest.mouseClick(latent, Qt.MouseButton.LeftButton, pos=latent.mapFrom(window, at))
     recording.wait(lambda: False, 1.0)
     recording.press(Qt.Key.Key_B)
     recording.rest(2000, 10.0)
+
+
+def _is_sharp(window: MainWindow) -> bool:
+    """Whether the picture under the mouse has all of its pixels."""
+    hover = window.workspace.latent.hover
+    return hover is not None and len(hover.image) >= HOVER_SIZE
 
 
 def _eased(part: float) -> float:
