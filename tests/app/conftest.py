@@ -1,6 +1,5 @@
 import gc
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -78,9 +77,6 @@ def state():
 @pytest.fixture
 def builders():
     return FakeBuilders()
-
-
-WindowMaker = Callable[..., MainWindow]
 
 
 @pytest.fixture

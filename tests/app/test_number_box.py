@@ -6,8 +6,6 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.number_box import NumberBox, WholeNumberBox
 
-Boxes = tuple[WholeNumberBox, NumberBox]
-
 
 @pytest.fixture
 def window(qtbot):

@@ -25,29 +25,19 @@ def flat(*rgb):
     return np.broadcast_to(np.array(rgb, dtype=float), (32, 32, 3)).copy()
 
 
-def test_rmse_of_known_images():
+def test_errors_of_known_images():
     assert metrics.rmse(flat(0.5, 0.5, 0.5), flat(0.25, 0.25, 0.25)) == pytest.approx(0.25)
     assert metrics.rmse(flat(1, 0, 0), flat(0, 0, 0)) == pytest.approx(np.sqrt(1 / 3))
-
-
-def test_predictions_are_clipped_first():
-    assert metrics.rmse(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
-    assert metrics.color_emd(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
-
-
-def test_masked_rmse_looks_at_covered_pixels_only():
-    opacity = np.zeros((32, 32))
-    opacity[:8] = 0.5
-    image = flat(0, 0, 0)
-    image[:8] = 0.5
-    image[8:] = 0.9
-    assert metrics.masked_rmse(image, flat(0, 0, 0), opacity) == pytest.approx(0.5)
-    assert metrics.masked_rmse(image, flat(0, 0, 0), np.zeros((32, 32))) == 0
-
-
-def test_equal_images_are_at_distance_zero_and_similarity_one():
+    # Predictions are clipped first.
+    for error in (metrics.rmse, metrics.color_emd):
+        assert error(flat(1.7, -3, 2), flat(1, 0, 1)) == 0
     assert metrics.color_emd(NOISE, NOISE) == pytest.approx(0, abs=1e-12)
     assert metrics.ssim(NOISE, NOISE) == pytest.approx(1)
+    # Where a mask is, covered pixels count alone.
+    opacity, image = np.zeros((32, 32)), flat(0.9, 0.9, 0.9)
+    opacity[:8], image[:8] = 0.5, 0.5
+    assert metrics.masked_rmse(image, flat(0, 0, 0), opacity) == pytest.approx(0.5)
+    assert metrics.masked_rmse(image, flat(0, 0, 0), np.zeros((32, 32))) == 0
 
 
 def test_emd_agrees_with_the_full_transport_problem():

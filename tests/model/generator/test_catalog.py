@@ -6,13 +6,9 @@ from model.volume_files import read_volume
 from model.volume_files.shipped import DEFAULT_VOLUME, shipped_volumes
 
 
-def test_the_default_volume_is_shipped():
-    assert DEFAULT_VOLUME in shipped_volumes()
-
-
 def test_every_shipped_model_belongs_to_a_shipped_volume():
     by_fingerprint = {read_volume(path).fingerprint for path in shipped_volumes()}
-    assert shipped.shipped_models()
+    assert DEFAULT_VOLUME in shipped_volumes() and shipped.shipped_models()
     for folder in shipped.shipped_models():
         card, _ = load_model(folder)
         assert card.scene.volume_fingerprint in by_fingerprint

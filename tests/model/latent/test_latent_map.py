@@ -64,25 +64,18 @@ def test_shepard_weights(codes, places):
         assert blend.samples == sum(weight > 0 for weight in weights)
 
 
-def test_weights_do_not_underflow_near_the_rim(codes):
-    """All samples a thousand bandwidths away: the plain formula is 0 / 0."""
-    places = np.array([[1.0, 0.0], [1.001, 0.0]], dtype=np.float32)
-    blend = blended_code(codes[:2], places, (0.0, 0.0), 3e-3 * 1000)
-    assert np.isfinite(blend.code).all()
-
-
-def test_an_empty_disc_takes_the_nearest_sample(codes, places):
+def test_discs_that_are_empty_and_samples_at_one_place_or_at_the_rim(codes, places):
     blend = blended_code(codes, places, (7.0, 7.0), 0.1)
     nearest = np.square(places.astype(np.float64) - 7.0).sum(axis=1).argmin()
     assert blend.samples == 0
     assert blend.code == pytest.approx(codes[nearest])
-
-
-def test_samples_at_one_place_are_averaged(codes):
-    places = np.full((400, 2), 0.3, dtype=np.float32)
-    assert disc_radius(places) == 0
-    blend = blended_code(codes, places, (0.3, np.float32(0.3)), 1e-6)
+    same = np.full((400, 2), 0.3, dtype=np.float32)
+    assert disc_radius(same) == 0
+    blend = blended_code(codes, same, (0.3, np.float32(0.3)), 1e-6)
     assert blend.code == pytest.approx(codes.mean(axis=0, dtype=np.float64), abs=1e-6)
+    # All samples a thousand bandwidths away: the plain formula is 0 / 0.
+    rim = np.array([[1.0, 0.0], [1.001, 0.0]], dtype=np.float32)
+    assert np.isfinite(blended_code(codes[:2], rim, (0.0, 0.0), 3e-3 * 1000).code).all()
 
 
 def test_cell_means(codes, places):
@@ -100,15 +93,9 @@ def test_cell_means(codes, places):
             assert cells.places[row, column] == pytest.approx(
                 places[inside].mean(axis=0, dtype=np.float64), abs=1e-6
             )
-
-
-def test_empty_cells_have_no_code(codes):
-    places = np.array([[0.9, 0.9]], dtype=np.float32)
-    cells = cell_means(codes[:1], places, (0, 0, 1, 1))
+    # Empty cells have no code.
+    cells = cell_means(codes[:1], np.full((1, 2), 0.9, np.float32), (0, 0, 1, 1))
     assert cells.count.sum() == cells.count[0, 3] == 1
     assert np.isnan(cells.codes[3, 0]).all()
-
-
-def test_a_rectangle_that_is_not_finite_is_refused(codes, places):
     with pytest.raises(LatentError, match="not finite"):
         cell_means(codes, places, (0, 0, float("nan"), 1))

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from blobs import blobs
+from drawing import RANGE, WHITE
 
 from model.latent.tiny_pictures import MOST_EXPOSED, Overview, exposures, overview_of
 from model.rendering.brightness import brighten
@@ -12,33 +12,37 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.tf_perturbation import with_opacity
-from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
+from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
-
-WHITE = ColorTF((0.0, 255.0), ((0.0, 1.0, 1.0, 1.0),))
-
-
-@pytest.fixture(scope="module")
-def volume():
-    return blobs()
 
 
 def mode(mean, width, height):
-    return OpacityTF((0.0, 255.0), (GaussianMode(mean, width, height),)).sample()
+    return OpacityTF(RANGE, (GaussianMode(mean, width, height),)).sample()
 
 
 def seen(view, crop=None):
-    tf = TransferFunction(OpacityTF((0.0, 255.0)), WHITE)
+    tf = TransferFunction(OpacityTF(RANGE), WHITE)
     return SceneInputs.of(view, tf, crop=crop)
 
 
-@pytest.mark.parametrize("view", [View(), View(90, 0, 0, 1), View(31, -64, 20, 0.5)])
-def test_mean_opacities_are_those_of_the_ray_caster(volume, view):
-    tfs = draw_opacity_tfs(Scene.of(volume, 16), 0, 0, 20)
-    means = overview_of(volume, seen(view), tfs, 16, 0.1).opacity
+OBLIQUE = View(31, -64, 20, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("view", "crop"),
+    [
+        (View(), None),
+        (View(90, 0, 0, 1), None),
+        (OBLIQUE, None),
+        (OBLIQUE, CropBox((0.1, 0.0, 0.2), (0.6, 0.9, 1.0))),
+    ],
+)
+def test_mean_opacities_are_those_of_the_ray_caster(volume, view, crop):
+    inputs, tfs = seen(view, crop), draw_opacity_tfs(Scene.of(volume, 16), 0, 0, 20)
+    means = overview_of(volume, inputs, tfs, 16, 0.1).opacity
     renderer = RaycastRenderer(volume, sample_distance=0.1)
     for opacities, mean in zip(tfs, means, strict=True):
-        expected = renderer.render(with_opacity(seen(view), opacities), 16)[..., 3].mean()
+        expected = renderer.render(with_opacity(inputs, opacities), 16)[..., 3].mean()
         assert mean == pytest.approx(expected, abs=0.005)
     renderer.close()
 
@@ -55,32 +59,22 @@ def test_empty_and_solid_images_are_found(volume):
 def test_values_that_are_seen(volume):
     tfs = np.stack([mode(60, 10, 0.3), mode(180, 10, 0.3), np.zeros(256)])
     overview = overview_of(volume, seen(View()), tfs)
-    dominant = overview.dominant_values((0.0, 255.0))
+    dominant = overview.dominant_values(RANGE)
     assert dominant[:2] == pytest.approx([60, 180], abs=8)
     assert np.isnan(dominant[2])
     assert overview.shares[:2].sum(axis=1) == pytest.approx([1, 1], rel=1e-4)
     assert overview.shares[2].sum() == 0
-    assert overview.shows((160.0, 200.0), (0.0, 255.0)).tolist() == [False, True, False]
+    assert overview.shows((160.0, 200.0), RANGE).tolist() == [False, True, False]
     broad = overview_of(volume, seen(View()), mode(120, 1.5, 0.5)[None])
-    assert broad.shows((120.4, 120.4), (0.0, 255.0)).all()
-    assert overview.shows((200.0, 160.0), (0.0, 255.0)).tolist() == [False, True, False]
-
-
-def test_what_is_cropped_is_not_looked_at(volume):
-    inputs = seen(View(31, -64, 20, 0.5), CropBox((0.1, 0.0, 0.2), (0.6, 0.9, 1.0)))
-    tf = mode(120, 20, 0.3)
-    mean = overview_of(volume, inputs, tf[None], 16, 0.1).opacity[0]
-    renderer = RaycastRenderer(volume, sample_distance=0.1)
-    expected = renderer.render(with_opacity(inputs, tf), 16)[..., 3].mean()
-    renderer.close()
-    assert mean == pytest.approx(expected, abs=0.005)
+    assert broad.shows((120.4, 120.4), RANGE).all()
+    assert overview.shows((200.0, 160.0), RANGE).tolist() == [False, True, False]
 
 
 def test_what_is_behind_an_opaque_value_is_not_seen(volume):
     """A surface of 60 hides the higher values inside."""
     tf = np.maximum(mode(60, 10, 1.0), mode(180, 10, 1.0))
     overview = overview_of(volume, seen(View()), tf[None])
-    assert overview.dominant_values((0.0, 255.0))[0] == pytest.approx(60, abs=15)
+    assert overview.dominant_values(RANGE)[0] == pytest.approx(60, abs=15)
 
 
 def test_exposed_pictures_are_as_bright_as_others():

@@ -32,15 +32,15 @@ def lively():
     return network.eval().requires_grad_(False)
 
 
-def test_untrained_it_returns_the_denoised_picture():
+def test_untrained_it_returns_the_denoised_picture_and_trained_it_adds_nothing_where_nothing_is():
     seen = inputs()
     denoised = seen[:, 3 * COLORS.index("denoised") :][:, :3]
     torch.testing.assert_close(PathLightNetwork(SMALL)(seen), denoised)
-
-
-def test_it_knows_how_many_samples_there_are():
     network = lively()
+    # It knows how many samples there are.
     assert not torch.allclose(network(inputs(1)), network(inputs(4)))
+    seen[:, :13, :, :20] = 0
+    assert network(seen)[..., :20].abs().max() == 0
 
 
 def test_permuted_colours_are_those_of_each_picture():
@@ -51,12 +51,6 @@ def test_permuted_colours_are_those_of_each_picture():
         torch.testing.assert_close(other[:, 3 * number], colors[:, 2])
         torch.testing.assert_close(other[:, 3 * number + 1], colors[:, 0])
     torch.testing.assert_close(other[:, 12:], seen[:, 12:])
-
-
-def test_nothing_is_added_where_nothing_is():
-    seen = inputs()
-    seen[:, :13, :, :20] = 0
-    assert lively()(seen)[..., :20].abs().max() == 0
 
 
 def test_a_file_holds_network_and_card(tmp_path):

@@ -87,32 +87,27 @@ def test_without_opengl_the_ray_caster_draws(monkeypatch):
     both.close()
 
 
-class TestWithoutAGraphicsCard:
-    """Where VTK would draw by the processor, the ray caster does."""
+SOFTWARE, CARD = "llvmpipe (LLVM 15.0.6, 256 bits)", "NVIDIA RTX A2000/PCIe/SSE2"
 
-    @pytest.fixture(autouse=True)
-    def no_card(self, monkeypatch):
-        monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
 
-    def test_the_ray_caster_draws_and_says_why(self, monkeypatch):
+@pytest.mark.parametrize(
+    ("name", "spares_processor"), [(SOFTWARE, True), (SOFTWARE, False), (CARD, True)]
+)
+def test_where_vtk_would_draw_by_the_processor_the_ray_caster_does_unless_vtk_is_chosen(
+    monkeypatch, name, spares_processor
+):
+    monkeypatch.setattr(opengl, "opengl_name", lambda: name)
+    by_raycast = name == SOFTWARE and spares_processor
+    if by_raycast:
         monkeypatch.setattr(vtk_renderer, "offscreen_window", pytest.fail)
-        volume = make_volume()
-        both = FallbackRenderer(volume, spares_processor=True)
-        np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
-        assert both.by_raycast and not both.reason
+    volume = make_volume()
+    both = FallbackRenderer(volume, spares_processor=spares_processor)
+    image = both.render(INPUTS, 24)
+    assert both.by_raycast == by_raycast and not both.reason
+    assert isinstance(both._renderer, VtkRenderer) != by_raycast
+    if by_raycast:
+        np.testing.assert_array_equal(image, expected(volume))
         assert "llvmpipe" in both.remark and "Choose VTK" in both.remark
-        both.close()
-
-    def test_vtk_draws_where_it_is_chosen(self):
-        both = FallbackRenderer(make_volume())
-        assert both.render(INPUTS, 24)[..., 3].max() > 0.1
-        assert isinstance(both._renderer, VtkRenderer)
-        assert not both.by_raycast and not both.remark
-        both.close()
-
-
-def test_a_graphics_card_draws_by_vtk(monkeypatch):
-    monkeypatch.setattr(opengl, "opengl_name", lambda: "NVIDIA RTX A2000/PCIe/SSE2")
-    both = FallbackRenderer(make_volume(), spares_processor=True)
-    assert isinstance(both._renderer, VtkRenderer) and not both.by_raycast
+    else:
+        assert image[..., 3].max() > 0.1 and not both.remark
     both.close()

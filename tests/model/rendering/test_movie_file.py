@@ -7,10 +7,13 @@ import pytest
 from model.errors import RenderError
 from model.rendering.movie_file import write_movie
 
-
 # imageio leaves its reader's pipes to the garbage collection.
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.filterwarnings("ignore::ResourceWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+]
+
+
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_movies_can_be_read_again(tmp_path, suffix):
     levels = np.linspace(0.1, 0.9, 6)
@@ -35,8 +38,6 @@ class EndedError(Exception):
     """What ends a movie."""
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.filterwarnings("ignore::ResourceWarning")
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 def test_a_movie_that_is_ended_leaves_nothing(tmp_path, suffix):
     def frames():

@@ -35,13 +35,10 @@ def test_the_derivative_to_all_digits(opacity, distance):
     assert derivative[0] == pytest.approx(exact, rel=1e-12)
 
 
-@pytest.mark.parametrize(("distance", "slope"), [(1.0, 1.0), (2.0, 0.0)])
-def test_the_derivative_at_opaque_is_exact_from_one_voxel_on(distance, slope):
-    assert per_sample_derivative(np.array([1.0]), distance)[0] == slope
-
-
-@pytest.mark.parametrize("distance", [0.01, 0.25, 0.5])
-def test_the_derivative_at_opaque_is_cut_off_below_one_voxel(distance):
+@pytest.mark.parametrize("distance", [0.01, 0.25, 0.5, 1.0, 2.0])
+def test_the_derivative_at_opaque_is_cut_off_below_one_voxel_and_exact_from_there_on(distance):
     nearly, opaque = per_sample_derivative(np.array([NEARLY_OPAQUE, 1.0]), distance)
-    assert opaque == pytest.approx(nearly)
-    assert 0 < opaque < 511
+    if distance < 1:
+        assert opaque == pytest.approx(nearly) and 0 < opaque < 511
+    else:
+        assert opaque == {1.0: 1.0, 2.0: 0.0}[distance]

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
+from drawing import RANGE, WHITE, drawn
 
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.scale_bar import WIDEST, Scale
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume
 
-RANGE = (0.0, 255.0)
 SPACING = 0.25
 
 
@@ -26,10 +26,8 @@ def dots(depth):
 def distance(volume, view, raster):
     """How far apart both are in the picture, in pixels."""
     opacity = OpacityTF(RANGE, points=((0.0, 0.0), (100.0, 0.0), (255.0, 1.0)))
-    colors = ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0), (255.0, 1.0, 1.0, 1.0)))
-    renderer = RaycastRenderer(volume, threads=1)
-    image = renderer.render(SceneInputs(view, opacity, colors), raster)[..., 3]
-    renderer.close()
+    inputs = SceneInputs(view, opacity, WHITE)
+    image = drawn(RaycastRenderer, volume, inputs, raster, threads=1)[..., 3]
     columns = np.arange(raster.width)
     middle = raster.width // 2
     left, right = (
@@ -64,6 +62,9 @@ def test_nearer_things_are_larger_than_the_bar_says():
     assert distance(volume, view, raster) * span / 300 == pytest.approx(5, rel=0.02)
     cropped = Scale.of(volume).span(view, CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0)))
     assert cropped == pytest.approx(span)
+    # Close to the eye there is none.
+    shown = np.array([[0.5, 0.02, 0.5]])
+    assert Scale.of(dots(20), shown).bar(View(distance=0.1)) is None
 
 
 @pytest.mark.parametrize(
@@ -84,9 +85,3 @@ def test_lengths_have_the_unit_that_reads_best(spacing, unit, shown):
     number, name = bar.text.split()
     assert name == shown
     assert float(number) > 0 and 0.4 * WIDEST < bar.share <= WIDEST
-
-
-def test_close_to_the_eye_there_is_none():
-    shown = np.array([[0.5, 0.02, 0.5]])
-    near = View(distance=0.1)
-    assert Scale.of(dots(20), shown).bar(near) is None

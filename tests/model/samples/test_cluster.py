@@ -204,9 +204,13 @@ def test_a_worker_that_comes_later_is_used(store, new, volume, empty_scheduler):
     assert_equal(new, store)
 
 
-def test_the_lack_of_workers_or_of_tfscope_is_said(new, volume, empty_scheduler, tmp_path):
+def test_the_lack_of_workers_is_said(new, volume, empty_scheduler):
     with pytest.raises(DatasetError, match=r"No Dask worker was there for 0\.1 seconds"):
         render_store_on_cluster(new, volume, empty_scheduler, patience=0.1)
+
+
+@pytest.mark.slow
+def test_the_lack_of_tfscope_is_said(new, volume, empty_scheduler, tmp_path):
     (tmp_path / "sitecustomize.py").write_text(WITHOUT_TFSCOPE)
     with (
         worker_in(tmp_path, empty_scheduler),

@@ -13,6 +13,14 @@ def test_a_rectangle_has_its_pixels():
     assert np.argwhere(mask).tolist() == [[r, c] for r in (1, 2) for c in (2, 3, 4)]
     np.testing.assert_array_equal(Outline.rectangle(2 / 8, 1 / 8, 5 / 8, 3 / 8).mask(8), mask)
     assert Region.whole(4).mask(4).all() and Outline().mask(4).all()
+    # Smaller than a pixel is that pixel, and partly outside is what is inside.
+    for x, y in ((0.01, 0.01), (0.52, 0.31), (0.999, 0.999)):
+        mask = Outline.rectangle(x - 1e-4, y - 1e-4, x + 1e-4, y + 1e-4).mask(16)
+        assert np.argwhere(mask).tolist() == [[int(y * 16), int(x * 16)]]
+    mask = Outline.rectangle(-0.5, -0.5, 0.25, 0.25).mask(8)
+    assert np.argwhere(mask).max() == 1 and mask.sum() == 4
+    with pytest.raises(RenderError, match="outside the image"):
+        Outline.rectangle(1.2, 0.1, 1.5, 0.4).mask(8)
 
 
 def test_a_lasso_has_the_pixels_whose_centres_are_inside():
@@ -24,19 +32,6 @@ def test_a_lasso_has_the_pixels_whose_centres_are_inside():
     expected = (x - 0.5) ** 2 + (y - 0.4) ** 2 < 0.3**2
     assert (circle.mask(64) != expected).mean() < 0.01
     assert circle.moved(0.1, 0.2).mask(64)[38, 38]
-
-
-@pytest.mark.parametrize(("x", "y"), [(0.01, 0.01), (0.52, 0.31), (0.999, 0.999)])
-def test_smaller_than_a_pixel_is_that_pixel(x, y):
-    mask = Outline.rectangle(x - 1e-4, y - 1e-4, x + 1e-4, y + 1e-4).mask(16)
-    assert np.argwhere(mask).tolist() == [[int(y * 16), int(x * 16)]]
-
-
-def test_partly_outside_is_what_is_inside():
-    mask = Outline.rectangle(-0.5, -0.5, 0.25, 0.25).mask(8)
-    assert np.argwhere(mask).max() == 1 and mask.sum() == 4
-    with pytest.raises(RenderError, match="outside the image"):
-        Outline.rectangle(1.2, 0.1, 1.5, 0.4).mask(8)
 
 
 def test_an_outline_refers_to_the_square_in_the_middle_of_a_wider_image():
@@ -81,9 +76,8 @@ def test_a_plane_moves_alone_and_stops_before_its_opposite():
     assert box.with_plane(0, 0, -3.0).low == (0.0, 0.2, 0.3)
     assert box.with_plane(0, 0, 0.95, least=0.25).low[0] == pytest.approx(0.65)
     assert box.with_plane(0, 1, 0.0, least=0.25).high[0] == pytest.approx(0.35)
-
-
-@pytest.mark.parametrize("side", [0, 1])
-def test_a_box_shorter_than_the_length_to_keep_stays_in_the_volume(side):
-    thin = CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0)).with_plane(1, side, 1.0 - side, least=0.5)
-    assert (thin.low[1], thin.high[1]) == pytest.approx((0.0, 0.5 if side else 0.1))
+    # A box shorter than the length to keep stays in the volume.
+    for side, high in ((0, 0.1), (1, 0.5)):
+        thin = CropBox((0.0, 0.0, 0.0), (1.0, 0.1, 1.0))
+        thin = thin.with_plane(1, side, 1.0 - side, least=0.5)
+        assert (thin.low[1], thin.high[1]) == pytest.approx((0.0, high))

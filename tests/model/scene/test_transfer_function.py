@@ -17,11 +17,8 @@ def test_modes_follow_the_formula():
     s = 47.0
     expected = 0.6 * np.exp(-((7 / 5) ** 2)) + 0.3 * np.exp(-((2 / 10) ** 2))
     assert tf(s) == pytest.approx(expected)
-
-
-def test_overlapping_modes_stop_at_one():
-    tf = OpacityTF((0.0, 1.0), (GaussianMode(0.5, 0.2, 0.9), GaussianMode(0.5, 0.2, 0.9)))
-    assert tf(0.5) == 1.0
+    # Those that overlap stop at one.
+    assert OpacityTF((0.0, 1.0), (GaussianMode(0.5, 0.2, 0.9),) * 2)(0.5) == 1.0
 
 
 @given(st.floats(1e-12, 10.0), st.floats(0, 1), st.floats(-5, 5))
@@ -45,9 +42,7 @@ def test_samples_include_both_ends():
     assert sampled.dtype == np.float32
     assert (sampled[0], sampled[-1]) == (0.25, 0.75)
     np.testing.assert_allclose(tf.sample((10.0, 15.0), 3), [0.25, 0.375, 0.5])
-
-
-def test_a_curve_is_constant_outside_its_points():
+    # A curve is constant outside its points.
     tf = OpacityTF((0.0, 10.0), points=((2.0, 0.1), (4.0, 0.5), (4.0, 0.9), (6.0, 0.2)))
     np.testing.assert_allclose(tf([0.0, 3.0, 5.0, 9.0]), [0.1, 0.3, 0.55, 0.2])
 

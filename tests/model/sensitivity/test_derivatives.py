@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from test_exact import COLOR, RANGE, REGION, SIZE, VIEW, random_opacity, small_volume, tf_of
 
 from model.rendering.raycast import renderer as ray_caster
@@ -23,8 +22,6 @@ from model.scene.volume import Volume
 from model.sensitivity.display import cosine
 from model.sensitivity.exact import change_norms, region_sensitivity
 from tests import reference_light
-
-Array = NDArray[np.float64]
 
 PART = slice(3, 13), slice(2, 11)
 LIGHT = LightDirection(-40.0, 30.0)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from model.errors import RenderError
 from model.rendering.raster import Raster, middle_square
@@ -23,8 +22,6 @@ RANGE = (0.0, 255.0)
 VIEW = View(35.0, 25.0, 7.0, 0.6)
 SIZE = 14
 REGION = Region(2, 3, 11, 13)
-
-Array = NDArray[np.float64]
 
 
 def colors():

@@ -35,9 +35,7 @@ def test_independent_dimensions_have_full_rank_and_copies_rank_one():
     entropy = -(0.75 * math.log(0.75) + 0.25 * math.log(0.25))
     assert latent_health(pair)["latent_rank"] == pytest.approx(math.exp(entropy), rel=0.01)
     assert latent_health(pair)["latent_spread"] == pytest.approx(math.sqrt(3), rel=0.02)
-
-
-def test_equal_codes_are_measured_without_nan():
+    # Equal codes are measured without NaN.
     assert latent_health(torch.full((10, 8), 0.3))["latent_spread"] < 1e-6
     for codes in (torch.full((10, 8), 0.3), torch.randn(10, 1)):
         assert all(map(math.isfinite, latent_health(codes).values()))

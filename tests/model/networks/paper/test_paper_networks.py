@@ -8,7 +8,6 @@ from model.errors import TfscopeError
 from model.networks.blocks import Modulation, ResidualBlock, parameter_count
 from model.networks.generator_network import EncodedInputs
 from model.networks.paper import (
-    BINS,
     ColorAttention,
     OpacityDiscriminator,
     OpacityGenerator,
@@ -175,12 +174,6 @@ SIZE = NetworkSize(0.125, 32, 64, color_attention=True)
 def attention():
     torch.manual_seed(0)
     return ColorAttention(SIZE, 8).double()
-
-
-def test_a_bin_has_the_mean_colour_of_its_scalar_values():
-    colors = torch.rand(2, 3, 256, dtype=torch.float64)
-    table = color_table(colors).reshape(2, 3, BINS)
-    torch.testing.assert_close(table[1, 2, 5], colors[1, 2, 20:24].mean())
 
 
 def test_pixels_show_mixtures_of_the_colours_that_are_there(attention):

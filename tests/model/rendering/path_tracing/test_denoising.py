@@ -43,41 +43,36 @@ def test_what_is_denoised_quickly_is_nearly_the_same_picture():
     np.testing.assert_array_equal(denoise(noisy, np.full_like(noisy, 0.5)), best)
 
 
-def test_without_the_package_there_is_no_denoiser_and_it_says_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyoidn", None)
-    denoising._package.cache_clear()
-    try:
-        assert not available()
-        with pytest.raises(DenoisingError, match="no denoiser"):
-            denoise(np.zeros((4, 4, 3), np.float32))
-    finally:
-        denoising._package.cache_clear()
+class Library:
+    """Stands in for the package: its device has an error."""
+
+    OIDN_FORMAT_FLOAT3 = 3
+
+    class Device:
+        @staticmethod
+        def is_cpu_available():
+            return True
+
+        def commit(self):
+            pass
+
+        def get_error(self):
+            return "out of memory"
 
 
-def test_a_library_that_fails_is_an_error_in_plain_words(monkeypatch):
-    class Library:
-        """Stands in for the package: its device has an error."""
+@pytest.fixture
+def forgets():
+    """What is known of the package is asked anew, before and after."""
+    for ask in (denoising._package, denoising._denoiser):
+        ask.cache_clear()
+    yield
+    for ask in (denoising._package, denoising._denoiser):
+        ask.cache_clear()
 
-        OIDN_FORMAT_FLOAT3 = 3
 
-        class Device:
-            @staticmethod
-            def is_cpu_available():
-                return True
-
-            def commit(self):
-                pass
-
-            def get_error(self):
-                return "out of memory"
-
-    monkeypatch.setitem(sys.modules, "pyoidn", Library)
-    denoising._package.cache_clear()
-    denoising._denoiser.cache_clear()
-    try:
-        assert available()
-        with pytest.raises(DenoisingError, match="out of memory"):
-            denoise(np.zeros((4, 4, 3), np.float32))
-    finally:
-        denoising._package.cache_clear()
-        denoising._denoiser.cache_clear()
+@pytest.mark.parametrize(("package", "said"), [(None, "no denoiser"), (Library, "out of memory")])
+def test_without_a_package_that_works_there_is_no_denoiser(monkeypatch, forgets, package, said):
+    monkeypatch.setitem(sys.modules, "pyoidn", package)
+    assert available() == (package is not None)
+    with pytest.raises(DenoisingError, match=said):
+        denoise(np.zeros((4, 4, 3), np.float32))
