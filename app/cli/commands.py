@@ -125,12 +125,12 @@ class Window:
         metavar="FILE.tfscope",
     )
     view: View | None = options.view(default=None, show_default=False)
-    lighting: Lighting | None = option(None, "Of the reference image. (default: as last time)")
+    lighting: Lighting | None = option(None, "Light of the reference. (default: as last time)")
     light: LightDirection | None = options.light()
     renderer: Literal["auto", RendererName] | None = option(
         None,
-        "Of the reference image; auto: the ray caster while anything moves, and where no "
-        "graphics card draws, VTK otherwise. (default: as last time)",
+        "Renderer of the reference image; auto: the ray caster while anything moves and where no "
+        "graphics card draws, else VTK. (default: as last time)",
     )
     crop: CropBox | None = options.crop()
     device: DeviceChoice = options.device()

@@ -72,9 +72,9 @@ class Latent:
         metavar="X,Y",
         parser=values.numbers(2, "--at"),
     )
-    near: Path | None = options.tf(default=None, help="The place of this TF, and its code's TF.")
+    near: Path | None = options.tf(default=None, help="Find this TF on the map; take its code's.")
     view: View = options.view()
-    tf: Path | None = options.tf(default=None, help="Its colours. (default: the volume's)")
+    tf: Path | None = options.tf(default=None, help="Colours to draw in. (default: the volume's)")
     size: int = options.size(default=128, help="Pixels; a model has its own size.", max=1024)
 
     def run(self) -> None:

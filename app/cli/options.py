@@ -146,7 +146,7 @@ _VOLUME: dict[str, Field[Any]] = {
     ),
     "raw": option(
         None,
-        "Of a headerless file: dimensions, type and byte order, such as "
+        "Layout of a headerless file: dimensions, type and byte order, such as "
         "256x256x110_uint16_big. (default: from its name)",
         metavar="LAYOUT",
     ),

@@ -31,7 +31,7 @@ class DrawPairs:
         "Volume file; may be repeated. (default: the shipped ones)",
         check=lambda path: VolumeSource(path).check(),
     )
-    blocks: int = option(8, "Of 8 pairs, of each volume; about 30 s each.", min=1)
+    blocks: int = option(8, "Groups of 8 pairs of each volume; about 30 s each.", min=1)
     samples: int = option(64, "Of what is learned.", min=8, max=4096)
     seed: int = options.seed()
 

@@ -53,13 +53,13 @@ class Render:
     )
     tf: Path | None = options.tf()
     lighting: Lighting | None = option(
-        None, "For VTK and ray caster. (default: the model's, or none)"
+        None, "Light of VTK's and the ray caster's images. (default: the model's, or none)"
     )
     light: LightDirection | None = options.light()
     crop: CropBox | None = options.crop()
     samples: int | None = option(
         None,
-        "Of each pixel in path-traced light: four times as many halve the noise. (default: 64; "
+        "Samples per pixel in path-traced light: four times as many halve the noise. (default: 64; "
         "with --error as many as it takes)",
         min=1,
         max=1 << 20,
@@ -82,7 +82,7 @@ class Render:
     )
     background: Background | None = option(
         "black",
-        "Of a picture or movie: black, white, transparent or #rrggbb.",
+        "Background of a picture or movie: black, white, transparent or #rrggbb.",
         metavar="COLOUR",
         parser=values.background,
     )
@@ -95,7 +95,7 @@ class Render:
     rate: int = option(25, "Pictures a second of a movie.", min=1, max=60)
     brightness: float | None = option(
         None,
-        "Of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
+        "Brightness of a PNG, as in the window. (default: 1; lit images, which are dim, 2)",
         min=0.25,
         max=32.0,
     )
@@ -104,7 +104,7 @@ class Render:
     )
     sample_distance: float | None = option(
         None,
-        "Between samples along a ray. At .1 the ray caster shows no rings on thin layers, as in "
+        "Distance of samples on a ray. At .1 the ray caster shows no rings on thin layers, as in "
         "the window. (default: .5, or the model's)",
         metavar="VOXELS",
         min=0.01,

@@ -73,7 +73,7 @@ class Sensitivity:
     )
     view: View = options.view()
     tf: Path | None = options.tf()
-    lighting: Lighting | None = option(None, "Of the ray caster's image.")
+    lighting: Lighting | None = option(None, "Light of the ray caster's image.")
     size: int | None = options.size(
         default=None, help="Pixels of the rendering; a model has its own size."
     )
@@ -101,7 +101,7 @@ class Sensitivity:
     )
     field_scale: Literal["own", "global"] = option(
         "own",
-        "Of a value's figure. own: colours by its field; global: by the fields of all values, and "
+        "Scale of a value's figure. own: colours by its field; global: by all values' fields, and "
         "opacity by its own, as in the paper.",
     )
     device: DeviceChoice = options.device()
