@@ -96,7 +96,8 @@ class SourceLabel(QLabel):
         if asked.choices.engine == "exact":
             return ""
         if self._hint and asker.learned_size is None:
-            return f"{gloss('Learned')}: not for this range"
+            is_there = self._workspace.model.scene is not None
+            return f"{gloss('Learned')}: {'not for this range' if is_there else 'loading …'}"
         if asker.learned_size and not asked.outline.is_in_square:
             return f"{gloss('Learned')}: outside the model's image"
         return ""

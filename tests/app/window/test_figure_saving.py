@@ -117,7 +117,7 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     qtbot.waitUntil(lambda: window.saving.progress is not None)
     progress = window.saving.progress
     qtbot.waitUntil(lambda: progress.value() == 500)
-    assert "slow.png" in progress.labelText() and "90 × 40" in progress.labelText()
+    assert all(text in progress.labelText() for text in ("slow.png", "90 × 40", "s left"))
     progress.canceled.emit()
     assert given_up.wait(PATIENCE_S)
     assert window.saving.progress is None and not window.saving.unfinished
