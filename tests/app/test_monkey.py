@@ -13,18 +13,9 @@ FOLDERS = Path(__file__).parents[:3]
 @pytest.mark.slow
 def test_random_events_and_unreliable_engines():
     # In a process of its own: dialogs are answered there by others than the user.
+    options = ["-X", "faulthandler", "-m", "tests.app.monkey", "--events", "400", "--seed", "5"]
     done = subprocess.run(
-        [
-            sys.executable,
-            "-X",
-            "faulthandler",
-            "-m",
-            "tests.app.monkey",
-            "--events",
-            "400",
-            "--seed",
-            "5",
-        ],
+        [sys.executable, *options],
         cwd=FOLDERS[2],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, FOLDERS))},
         capture_output=True,

@@ -1,5 +1,6 @@
 import os
 import subprocess
+from itertools import pairwise
 from types import SimpleNamespace
 
 import pytest
@@ -8,10 +9,10 @@ from app import python_packages
 
 
 def test_settings_are_those_of_pip_variables_before_files(monkeypatch, tmp_path):
+    indices = "https://a.example/x", "https://b.example/x"
     file = tmp_path / "pip.conf"
     file.write_text(
-        "[global]\nfind-links = /from/file\nextra-index-url = https://a.example/x\n"
-        "    https://b.example/x\n"
+        "[global]\nfind-links = /from/file\nextra-index-url = " + "\n    ".join(indices)
     )
     for name in [name for name in os.environ if name.startswith("PIP_")]:
         monkeypatch.delenv(name)
@@ -20,16 +21,9 @@ def test_settings_are_those_of_pip_variables_before_files(monkeypatch, tmp_path)
     settings = python_packages.pip_settings()
     assert settings["find-links"] == "/from/variable"
     options = python_packages.uv_options(settings, has_nvidia=False)
-    expected = [
-        "--extra-index-url",
-        "https://a.example/x",
-        "--extra-index-url",
-        "https://b.example/x",
-    ]
-    start = options.index("--extra-index-url")
-    assert options[start : start + 4] == expected
-    assert options[options.index("--find-links") + 1] == "/from/variable"
-    assert "--torch-backend" not in options
+    pairs = list(pairwise(options))
+    assert [each for name, each in pairs if name == "--extra-index-url"] == list(indices)
+    assert ("--find-links", "/from/variable") in pairs and "--torch-backend" not in options
 
 
 @pytest.mark.parametrize("has_nvidia", [True, False])

@@ -10,6 +10,7 @@ from app.engines.drawer import Drawer
 from app.engines.renderer_engine import RendererEngine
 from app.engines.requests import BatchRequest, ImageRequest, PictureRequest, Quality
 from app.engines.worker import EngineWorker
+from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.light import LightDirection
 
@@ -31,37 +32,26 @@ class SlowRenderer(RaycastRenderer):
 
     def __init__(self):
         super().__init__(make_volume(), "soft", LightDirection(), threads=1)
-        self.begun = threading.Semaphore(0)
-        self.may_end = threading.Semaphore(0)
+        self.begun, self.may_end = threading.Semaphore(0), threading.Semaphore(0)
         self.renderings = 0
-        self.error = None
-
-    def change(self, inputs, size, edit):
-        return self.render(inputs, size)[..., :3]
 
     def render(self, inputs, size=0, *_, **__):
         self.renderings += 1
         self.begun.release()
         assert self.may_end.acquire(timeout=PATIENCE_S)
-        if self.error is not None:
-            raise self.error
         self._go_on()
-        rows, columns = (size, size) if isinstance(size, int) else (size.rows, size.columns)
-        return np.ones((rows, columns, 4), np.float32)
+        return np.ones((*Raster.of(size).shape, 4), np.float32)
 
 
 class Harness:
     """A worker with a slow renderer, and the results that it delivers."""
 
     def __init__(self):
-        self.renderer = SlowRenderer()
-        self.results = []
-        self.worker = EngineWorker(self._build, "slow")
+        self.renderer, self.results = SlowRenderer(), []
+        engine = RendererEngine(Drawer(self.renderer, 1.0))
+        self.worker = EngineWorker(lambda: engine, "slow")
         self.worker.resultReady.connect(self.results.append)
         self.worker.start()
-
-    def _build(self):
-        return RendererEngine(Drawer(self.renderer, 1.0))
 
     def begin(self, request):
         """Ask, and wait for the first rendering to begin."""
