@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import TypeVar
 
 from PySide6.QtCore import QBuffer, QIODevice, QSize, Qt
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
     QAction,
+    QActionGroup,
     QColor,
     QIcon,
     QImage,
@@ -21,8 +24,10 @@ from PySide6.QtGui import (
     QResizeEvent,
 )
 from PySide6.QtWidgets import (
+    QBoxLayout,
     QComboBox,
     QLabel,
+    QLayout,
     QMenu,
     QPushButton,
     QSizePolicy,
@@ -32,6 +37,9 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.wheel_guard import WheelGuard
+
+T = TypeVar("T")
+L = TypeVar("L", bound="QBoxLayout")
 
 BY_KEYS = (
     Qt.FocusReason.TabFocusReason,
@@ -98,12 +106,38 @@ def list_box() -> QComboBox:
     return box
 
 
-def text_button(text: str, tip: str) -> QToolButton:
-    """Return a small button."""
+def text_button(
+    text: str, tip: str, slot: Callable[[], object] | None = None, role: str = ""
+) -> QToolButton:
+    """Return a small button; after a click on it, keys such as W are the window's again."""
     button = QToolButton()
     button.setText(text)
     button.setToolTip(tip)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    if role:
+        button.setProperty("role", role)
+    if slot is not None:
+        button.clicked.connect(lambda: slot())
     return button
+
+
+def fill(
+    layout: L,
+    *parts: QWidget | QLayout | int,
+    margins: tuple[int, int, int, int] = (0, 0, 0, 0),
+    spacing: int = 0,
+) -> L:
+    """Put widgets and layouts into a row or column, and room: a number of pixels, 0 for all."""
+    layout.setContentsMargins(*margins)
+    layout.setSpacing(spacing)
+    for part in parts:
+        if isinstance(part, int):
+            layout.addSpacing(part) if part else layout.addStretch()
+        elif isinstance(part, QWidget):
+            layout.addWidget(part)
+        else:
+            layout.addLayout(part)
+    return layout
 
 
 def picture_icon(picture: QImage | None, size: int) -> QIcon:
@@ -146,6 +180,28 @@ def add_action(
     if keys is not None:
         action.setShortcut(QKeySequence(keys))
     return action
+
+
+def add_switch(menu: QMenu, text: str, tip: str, switch: Callable[[bool], object]) -> QAction:
+    """Add a menu entry that the user switches on and off."""
+    action = menu.addAction(text)
+    action.setCheckable(True)
+    action.setToolTip(tip)
+    action.triggered.connect(lambda on: switch(on))
+    return action
+
+
+def add_choices(
+    menu: QMenu, entries: Mapping[T, tuple[str, str]], choose: Callable[[T], object]
+) -> dict[T, QAction]:
+    """Add menu entries, each with text and tooltip, of which one is checked."""
+    group, actions = QActionGroup(menu), {}
+    for value, (text, tip) in entries.items():
+        actions[value] = action = add_action(menu, text, partial(choose, value))
+        action.setCheckable(True)
+        action.setToolTip(tip)
+        group.addAction(actions[value])
+    return actions
 
 
 def add_title(menu: QMenu, text: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import (
@@ -21,6 +22,9 @@ from rich.table import Table
 from rich.text import Text
 
 from model.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from model.samples.sample_store import SampleStore
 
 WIDE = 200  # columns of a table that is printed into a file, which does not end at 80
 console = Console(markup=False, highlight=False, soft_wrap=True)
@@ -73,6 +77,19 @@ def counting(description: str, total: int, done: int = 0) -> Iterator[Callable[[
     ) as progress:
         task = progress.add_task(description, total=total, completed=done)
         yield lambda count: progress.update(task, completed=count)
+
+
+def render_missing(store: SampleStore, render: Callable[[Callable[[int], None]], object]) -> None:
+    """Render a store's missing samples by a function that reports new ones, and show their bar."""
+    done = store.rendered_samples()
+    with counting("rendering", done + store.missing_samples(), done) as show:
+
+        def advance(new: int) -> None:
+            nonlocal done
+            done += new
+            show(done)
+
+        render(advance)
 
 
 def print_facts(title: str, rows: list[tuple[str, str]]) -> None:

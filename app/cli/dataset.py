@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from app.cli import options
@@ -55,7 +57,7 @@ class Dataset:
         choices = self.movable_light, self.tf_family, self.up
         scene = Scene.of(volume, self.size, self.lighting, self.window, "raycast", *choices)
         # Late: impossible options are refused before it.
-        from app.cli.console import about, counting
+        from app.cli.console import about, render_missing
         from app.cli.outputs import make_room_for
         from model.samples.sample_rendering import render_store
         from model.samples.sample_store import SampleStore
@@ -69,27 +71,21 @@ class Dataset:
         damaged = store.reopen_damaged()
         if damaged:
             print(f"{out}: {damaged} samples are lost or altered; they are rendered again.")
-        rendered = store.rendered_samples()
-        start, new_samples = time.monotonic(), 0
+        render: Callable[[Callable[[int], None]], None]
+        render = partial(render_store, store, volume, self.workers)
+        if self.scheduler is not None:
+            # Late: with it comes Dask.
+            from model.samples.cluster import render_store_on_cluster
 
-        def advance(new: int) -> None:
-            nonlocal new_samples
-            new_samples += new
-            show(rendered + new_samples)
-
+            render = partial(render_store_on_cluster, store, volume, self.scheduler)
+        start, before = time.monotonic(), store.rendered_samples()
         try:
-            with counting("rendering", rendered + store.missing_samples(), rendered) as show:
-                if self.scheduler is None:
-                    render_store(store, volume, self.workers, advance)
-                else:
-                    # Late: with it comes Dask.
-                    from model.samples.cluster import render_store_on_cluster
-
-                    render_store_on_cluster(store, volume, self.scheduler, advance)
+            render_missing(store, render)
         except KeyboardInterrupt:
             print(f"Stopped; what is rendered stays in {out}. The same command goes on.")
             raise
         finally:
+            new_samples = store.rendered_samples() - before
             if new_samples:
                 store.add_rendering(time.monotonic() - start, new_samples)
         seconds, timed = store.rendering

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cli import options
 from app.cli.console import counting, warn, warn_of
 from app.cli.outputs import make_room_for
 from app.cli.render import Render
@@ -45,11 +46,6 @@ if TYPE_CHECKING:
 DEFAULT_SIZE = 256
 DEFAULT_SAMPLE_DISTANCE = 0.5
 
-MODEL_RANGE = (
-    "A model draws over the range and scale that it was trained on; leave --range and --scale out."
-)
-
-
 _Place = tuple[Volume, Lighting, LightDirection | None, float]
 """Volume, lighting, direction of the light and sample distance."""
 
@@ -59,25 +55,13 @@ _Drawing = tuple[Callable[[View], NDArray[np.float32]], Callable[[], str], Calla
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Drawer:
-    """A renderer with what its images show.
-
-    Attributes
-    ----------
-    draw : callable
-        From a view to its image, float32 (H, W, 4).
-    drawn_by : callable
-        Names the renderer of the last image.
-    volume : Volume or None
-        None for a generator that needs no voxels.
-    light : LightDirection or None
-        None in an unlit image.
-    """
+    """A renderer, which draws views as float32 (H, W, 4), with what its images show."""
 
     draw: Callable[[View], NDArray[np.float32]]
-    drawn_by: Callable[[], str]
+    drawn_by: Callable[[], str]  # names the renderer of the last image
     inputs: SceneInputs
     raster: Raster
-    volume: Volume | None
+    volume: Volume | None  # none for a generator that needs no voxels
     volume_name: str
     lighting: Lighting
     light: LightDirection | None
@@ -247,7 +231,6 @@ def _volume_drawer(asked: Render) -> Drawer:
 
 
 def _check_for_lighting(asked: Render, lighting: Lighting) -> None:
-    """Refuse options of path-traced light in another light, and a sample distance in that."""
     if lighting == "path" and asked.sample_distance is not None:
         raise RenderError(
             "Path-traced light has no steps along a ray; leave --sample-distance out, or give "
@@ -386,7 +369,7 @@ def _check_for_model(asked: Render) -> None:
             "--renderer raycast or vtk."
         )
     if asked.source.is_placed:
-        raise RenderError(MODEL_RANGE)
+        raise RenderError(options.MODEL_RANGE)
 
 
 def _write_array(out: Path, rgba: NDArray[np.float32]) -> None:

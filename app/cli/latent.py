@@ -128,10 +128,7 @@ class Latent:
                 "Give --near alone: together with --grid or --at it would be a second place."
             )
         if self.model is not None and self.source.is_placed:
-            raise LatentError(
-                "A model draws over the range and scale that it was trained on; leave --range and "
-                "--scale out."
-            )
+            raise LatentError(options.MODEL_RANGE)
         if self.out.suffix.lower() == ".json" and self.at is None and self.near is None:
             raise LatentError(
                 f"{self.out}: a JSON file holds one TF; say which by --at or --near.", at="0,0"
@@ -231,7 +228,7 @@ def _one(
 def _draw_figure(
     asked: Latent, volume: Volume, map_: LatentMap, found: _Found, colors: TransferFunction
 ) -> None:
-    from app.figures.paper_figures import LatentFigure, save_latent_figure
+    from app.figures.paper_figures import save_latent_figure
     from app.figures.plots import TFPlot
 
     drawn_by = "ray caster" if asked.model is None else f"model {asked.model.name}"
@@ -247,16 +244,14 @@ def _draw_figure(
         )
     save_latent_figure(
         asked.out,
-        LatentFigure(
-            f"{volume.name}, view {view_text(asked.view)}, by the {drawn_by}",
-            map_.places,
-            found.grid,
-            asked.grid,
-            found.picture,
-            found.place,
-            tf,
-            _explanation(asked, volume),
-        ),
+        f"{volume.name}, view {view_text(asked.view)}, by the {drawn_by}",
+        map_.places,
+        grid=found.grid,
+        brush=asked.grid,
+        picture=found.picture,
+        place=found.place,
+        tf=tf,
+        explanation=_explanation(asked, volume),
     )
 
 

@@ -20,6 +20,9 @@ from model.scene.ranges import RangeChoice
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import axis_direction
 
+MODEL_RANGE = (
+    "A model draws over the range and scale that it was trained on; leave --range and --scale out."
+)
 REQUIRED = MISSING  # default of an option that must be given
 
 

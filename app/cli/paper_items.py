@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from math import inf
 from pathlib import Path
 from typing import get_args
 
-from app.cli.console import about, console, counting, print_table
+from app.cli.console import about, console, counting, print_table, render_missing
 from app.cli.drawing import load_fitted
 from app.cli.outputs import make_room_for, write_json, write_text
 from app.cli.paper import QUICK_COUNT, Item, Paper
@@ -348,17 +348,8 @@ def _store(job: TrainingJob, volume: Volume, images: int, count: int) -> SampleS
                 f"give --images {stored}, or another --out."
             )
     store = SampleStore.create(path, scene, job.seed, {"train": images, "holdout": count})
-    missing = store.missing_samples()
-    if missing:
-        done = 0
-
-        def advance(new: int) -> None:
-            nonlocal done
-            done += new
-            show(done)
-
-        with counting("rendering", missing) as show:
-            render_store(store, volume, job.workers, advance)
+    if store.missing_samples():
+        render_missing(store, partial(render_store, store, volume, job.workers))
     return store
 
 

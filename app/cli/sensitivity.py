@@ -109,7 +109,7 @@ class Sensitivity:
     def run(self) -> None:
         """Differentiate an image and write the result, replacing an existing file."""
         from app.cli.console import warn_of
-        from app.cli.drawing import MODEL_RANGE, choose_tf, model_folder
+        from app.cli.drawing import choose_tf, model_folder
         from app.cli.outputs import make_room_for
         from model.networks.card import load_card
 
@@ -122,7 +122,7 @@ class Sensitivity:
             )
         chosen = self.source.is_placed
         if chosen and engine != "exact":
-            raise RenderError(MODEL_RANGE)
+            raise RenderError(options.MODEL_RANGE)
         volume = self.source.read()
         folder = self.model if engine == "exact" else model_folder(self.model, volume)
         scene = None if folder is None else load_card(folder).scene

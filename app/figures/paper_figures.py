@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -318,55 +317,39 @@ LATENT_MAP, LATENT_GRID = 620, 620
 """Widths of the map and of the grid to its left, in pixels; both are as high."""
 
 
-@dataclass(frozen=True, eq=False)
-class LatentFigure:
-    """Content of a figure of the map.
+def save_latent_figure(
+    path: Path,
+    title: str,
+    places: NDArray[np.floating],
+    *,
+    grid: NDArray[np.floating] | None = None,
+    brush: Brush | None = None,
+    picture: NDArray[np.floating] | None = None,
+    place: Disc | None = None,
+    tf: TFPlot | None = None,
+    explanation: str = "",
+) -> None:
+    """Draw the map, its parts as far as they are given, and an explanation, as a PNG file.
 
-    Attributes
-    ----------
-    grid : ndarray, shape (H, W, 3), or None
-        Pictures of a rectangle's cells, to the left of the map.
-    brush : tuple of float, or None
-        That rectangle: left, lower, right and upper edge.
-    picture : ndarray, shape (H, W, 3), or None
-        Picture of a place, to the right of the map.
-    place : tuple of float, or None
-        That place, and the radius of the disc that its code is interpolated over; a radius of 0
-        marks a place that is approximate.
-    tf : TFPlot or None
-        The place's decoded TF, below its picture.
-    explanation : str
-        What the parts of the figure are, for below them.
+    To the left are pictures (H, W, 3) of the cells of a brush, to the right that of a place, over
+    its decoded TF. A radius of 0 marks a place that is approximate.
     """
-
-    title: str
-    places: NDArray[np.floating]
-    grid: NDArray[np.floating] | None = None
-    brush: Brush | None = None
-    picture: NDArray[np.floating] | None = None
-    place: Disc | None = None
-    tf: TFPlot | None = None
-    explanation: str = ""
-
-
-def save_latent_figure(path: Path, figure: LatentFigure) -> None:
-    """Draw grid, map, and a place's picture over its decoded TF, as a PNG file."""
     widths = [LATENT_MAP]
-    if figure.grid is not None:
+    if grid is not None:
         widths.insert(0, LATENT_GRID)
-    if figure.picture is not None:
+    if picture is not None:
         widths.append(PLOT)
-    page = Page(figure.title, widths, [LATENT_MAP // 2] * 2)
+    page = Page(title, widths, [LATENT_MAP // 2] * 2)
     column = 0
-    if figure.grid is not None:
-        page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", figure.grid, rows=2)
+    if grid is not None:
+        page.picture(0, 0, "Means of the rectangle's 4 x 4 cells", grid, rows=2)
         column = 1
-    title = f"Map of {len(figure.places):,} opacity TFs"
-    discs = [] if figure.place is None else [figure.place]
-    add_map(page.layout, 1, column, title, figure.places, figure.brush, discs, rows=2)
-    if figure.picture is not None and figure.place is not None:
-        x, y, _ = figure.place
-        page.picture(0, column + 1, f"At {x:.3f},{y:.3f}", figure.picture)
-    if figure.tf is not None:
-        page.tf(1, column + 1, figure.tf)
-    page.save(path, figure.explanation)
+    discs = [] if place is None else [place]
+    add_map(
+        page.layout, 1, column, f"Map of {len(places):,} opacity TFs", places, brush, discs, rows=2
+    )
+    if picture is not None and place is not None:
+        page.picture(0, column + 1, f"At {place[0]:.3f},{place[1]:.3f}", picture)
+    if tf is not None:
+        page.tf(1, column + 1, tf)
+    page.save(path, explanation)

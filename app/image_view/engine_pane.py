@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app import theme
 from app.caption_button import CaptionButton, Tone
+from app.controls import fill
 from app.engines.client import EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import Request
@@ -35,21 +36,7 @@ MOST_PROGRESS = 0.94  # of an image that is not there in full yet
 
 
 class EnginePane(QWidget):
-    """Shows one engine's image. Its caption says how it was drawn; of a single image, its light.
-
-    Attributes
-    ----------
-    engine : {"exact", "learned"}
-        Whose light its images have.
-    caption : CaptionButton
-        Its menu has what can be done with the image.
-    hint : str
-        In what the image is outside of what its model knows; empty if it is not.
-    note : str
-        Distance of the image from the truth, in words; empty if that is not known.
-    detail : str
-        Engine description, size and latency of the last image, as in the tooltip.
-    """
+    """Shows one engine's image. Its caption says how it was drawn; of a single image, its light."""
 
     imageShown = Signal(object, object)
     """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
@@ -67,7 +54,7 @@ class EnginePane(QWidget):
         super().__init__(parent)
         self.client = client
         self.brightness = brightness
-        self.engine: EngineName = engine
+        self.engine: EngineName = engine  # whose light its images have
         self._newest = -1
         self._rgba: NDArray[np.float32] | None = None
         self.detail = self._who = self._light = self._coming = ""
@@ -87,14 +74,15 @@ class EnginePane(QWidget):
         self._shown: SceneInputs | None = None
         self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
         self._patience.timeout.connect(self._be_late)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.addWidget(self.canvas)
-        self.canvas.resized.connect(self._show_status)
-        client.stateChanged.connect(self._show_state)
-        client.images.asked.connect(self._wait)
-        client.images.answered.connect(self._show_result)
-        brightness.changed.connect(self._show_brightness)
+        fill(QVBoxLayout(self), self.canvas)
+        for signal, slot in (
+            (self.canvas.resized, self._show_status),
+            (client.stateChanged, self._show_state),
+            (client.images.asked, self._wait),
+            (client.images.answered, self._show_result),
+            (brightness.changed, self._show_brightness),
+        ):
+            signal.connect(slot)
         self._show_state(client.state)
 
     def set_hint(self, text: str) -> None:

@@ -15,11 +15,11 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QSlider,
-    QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
+from app.controls import fill, text_button
 from app.engines.client import EngineState
 from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
@@ -56,11 +56,6 @@ class FidelityLine(QLabel):
 
     `whole` returns the pixels of an image that nothing limits, `passes` whether another
     renderer's image follows the one that is drawn. What it says is its accessible name, too.
-
-    Attributes
-    ----------
-    fidelity : Fidelity
-        What is said now.
     """
 
     judged = Signal()  # when an image has been judged
@@ -79,10 +74,13 @@ class FidelityLine(QLabel):
         self.fidelity = Fidelity()
         self.setProperty("role", "on image")
         self.hide()
-        pane.resultShown.connect(self._take)
-        pane.statusShown.connect(self._show)
-        pane.client.stateChanged.connect(self._follow)
-        state.inputsChangeFinished.connect(self._show)
+        for signal, slot in (
+            (pane.resultShown, self._take),
+            (pane.statusShown, self._show),
+            (pane.client.stateChanged, self._follow),
+            (state.inputsChangeFinished, self._show),
+        ):
+            signal.connect(slot)
 
     @property
     def said(self) -> str:
@@ -212,12 +210,8 @@ class TradePopover(QFrame):
         return f"\n{' and '.join(alike)} are the same here." if alike else ""
 
     def _lay_out(self) -> None:
-        column = QVBoxLayout(self)
-        column.setContentsMargins(12, 10, 12, 10)
-        column.setSpacing(6)
         title = QLabel("Speed against accuracy, while something moves")
         title.setProperty("role", "title")
-        column.addWidget(title)
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(2)
@@ -228,13 +222,12 @@ class TradePopover(QFrame):
         for number, (name, stop) in enumerate(STOPS.items(), 1):
             labels = QLabel(), QLabel(), QLabel()
             self.rows[name] = labels
-            title = QLabel(f"{name.capitalize()}, {pace_text(stop)}")
-            for place, label in enumerate((title, *labels)):
+            what = QLabel(f"{name.capitalize()}, {pace_text(stop)}")
+            for place, label in enumerate((what, *labels)):
                 grid.addWidget(label, number, place)
         grid.setColumnStretch(0, 1)
-        column.addLayout(grid)
         self.status.setProperty("role", "dim")
-        column.addWidget(self.status)
+        fill(QVBoxLayout(self), title, grid, self.status, margins=(12, 10, 12, 10), spacing=6)
 
 
 class ExactnessSlider(QWidget):
@@ -258,17 +251,12 @@ class ExactnessSlider(QWidget):
         # What is dragged over is not drawn.
         self.slider.setTracking(False)
         self.slider.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.figures = QToolButton()
-        self.figures.setProperty("role", "flat")
-        self.figures.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.figures.clicked.connect(self.open_popover)
+        self.figures = text_button("", "", self.open_popover, "flat")
         for label in self._ends:
             label.setProperty("role", "dim")
+        fast, exact = self._ends
         row = QHBoxLayout(self)
-        row.setContentsMargins(4, 0, 4, 0)
-        row.setSpacing(6)
-        for widget in (self._ends[0], self.slider, self._ends[1], self.figures):
-            row.addWidget(widget)
+        fill(row, fast, self.slider, exact, self.figures, margins=(4, 0, 4, 0), spacing=6)
         self.slider.valueChanged.connect(lambda number: work.choose(stop=NAMES[number]))
         self.slider.sliderMoved.connect(self._say)
         work.choicesChanged.connect(self._show)

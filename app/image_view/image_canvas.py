@@ -103,19 +103,6 @@ class ImageCanvas(KeyedWidget):
 
     An image may be wider or higher than the square in its middle that all images share.
     Decorations and places refer to that square, and so do covers that are square.
-
-    Attributes
-    ----------
-    image : QImage or None
-        Displayed image, in its original size.
-    cover : QImage or None
-        Picture in its place.
-    message : str
-        Text over the image; may be empty.
-    progress : float or None
-        Part of the image that is there, 0..1, as the line at the upper edge says; None for all.
-    background : tuple of int or "gradient"
-        What is behind the image, where it is transparent.
     """
 
     resized = Signal()  # when the number of pixels on the screen has changed
@@ -131,7 +118,7 @@ class ImageCanvas(KeyedWidget):
         self.message = ""
         self._message_color = theme.ON_IMAGE.dim
         self._below_message: QWidget | None = None
-        self.progress: float | None = None
+        self.progress: float | None = None  # part of the image that is there, 0..1; None for all
         self.cover: QImage | None = None
         self._decorations: list[Decoration] = []
         self.background: Background = BLACK

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
 from PySide6.QtCore import QObject, QPointF, QSignalBlocker, QSize, Qt
 from PySide6.QtGui import (
-    QAction,
-    QActionGroup,
     QColor,
     QMouseEvent,
     QPainter,
@@ -20,14 +17,13 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
     QSlider,
-    QToolButton,
     QWidget,
     QWidgetAction,
 )
 
 from app import theme
 from app.caption_button import CaptionButton
-from app.controls import add_action, text_button
+from app.controls import add_choices, add_switch, fill, text_button
 from app.engines.engines import ReferenceSettings
 from app.image_view.gestures import light_at
 from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
@@ -93,14 +89,12 @@ class BrightnessSlider(QWidget):
         self.number = QLabel()
         # Wide enough for any number, so that the slider keeps its place.
         self.number.setMinimumWidth(self.fontMetrics().horizontalAdvance("0.00×"))
-        self.reset: QToolButton = text_button("Reset", "The usual brightness of this light")
+        tip = "The usual brightness of this light"
+        self.reset = text_button("Reset", tip, lambda: brightness.set(None))
         row = QHBoxLayout(self)
-        row.setContentsMargins(20, 4, 12, 4)
-        for widget in (label, self.slider, self.number, self.reset):
-            row.addWidget(widget)
+        fill(row, label, self.slider, self.number, self.reset, margins=(20, 4, 12, 4), spacing=6)
         self.slider.valueChanged.connect(self._set_step)
         self.slider.sliderReleased.connect(brightness.finish)
-        self.reset.clicked.connect(lambda: brightness.set(None))
         brightness.changed.connect(self._show)
         self._show()
 
@@ -135,22 +129,17 @@ class ReferenceControls(QObject):
         self.ball = LightBall(state)
         self.light = CaptionButton()
         menu = self.light.add_menu()
-        group = QActionGroup(menu)
-        self._lights: dict[str, QAction] = {}
-        for choice, text in LIGHTINGS.items():
-            action = add_action(menu, text, partial(work.choose, lighting=choice))
-            action.setCheckable(True)
-            group.addAction(action)
-            self._lights[choice] = action
+        lights = {choice: (text, "") for choice, text in LIGHTINGS.items()}
+        self._lights = add_choices(menu, lights, lambda lighting: work.choose(lighting=lighting))
         menu.addSeparator()
-        self._denoises = menu.addAction("Denoise path-traced light")
-        self._denoises.setCheckable(True)
-        self._denoises.setToolTip(
+        self._denoises = add_switch(
+            menu,
+            "Denoise path-traced light",
             "Removes noise from images of few samples. Without it, light is soft while something "
-            "moves."
+            "moves.",
+            lambda checked: work.choose(denoises=checked),
         )
         self._denoises.setEnabled(denoising.installed())
-        self._denoises.triggered.connect(lambda checked: work.choose(denoises=checked))
         menu.addSeparator()
         slider = QWidgetAction(menu)
         slider.setDefaultWidget(BrightnessSlider(brightness))

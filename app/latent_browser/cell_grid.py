@@ -50,10 +50,10 @@ class CellGrid(KeyedWidget):
         super().__init__()
         self._brightness = brightness
         self._picture: GridPicture | None = None
-        self._images: dict[int, QImage] = {}
-        self._stale = False
+        self.images: dict[int, QImage] = {}  # by cell
+        self.is_stale = False  # of an earlier view, light or colours
         self._message = ""
-        self._progress: float | None = None
+        self.progress: float | None = None  # part of the pictures that is there, 0 to 1
         self._cell: int | None = None
         self._turned = 0.0
         self.setMouseTracking(True)
@@ -62,31 +62,21 @@ class CellGrid(KeyedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         brightness.changed.connect(self._paint_images)
 
-    @property
-    def images(self) -> dict[int, QImage]:
-        """Pictures by cell."""
-        return self._images
-
-    @property
-    def is_stale(self) -> bool:
-        """Whether the pictures are marked as those of an earlier view, light or colours."""
-        return self._stale
-
     def show_grid(self, picture: GridPicture | None) -> None:
         """Show the cells' pictures; None for none."""
         self._picture = picture
-        self._stale = False
+        self.is_stale = False
         self._paint_images()
 
     def _paint_images(self) -> None:
-        self._images = {}
+        self.images = {}
         if self._picture is not None:
             source, exposures = self._picture.source, self._picture.exposures
             for cell, image in self._picture.images.items():
                 brightness = self._brightness.of(source)
                 if cell in exposures:
                     brightness = self._brightness.usual(source) * exposures[cell]
-                self._images[cell] = to_qimage(image, brightness)
+                self.images[cell] = to_qimage(image, brightness)
         self.update()
 
     def show_message(self, text: str) -> None:
@@ -96,19 +86,14 @@ class CellGrid(KeyedWidget):
 
     def set_stale(self, stale: bool) -> None:
         """Mark the pictures as those of an earlier view, light or colours."""
-        if stale != self._stale:
-            self._stale = stale
+        if stale != self.is_stale:
+            self.is_stale = stale
             self.update()
-
-    @property
-    def progress(self) -> float | None:
-        """Part of the pictures that is there, 0 to 1, where they take long; else None."""
-        return self._progress
 
     def set_progress(self, progress: float | None) -> None:
         """Show how many of the next pictures are there; None where they do not take long."""
-        if progress != self._progress:
-            self._progress = progress
+        if progress != self.progress:
+            self.progress = progress
             self.update()
 
     def cell_rect(self, cell: int) -> QRectF:
@@ -128,9 +113,9 @@ class CellGrid(KeyedWidget):
         picture = self._picture
         for cell in range(CELLS**2):
             rect = self.cell_rect(cell)
-            if cell in self._images:
-                painter.setOpacity(STALE_OPACITY if self._stale else 1.0)
-                painter.drawImage(rect, self._images[cell])
+            if cell in self.images:
+                painter.setOpacity(STALE_OPACITY if self.is_stale else 1.0)
+                painter.drawImage(rect, self.images[cell])
                 painter.setOpacity(1.0)
             else:
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.line), 1, Qt.PenStyle.DashLine))
@@ -138,7 +123,7 @@ class CellGrid(KeyedWidget):
                 painter.drawRect(rect)
             if picture is not None and (caption := caption_of(picture, cell)):
                 self._paint_caption(painter, rect, caption)
-            if cell == self._cell and cell in self._images:
+            if cell == self._cell and cell in self.images:
                 painter.setBrush(Qt.BrushStyle.NoBrush)
                 painter.setPen(QPen(QColor(theme.ON_IMAGE.change), 2))
                 painter.drawRect(rect)
@@ -146,9 +131,9 @@ class CellGrid(KeyedWidget):
             painter.setPen(QColor(theme.ON_IMAGE.dim))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self._message)
-        if self._progress is not None:
+        if self.progress is not None:
             whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
-            paint_progress(painter, whole, max(self._progress, LEAST_PROGRESS))
+            paint_progress(painter, whole, max(self.progress, LEAST_PROGRESS))
         self._paint_ring(painter)
         painter.end()
 
@@ -180,7 +165,7 @@ class CellGrid(KeyedWidget):
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         """Choose the cell under the mouse."""
         cell = self._cell_at(event)
-        if event.button() == Qt.MouseButton.LeftButton and cell in self._images:
+        if event.button() == Qt.MouseButton.LeftButton and cell in self.images:
             self.chosen.emit(cell)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
@@ -204,7 +189,7 @@ class CellGrid(KeyedWidget):
                 min(max(n + step, 0), CELLS - 1) for n, step in ((row, down), (column, right))
             )
             self._hover(0 if cell is None else row * CELLS + column)
-        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and cell in self._images:
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and cell in self.images:
             self.chosen.emit(cell)
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal) and cell is not None:
             self.zoomed.emit(cell)
@@ -235,7 +220,7 @@ class CellGrid(KeyedWidget):
             self.setToolTip(tip)
             self.setCursor(
                 Qt.CursorShape.PointingHandCursor
-                if cell in self._images
+                if cell in self.images
                 else Qt.CursorShape.ArrowCursor
             )
             self.hovered.emit(cell)

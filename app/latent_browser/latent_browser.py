@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QActionGroup, QKeyEvent, QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from app import theme
-from app.controls import add_action
+from app.controls import add_choices, fill
 from app.engines.client import EngineState
 from app.icons import IconButton, icon
 from app.image_view.engine_pane import EnginePane
@@ -41,24 +41,25 @@ BAND_WIDTH = 84, 150  # least and greatest width of the field of values, in pixe
 
 
 class BrowserBar(QWidget):
-    """Controls in one row: map or pictures, filter, codec, and the end of the map's computation."""
+    """Controls in one row: map or pictures, filter, codec, and the end of the map's computation.
 
-    resetRequested = Signal()
-    problem = Signal(str)  # with an error sentence; empty when what was wrong has been mended
+    `report` gets an error sentence; an empty one when what was wrong has been mended.
+    """
 
-    def __init__(self, latent: LatentState) -> None:
+    def __init__(
+        self,
+        latent: LatentState,
+        reset: Callable[[], object],
+        stop: Callable[[], object],
+        report: Callable[[str], object],
+    ) -> None:
         super().__init__()
-        self._latent = latent
+        self._latent, self._report = latent, report
         self._band_before: Range | None = None
         self._refused: str | None = None
         self.setFixedHeight(HEIGHT)
-        self._codecs: dict[CodecChoice, QAction] = {}
-        self.map = IconButton(
-            "browse",
-            "Map",
-            tip="The map of all TFs, and a picture of each of its cells",
-            text="Map",
-        )
+        tip = "The map of all TFs, and a picture of each of its cells"
+        self.map = IconButton("browse", "Map", tip=tip, text="Map")
         self.map.setCheckable(True)
         self.band = QLineEdit()
         self.band.setPlaceholderText("90 to 120")
@@ -70,29 +71,30 @@ class BrowserBar(QWidget):
         self.band.setMinimumWidth(BAND_WIDTH[0])
         self.band.setMaximumWidth(BAND_WIDTH[1])
         self._eye = self.band.addAction(icon("eye"), QLineEdit.ActionPosition.LeadingPosition)
-        find_values = QShortcut(QKeySequence("Ctrl+F"), self)
-        find_values.activated.connect(self.band.setFocus)
+        QShortcut(QKeySequence("Ctrl+F"), self, self.band.setFocus)
         self.reset = IconButton("home", "Whole map", "Home")
         self.stop = QPushButton("Stop")
         self.stop.setToolTip("Stop the computation of the map (Escape)")
         self.stop.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.more = IconButton("more", "Codec")
-        self.more.setMenu(QMenu(self.more))
+        menu = QMenu(self.more)
+        show_tips(menu)
+        self.more.setMenu(menu)
         self.more.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self._add_codecs(self.more.menu())
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 8, 0)
-        row.setSpacing(4)
-        left: list[QWidget] = [self.map, self.band, self.reset]
-        right: list[QWidget] = [self.stop, self.more]
-        for widget in left:
-            row.addWidget(widget)
-        row.addStretch(1)
-        for widget in right:
-            row.addWidget(widget)
+        self._codecs = add_choices(menu, CODECS, lambda codec: latent.choose(codec=codec))
+        left = self.map, self.band, self.reset
+        fill(QHBoxLayout(self), *left, 0, self.stop, self.more, margins=(8, 0, 8, 0), spacing=4)
         self.stop.hide()
         self.more.hide()
-        self._connect()
+        for signal, slot in (
+            (self.band.editingFinished, self._read_band),
+            (self.band.textChanged, lambda text: None if text else self._read_band()),
+            (self.map.clicked, lambda on: latent.choose(on_map=on)),
+            (self.reset.clicked, reset),
+            (self.stop.clicked, stop),
+            (latent.choicesChanged, lambda _choices: self._show_choices()),
+        ):
+            signal.connect(slot)
         self._show_choices()
 
     def changeEvent(self, event: QEvent) -> None:
@@ -101,27 +103,9 @@ class BrowserBar(QWidget):
             self._eye.setIcon(icon("eye"))
         super().changeEvent(event)
 
-    def _add_codecs(self, menu: QMenu) -> None:
-        show_tips(menu)
-        group = QActionGroup(menu)
-        for codec, (text, explanation) in CODECS.items():
-            action = add_action(menu, text, partial(self._latent.choose, codec=codec))
-            action.setToolTip(explanation)
-            action.setCheckable(True)
-            group.addAction(action)
-            self._codecs[codec] = action
-
     def set_model(self, fits: bool) -> None:
         """Offer the codec of a model, if one fits the volume."""
         self.more.setVisible(fits)
-
-    def _connect(self) -> None:
-        latent = self._latent
-        self.band.editingFinished.connect(self._read_band)
-        self.band.textChanged.connect(lambda text: None if text else self._read_band())
-        self.map.clicked.connect(lambda on: latent.choose(on_map=on))
-        self.reset.clicked.connect(self.resetRequested)
-        latent.choicesChanged.connect(lambda _choices: self._show_choices())
 
     def _show_choices(self) -> None:
         choices = self._latent.choices
@@ -141,11 +125,11 @@ class BrowserBar(QWidget):
             band = parsed_band(text)
         except ValueError:
             self._refused = text
-            self.problem.emit(
+            self._report(
                 f"'{text}' is not a range of scalar values; write two numbers, such as 90 to 120."
             )
             return
-        self.problem.emit("")
+        self._report("")
         self._latent.choose(band=band)
 
 
@@ -242,9 +226,9 @@ class LatentBrowser(QWidget):
         self._session, self._latent = pictures.session, pictures.state
         self._units = ""
         self._brushes: list[Brush] = []  # rectangles that the grid's wheel returns to
-        self.bar = BrowserBar(self._latent)
         self._brightness = reference.brightness
         self.map = MapView(self._latent, self._session)
+        self.bar = BrowserBar(self._latent, self.map.reset, self._session.cancel, self.problem.emit)
         self.grid = CellGrid(reference.brightness)
         self.preview = Preview(reference, editor.area)
         self._show_message(NO_VOLUME)
@@ -310,29 +294,29 @@ class LatentBrowser(QWidget):
 
     def _connect(self) -> None:
         session, pictures, latent = self._session, self._pictures, self._latent
-        pictures.exact.stateChanged.connect(self._say_why)
-        latent.choicesChanged.connect(self._choices_changed)
-        latent.brushChanged.connect(lambda _brush: self._brushes.clear())
-        # Its picture is shown again, instead of that of the place under the mouse.
-        self._state.edits.undone.connect(lambda: latent.set_hover(None))
-        session.mapChanged.connect(self._show_map)
-        session.progressed.connect(self._show_progress)
-        session.overviewChanged.connect(self._color)
-        session.problem.connect(self._session_problem)
-        session.filterChanged.connect(self._show_filter)
-        pictures.gridDrawn.connect(self._show_grid)
-        pictures.hoverDrawn.connect(self.preview.show_hover)
-        pictures.hoverMoved.connect(self.preview.show_tf)
-        pictures.problem.connect(self.problem)
-        pictures.grid_at_work.changed.connect(self.grid.set_progress)
-        self._state.inputsChanged.connect(self._state.calm.soon(self._mark_stale))
-        self.map.chosen.connect(self._choose_place)
-        self.grid.chosen.connect(self._choose_cell)
-        self.grid.zoomed.connect(self._zoom)
-        self.grid.hovered.connect(self._hover_cell)
-        self.bar.resetRequested.connect(self.map.reset)
-        self.bar.problem.connect(self.problem)
-        self.bar.stop.clicked.connect(session.cancel)
+        for signal, slot in (
+            (pictures.exact.stateChanged, self._say_why),
+            (latent.choicesChanged, self._choices_changed),
+            (latent.brushChanged, lambda _brush: self._brushes.clear()),
+            # Its picture is shown again, instead of that of the place under the mouse.
+            (self._state.edits.undone, lambda: latent.set_hover(None)),
+            (session.mapChanged, self._show_map),
+            (session.progressed, self._show_progress),
+            (session.overviewChanged, self._color),
+            (session.problem, self._session_problem),
+            (session.filterChanged, self._show_filter),
+            (pictures.gridDrawn, self._show_grid),
+            (pictures.hoverDrawn, self.preview.show_hover),
+            (pictures.hoverMoved, self.preview.show_tf),
+            (pictures.problem, self.problem),
+            (pictures.grid_at_work.changed, self.grid.set_progress),
+            (self._state.inputsChanged, self._state.calm.soon(self._mark_stale)),
+            (self.map.chosen, self._choose_place),
+            (self.grid.chosen, self._choose_cell),
+            (self.grid.zoomed, self._zoom),
+            (self.grid.hovered, self._hover_cell),
+        ):
+            signal.connect(slot)
 
     def _choices_changed(self, choices: LatentChoices) -> None:
         if not choices.shown:

@@ -40,7 +40,7 @@ class MapView(KeyedWidget):
         super().__init__()
         self._latent = latent
         self._session = session
-        self._frame = MapFrame(1, 1)
+        self.frame = MapFrame(1, 1)  # the part of the map that is in sight
         self._shades: marks.Shades | None = None
         self._points: QImage | None = None
         self._message = self._note = ""
@@ -57,11 +57,6 @@ class MapView(KeyedWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         for signal in (latent.brushChanged, latent.hoverChanged, session.marksChanged):
             signal.connect(lambda *_: self.update())
-
-    @property
-    def frame(self) -> MapFrame:
-        """The part of the map that is in sight."""
-        return self._frame
 
     def show_message(self, text: str) -> None:
         """Show a text in place of the map; nothing for the map."""
@@ -98,7 +93,7 @@ class MapView(KeyedWidget):
             self.width(), self.height(), center=((left + right) / 2, (lower + upper) / 2)
         )
         wanted = min(frame.width, frame.height) * 0.55 / (side * frame.scale)
-        if wanted > self._frame.zoom or not self._is_in_sight(brush):
+        if wanted > self.frame.zoom or not self._is_in_sight(brush):
             self._set_frame(replace(frame, zoom=min(max(wanted, 1.0), 30.0)))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
@@ -119,7 +114,7 @@ class MapView(KeyedWidget):
         if self._points is None:
             self._points = self._drawn_points(map_.places, self._shades)
         painter.drawImage(0, 0, self._points)
-        frame, latent = self._frame, self._latent
+        frame, latent = self.frame, self._latent
         marks.paint_brush(painter, frame, latent.brush, self._active_cell)
         if self._session.different is not None:
             marks.paint_different(painter, frame, map_.places[self._session.different])
@@ -135,7 +130,7 @@ class MapView(KeyedWidget):
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
         """Keep the middle of the map where it is."""
-        self._set_frame(replace(self._frame, width=self.width(), height=self.height()))
+        self._set_frame(replace(self.frame, width=self.width(), height=self.height()))
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Grip the brush, begin a new one, or pan."""
@@ -154,13 +149,13 @@ class MapView(KeyedWidget):
         elif event.modifiers() & Qt.KeyboardModifier.ShiftModifier:
             self._grips = ("new",)
         else:
-            self._grips = grips_at(self._frame, self._before, at) or ("new",)
+            self._grips = grips_at(self.frame, self._before, at) or ("new",)
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Drag what is gripped; without a button, say what is under the mouse."""
         at = event.position()
         if self._pressed is None:
-            self.setCursor(cursor_of(grips_at(self._frame, self._latent.brush, at)))
+            self.setCursor(cursor_of(grips_at(self.frame, self._latent.brush, at)))
             self._hover(at)
             return
         distance = at - self._pressed
@@ -169,9 +164,9 @@ class MapView(KeyedWidget):
             return
         if self._grips == ("pan",):
             step = at - self._last
-            self._set_frame(self._frame.shifted(step.x(), step.y()))
+            self._set_frame(self.frame.shifted(step.x(), step.y()))
         else:
-            start, end = self._frame.place(self._pressed), self._frame.place(at)
+            start, end = self.frame.place(self._pressed), self.frame.place(at)
             self._latent.move_brush(dragged(self._grips, self._before, start, end))
         self._last = at
 
@@ -200,14 +195,14 @@ class MapView(KeyedWidget):
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Come closer to what is under the mouse, or move away."""
         notches = event.angleDelta().y() / 120
-        self._set_frame(self._frame.zoomed(WHEEL_FACTOR**notches, event.position()))
+        self._set_frame(self.frame.zoomed(WHEEL_FACTOR**notches, event.position()))
         self._hover(event.position())
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go over the map by arrow keys, take a TF by Enter, come closer and back by + and −."""
         key = event.key()
-        place = self._latent.hover or self._session.place or self._frame.center
-        at = self._frame.pixel(place)
+        place = self._latent.hover or self._session.place or self.frame.center
+        at = self.frame.pixel(place)
         if key in ARROWS:
             right, down = ARROWS[key]
             moved = at + QPointF(KEY_STEP * right, KEY_STEP * down)
@@ -220,9 +215,9 @@ class MapView(KeyedWidget):
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._latent.hover is not None:
             self.chosen.emit()
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
-            self._set_frame(self._frame.zoomed(WHEEL_FACTOR, at))
+            self._set_frame(self.frame.zoomed(WHEEL_FACTOR, at))
         elif key == Qt.Key.Key_Minus:
-            self._set_frame(self._frame.zoomed(1 / WHEEL_FACTOR, at))
+            self._set_frame(self.frame.zoomed(1 / WHEEL_FACTOR, at))
         else:
             super().keyPressEvent(event)
 
@@ -232,19 +227,19 @@ class MapView(KeyedWidget):
 
     def _hover(self, at: QPointF) -> None:
         if self._session.map is not None and not self._message:
-            self._latent.set_hover(self._frame.place(at), max(self._frame.zoom, 1.0))
+            self._latent.set_hover(self.frame.place(at), max(self.frame.zoom, 1.0))
 
     def _set_frame(self, frame: MapFrame) -> None:
-        if frame != self._frame:
-            self._frame = frame
+        if frame != self.frame:
+            self.frame = frame
             self._points = None
         self.update()
 
     def _drawn_points(self, places: NDArray[np.float32], shades: marks.Shades) -> QImage:
-        pixels = self._frame.pixels(places[shades.order])
-        radius = marks.RADIUS * min(self._frame.zoom**0.5, 2.5) * 0.8
-        size = self._frame.width, self._frame.height
+        pixels = self.frame.pixels(places[shades.order])
+        radius = marks.RADIUS * min(self.frame.zoom**0.5, 2.5) * 0.8
+        size = self.frame.width, self.frame.height
         return marks.draw_points(pixels, shades.colors[shades.order], size, radius)
 
     def _is_in_sight(self, brush: Brush) -> bool:
-        return QRectF(self.rect()).contains(self._frame.rectangle(brush))
+        return QRectF(self.rect()).contains(self.frame.rectangle(brush))

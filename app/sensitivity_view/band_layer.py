@@ -12,13 +12,13 @@ from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QFrame, QGraphicsRectItem, QHBoxLayout, QLabel
 
 from app import theme
+from app.controls import fill
 from app.icons import IconButton
 from app.sensitivity_view.findings_panel import AddButton
 from app.sensitivity_view.response_layer import VisibleLayer
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
-from app.tf_editor.handles import DragHandle
 from app.tf_editor.plot_area import PlotArea
 from model.scene.ranges import value_text
 from model.scene.tf_perturbation import edit_over
@@ -65,7 +65,7 @@ class PlotMouse(QObject):
             left = mouse.button() == Qt.MouseButton.LeftButton
             # With Shift, a drag selects handles.
             plain = left and not mouse.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self._edits = self._is_over_handle(mouse.position())
+            self._edits = self._area.has_handle_at(mouse.position().toPoint())
             self._pressed = mouse.position() if plain and not self._edits else None
             if self._edits:
                 self._asked.hover(None)
@@ -89,7 +89,7 @@ class PlotMouse(QObject):
         value = self._value_at(event.position())
         if not event.buttons():
             # Who has just moved a handle, or is about to, looks at the picture.
-            is_editing = self._edits or self._is_over_handle(event.position())
+            is_editing = self._edits or self._area.has_handle_at(event.position().toPoint())
             self._asked.hover(None if is_editing else value, _asks_effect(event))
         elif self._pressed is not None:
             start = self._value_at(self._pressed)
@@ -105,10 +105,6 @@ class PlotMouse(QObject):
         place = self._area.opacity.mapSceneToView(at).x()
         lo, hi = self._state.scalar_range
         return min(max(self._area.axis.value(min(max(place, 0.0), 1.0)), lo), hi)
-
-    def _is_over_handle(self, position: QPointF) -> bool:
-        items = self._area.widget.items(position.toPoint())
-        return any(isinstance(item, DragHandle) and item.isVisible() for item in items)
 
 
 def _asks_effect(event: QMouseEvent) -> bool:
@@ -131,13 +127,10 @@ class BandTag(QFrame):
         self.text = QLabel()
         self.add = AddButton("the kept values", add)
         self.release = IconButton("close", "Release these values", "Esc")
-        self._row = row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 4, 0)
-        row.setSpacing(4)
+        parts = self.text, self.add, self.release
+        self._row = fill(QHBoxLayout(self), *parts, margins=(8, 0, 4, 0), spacing=4)
         for button in (self.add, self.release):
             button.setFixedHeight(KEPT_HEIGHT - 2)
-        for part in (self.text, self.add, self.release):
-            row.addWidget(part)
         self.hide()
 
     def show_band(self, text: str, color: str, is_kept: bool) -> None:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal
+from typing import Literal
 
 from PySide6.QtCore import QRectF, QSize, Qt
-from PySide6.QtGui import QActionGroup, QColor, QIcon, QPainter, QPen, QPixmap
+from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
 
 from app import theme
-from app.controls import add_action, add_title
+from app.controls import add_action, add_choices, add_switch, add_title, fill, text_button
 from app.icons import IconButton
 from app.menu_tips import show_tips
 from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
@@ -26,11 +26,16 @@ _Form = Literal["change", "visible", "voxels", "region"]
 class Chip(QToolButton):
     """A layer's name and its colour, as line or area; off it is dim."""
 
-    def __init__(self, name: str, form: _Form, tip: str) -> None:
+    def __init__(
+        self, name: str, form: _Form, tip: str, switch: Callable[[bool], object] | None = None
+    ) -> None:
         super().__init__()
         self._form = form
         self._is_on = True
-        self._caption = name
+        self.caption = name  # its text, also where there is no room for it
+        if switch is not None:
+            self.setCheckable(True)
+            self.clicked.connect(lambda on: switch(on))
         self.setProperty("role", "chip")
         self.setAccessibleName(name)
         self.setToolTip(tip)
@@ -41,14 +46,9 @@ class Chip(QToolButton):
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.set_caption(name)
 
-    @property
-    def caption(self) -> str:
-        """Its text, also where there is no room for it."""
-        return self._caption
-
     def set_caption(self, text: str) -> None:
         """Say another text."""
-        self._caption = text
+        self.caption = text
         self.set_folded(self.toolButtonStyle() == Qt.ToolButtonStyle.ToolButtonIconOnly)
 
     def set_folded(self, folded: bool) -> None:
@@ -57,7 +57,7 @@ class Chip(QToolButton):
         self.setToolButtonStyle(
             style.ToolButtonIconOnly if folded else style.ToolButtonTextBesideIcon
         )
-        self.setText(f" {self._caption}")
+        self.setText(f" {self.caption}")
         self._draw()
 
     def sizeHint(self) -> QSize:
@@ -108,30 +108,30 @@ class Chip(QToolButton):
         self.setIcon(QIcon(picture))
 
 
-MEASURES: dict[str, tuple[Measure, str]] = {
-    "Brightness (±)": (
-        "signed",
+MEASURES: dict[Measure, tuple[str, str]] = {
+    "signed": (
+        "Brightness (±)",
         "Whether the region becomes brighter (above 0) or darker (below 0). A black region has no "
         "such derivative (Eq. 11 of the paper).",
     ),
-    "Any change": (
-        "change",
+    "change": (
+        "Any change",
         "How much the region's pixels change in any direction, also where they are black (norm of "
         "dI)",
     ),
 }
 
-ENGINES: dict[str, tuple[EngineChoice, str]] = {
-    "Automatic": (
-        "automatic",
+ENGINES: dict[EngineChoice, tuple[str, str]] = {
+    "automatic": (
+        "Automatic",
         "The ray caster's exact derivative where it is fast enough, else the model's; at rest "
         "both, to compare them",
     ),
-    "Exact": (
-        "exact",
+    "exact": (
+        "Exact",
         "The ray caster; in path-traced light, the derivative of another light",
     ),
-    "Learned": ("learned", "The model of this volume"),
+    "learned": ("Learned", "The model of this volume"),
 }
 
 TOOLS: dict[str, Tool] = {"Draw a rectangle\tR": "rectangle", "Draw a lasso\tL": "lasso"}
@@ -161,75 +161,42 @@ class ChipBar(QWidget):
     ) -> None:
         super().__init__()
         self._state, self._histogram = asked, histogram
-        self._open_panel, self._show_table = open_panel, show_table
+        self._open_panel = open_panel
         self.region = Chip(
             "Whole image", "region", "The part of the image that curve and values refer to"
         )
-        self.change = Chip("Change", "change", CHANGE_TIP)
-        self.more = QToolButton()
-        self.visible = Chip("Visible", "visible", VISIBLE_TIP)
-        self.voxels = Chip("Voxels", "voxels", VOXELS_TIP)
-        for chip in (self.change, self.visible, self.voxels):
-            chip.setCheckable(True)
-        self.panel = IconButton("panel", "Values and edits", "F8")
-        self.panel.setCheckable(True)
-        self.regions_menu = QMenu(self)
-        self.change_menu = QMenu(self)
-        self._groups: list[QActionGroup] = []
-        self._lay_out()
-        self._fill_change_menu()
-        self._connect()
-        self.refresh()
-
-    def _lay_out(self) -> None:
-        for button, menu in ((self.region, self.regions_menu), (self.more, self.change_menu)):
-            show_tips(menu)
-            button.setMenu(menu)
-            button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
-        self.more.setText("▾")
-        self.more.setProperty("role", "chip")
+        self.change = Chip("Change", "change", CHANGE_TIP, partial(asked.show_layer, "curve"))
+        self.more = text_button("▾", "What the curve measures, and how it is computed", role="chip")
         self.more.setFixedSize(24, 24)
         self.more.setAccessibleName("Change: measure and engine")
-        self.more.setToolTip("What the curve measures, and how it is computed")
-        self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(4)
-        for part in (
-            self.region, _rule(), self.change, self.more, self.visible, self.voxels, _rule(),
-            self.panel,
-        ):  # fmt: skip
-            row.addWidget(part)
-        row.insertSpacing(0, 4)
-        # The arrow belongs to the word before it.
-        row.insertSpacing(row.indexOf(self.more), -row.spacing())
-
-    def _fill_change_menu(self) -> None:
-        menu, state = self.change_menu, self._state
-        self._groups = [
-            _add_choices(menu, "The curve shows", MEASURES, lambda m: state.choose(measure=m)),
-            _add_choices(menu, "Computed by", ENGINES, lambda e: state.choose(engine=e)),
-        ]
+        self.visible = Chip("Visible", "visible", VISIBLE_TIP, partial(asked.show_layer, "visible"))
+        self.voxels = Chip("Voxels", "voxels", VOXELS_TIP, self._show_voxels)
+        self.panel = IconButton("panel", "Values and edits", "F8")
+        self.panel.setCheckable(True)
+        self.panel.clicked.connect(open_panel)
+        self.regions_menu = QMenu(self)
+        self.regions_menu.aboutToShow.connect(self.fill_regions)
+        self.change_menu = menu = QMenu(self)
+        for button, its_menu in ((self.region, self.regions_menu), (self.more, menu)):
+            show_tips(its_menu)
+            button.setMenu(its_menu)
+            button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
+        add_title(menu, "The curve shows")
+        self._measures = add_choices(menu, MEASURES, lambda measure: asked.choose(measure=measure))
+        add_title(menu, "Computed by")
+        self._engines = add_choices(menu, ENGINES, lambda engine: asked.choose(engine=engine))
         self.said = menu.addAction("")
         self.said.setEnabled(False)
-        add_action(menu, "As table…", self._show_table).setToolTip("The numbers of the curve")
+        add_action(menu, "As table…", show_table).setToolTip("The numbers of the curve")
         menu.addSeparator()
-        self.lock = menu.addAction("Lock scale")
-        self.lock.setCheckable(True)
-        self.lock.setToolTip("Keep the scale of colours and curve, to compare")
-        self.lock.triggered.connect(lambda on: state.choose(locked=on))
-        self._folded_voxels = menu.addAction("Voxels")
-        self._folded_voxels.setCheckable(True)
-        self._folded_voxels.setToolTip(VOXELS_TIP)
-        self._folded_voxels.triggered.connect(self._show_voxels)
-
-    def _connect(self) -> None:
-        state = self._state
-        self.change.clicked.connect(lambda on: state.show_layer("curve", on))
-        self.visible.clicked.connect(lambda on: state.show_layer("visible", on))
-        self.voxels.clicked.connect(self._show_voxels)
-        self.regions_menu.aboutToShow.connect(self.fill_regions)
-        self.panel.clicked.connect(self._open_panel)
+        tip = "Keep the scale of colours and curve, to compare"
+        self.lock = add_switch(menu, "Lock scale", tip, lambda on: asked.choose(locked=on))
+        self._folded_voxels = add_switch(menu, "Voxels", VOXELS_TIP, self._show_voxels)
+        # The arrow belongs to the word before it.
+        change = fill(QHBoxLayout(), self.change, self.more)
+        parts = self.visible, self.voxels, _rule(), self.panel
+        fill(QHBoxLayout(self), 4, self.region, _rule(), change, *parts, spacing=4)
+        self.refresh()
 
     @property
     def controls(self) -> list[QWidget]:
@@ -290,12 +257,8 @@ class ChipBar(QWidget):
         self.voxels.set_on(self._histogram.is_shown)
         self.lock.setChecked(choices.locked)
         self._folded_voxels.setChecked(self._histogram.is_shown)
-        for group, entries, chosen in (
-            (self._groups[0], MEASURES, choices.measure),
-            (self._groups[1], ENGINES, choices.engine),
-        ):
-            index = [value for value, _ in entries.values()].index(chosen)
-            group.actions()[index].setChecked(True)
+        self._measures[choices.measure].setChecked(True)
+        self._engines[choices.engine].setChecked(True)
 
     def say_source(self, said: str) -> None:
         """Name the source of the curve, in the menu and in the tooltip."""
@@ -313,19 +276,6 @@ class ChipBar(QWidget):
     def _show_voxels(self, on: bool) -> None:
         self._histogram.set_shown(on)
         self.refresh()
-
-
-def _add_choices(
-    menu: QMenu, title: str, entries: Mapping[str, tuple[Any, str]], choose: Callable[[Any], object]
-) -> QActionGroup:
-    add_title(menu, title)
-    group = QActionGroup(menu)
-    for name, (value, tip) in entries.items():
-        action = add_action(menu, name, partial(choose, value))
-        action.setCheckable(True)
-        action.setToolTip(tip)
-        group.addAction(action)
-    return group
 
 
 def _rule() -> QFrame:

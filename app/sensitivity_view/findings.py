@@ -1,4 +1,4 @@
-"""Findings of the panel, as data: values of a region or place, and edits that show most."""
+"""Findings of the panel, as data: values of a region or place, edits that show most, sources."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from app import theme
+from app.glosses import gloss
 from app.short_numbers import short
 from app.state.sensitivity_answers import RegionAnswer, VisibilityAnswer, displayed
 from app.state.sensitivity_asker import SensitivityAsker
+from app.state.workspace import Workspace
 from model.scene.ranges import range_text, value_text
 from model.scene.region import ImageRegion
 from model.scene.transfer_function import TF_SAMPLES
-from model.sensitivity.display import FLOOR, SMALL_EDIT
+from model.sensitivity.display import FLOOR, SMALL_EDIT, Agreement
 from model.sensitivity.peaks import (
     Contribution,
     Interval,
@@ -23,6 +26,8 @@ from model.sensitivity.peaks import (
     strongest_intervals,
 )
 
+GOOD, FAIR = 0.9, 0.7  # least cosine of good and of fair agreement
+NOTABLE = 2.0  # factor between learned and exact responses from which it is said
 ROWS = 3  # most values, and most edits
 LEAST_SAID = 0.001
 """Smallest change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step."""
@@ -197,3 +202,61 @@ def _value(asker: SensitivityAsker, value: float) -> str:
 
 def _reach(asker: SensitivityAsker, found: Contribution) -> str:
     return range_text(found.reach, asker.state.scalar_range, asker.state.scale)
+
+
+def source_text(workspace: Workspace, hint: str) -> str:
+    """Name the engines behind what is shown with their curves' colours, and how far they agree.
+
+    The hint says whether inputs are outside what the model was trained on.
+    """
+    asker, choices = workspace.sensitivity, workspace.sensitivity.asked.choices
+    if not choices.shown:
+        return ""
+    if asker.problem:
+        return _warning(asker.problem)
+    if choices.engine == "learned" and asker.learned_size is None:
+        return "no model of this volume: open one, or choose Exact"
+    exact, parts = asker.exact_source, []
+    name = gloss("Exact" if exact == "exact" else "Surrogate")
+    if exact in asker.regions:
+        parts.append(f"<span style='color:{theme.CHANGE}'>━</span> {name}")
+    if "learned" in asker.regions:
+        parts.append(f"<span style='color:{theme.CHANGE}'>╍</span> {gloss('Learned')}")
+        agreement = asker.region_agreement
+        if agreement is not None:
+            parts.append(_agreement_text(agreement, hint))
+        elif exact not in asker.regions and not hint:
+            recorded = workspace.model.recorded_agreement
+            parts.append(
+                "agreement not measured"
+                if recorded is None
+                else f"{gloss('Cosine')} on its test images {recorded:.2f}, {_trust_word(recorded)}"
+            )
+        if "exact" in asker.order("region") and exact not in asker.regions:
+            parts.append(f"{name} …")
+        if hint:
+            parts.append(_warning("outside what it was trained on"))
+    elif choices.engine != "exact" and hint and asker.learned_size is None:
+        is_there = workspace.model.scene is not None
+        parts.append(f"{gloss('Learned')}: {'not for this range' if is_there else 'loading …'}")
+    elif choices.engine != "exact" and asker.learned_size and not asker.asked.outline.is_in_square:
+        parts.append(f"{gloss('Learned')}: outside the model's image")
+    return " &nbsp; ".join(parts)
+
+
+def _agreement_text(found: Agreement, hint: str) -> str:
+    words = [f"{gloss('Cosine')} {found.cosine:.2f}"]
+    if not 1 / NOTABLE < found.strength < NOTABLE:
+        words.append(f"{found.strength:.1f} times as strong")
+    elif not hint:
+        # Where the model knows nothing, a shape that happens to agree is no good.
+        words.append(_trust_word(found.cosine))
+    return ", ".join(words)
+
+
+def _warning(text: str) -> str:
+    return f"<span style='color:{theme.WARNING}'>{text}</span>"
+
+
+def _trust_word(cosine: float) -> str:
+    return "good" if cosine >= GOOD else "fair" if cosine >= FAIR else "poor"

@@ -21,13 +21,15 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import ElidedLabel, add_action, text_button
+from app.controls import ElidedLabel, add_action, fill, text_button
+from app.glosses import explain, without_links
 from app.icons import IconButton
 from app.number_box import NumberBox
-from app.sensitivity_view.findings import ROWS, Row, Values, findings_of
+from app.sensitivity_view.findings import ROWS, Row, Values, findings_of, source_text
 from app.sensitivity_view.response_layer import ResponseLayer
 from app.sensitivity_view.what_if import EditActions, Emphasis, WhatIfQuestion
 from app.state.sensitivity_asker import SensitivityAsker
+from app.state.workspace import Workspace
 from app.tf_editor.editor import HEADER_HEIGHT
 
 WIDTH = 276
@@ -165,6 +167,39 @@ class PanelRow(QWidget):
             painter.setPen(Qt.PenStyle.NoPen)
             painter.setBrush(QColor(theme.VISIBLE))
             painter.drawRect(QRectF(0, self.height() - BAR, self._shown.share * self.width(), BAR))
+
+
+class SourceLabel(QLabel):
+    """Names the engines behind what is shown, with the colours of their curves."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__()
+        self._workspace, self._hint = workspace, ""
+        self.setProperty("role", "dim")
+        self.setTextFormat(Qt.TextFormat.RichText)
+        self.setWordWrap(True)
+        explain(self)
+        # By Tab, too; Enter opens the glossary.
+        flags = Qt.TextInteractionFlag
+        self.setTextInteractionFlags(flags.LinksAccessibleByMouse | flags.LinksAccessibleByKeyboard)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.refresh()
+
+    @property
+    def said(self) -> str:
+        """Text of the line as it is read."""
+        return without_links(self.text())
+
+    def set_hint(self, hint: str) -> None:
+        """Say whether inputs are outside what the model was trained on."""
+        self._hint = hint
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Name the present sources."""
+        text = source_text(self._workspace, self._hint)
+        if text != self.text():
+            self.setText(text)
 
 
 class FindingsPanel(QFrame):
@@ -318,35 +353,25 @@ class FindingsPanel(QFrame):
 
     def _lay_out(self) -> None:
         head = QHBoxLayout()
-        head.setContentsMargins(12, 0, 4, 0)
-        head.setSpacing(0)
         head.addWidget(self.title, 1)
-        for button in (self.rename, self.close_button):
-            head.addWidget(button)
+        fill(head, self.rename, self.close_button, margins=(12, 0, 4, 0))
         page = QWidget()
         page.setProperty("role", "side page")
-        column = QVBoxLayout(page)
-        column.setContentsMargins(8, 0, 8, 4)
-        column.setSpacing(0)
         opacity = _heading("opacity")
         opacity.setToolTip(self.height_box.toolTip())
-        self._edits_line = QHBoxLayout()
-        self._edits_line.setSpacing(6)
-        self._edits_line.addWidget(self.edits_heading)
-        self._edits_line.addStretch()
-        self._edits_line.addWidget(opacity)
-        self._edits_line.addWidget(self.height_box)
-        self._foot = QHBoxLayout()
-        self._foot.setContentsMargins(4, 6, 0, 0)
-        self._foot.setSpacing(8)
+        self._edits_line = fill(
+            QHBoxLayout(), self.edits_heading, 0, opacity, self.height_box, spacing=6
+        )
+        self._foot = fill(QHBoxLayout(), margins=(4, 6, 0, 0), spacing=8)
         self._foot.addWidget(self._said, 1)
-        for part in (self.values_heading, self.values_note, *self.value_rows):
-            column.addWidget(part)
-        column.addLayout(self._edits_line)
-        for part in (*self.edit_rows, self.edits_note):
-            column.addWidget(part)
-        column.addLayout(self._foot)
-        column.addStretch()
+        fill(
+            QVBoxLayout(page),
+            *(self.values_heading, self.values_note, *self.value_rows),
+            self._edits_line,
+            *(*self.edit_rows, self.edits_note),
+            *(self._foot, 0),
+            margins=(8, 0, 8, 4),
+        )
         scroll = QScrollArea()
         scroll.setProperty("role", "side")
         scroll.setWidgetResizable(True)
@@ -354,21 +379,13 @@ class FindingsPanel(QFrame):
         scroll.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         scroll.setWidget(page)
         scroll.setMinimumHeight(60)
-        layout = QVBoxLayout(self)
-        layout.setContentsMargins(1, 0, 0, 0)
-        layout.setSpacing(0)
-        layout.addLayout(head)
-        layout.addWidget(scroll, 1)
+        fill(QVBoxLayout(self), head, scroll, margins=(1, 0, 0, 0))
 
     def _emphasis(
         self, index: int, how: Emphasis, text: str, width: int, tip: str
     ) -> QAbstractButton:
-        button = text_button(text, tip)
+        button = text_button(text, tip, partial(self._emphasize, index, how), "chip")
         button.setFixedWidth(width)
-        button.setProperty("role", "chip")
-        # After a click, keys such as W are the window's again.
-        button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        button.clicked.connect(lambda: self._emphasize(index, how))
         return button
 
     def _emphasize(self, index: int, how: Emphasis) -> None:

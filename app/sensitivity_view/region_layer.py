@@ -10,6 +10,7 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen, QPolygon
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app import theme
+from app.controls import fill
 from app.icons import IconButton
 from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
@@ -343,10 +344,7 @@ class PlaceLabel(QFrame):
         self.text = QLabel()
         self.button = IconButton("panel", "Values and edits", "F8", colors=theme.ON_IMAGE)
         self.button.clicked.connect(lambda: open_panel())
-        row = QHBoxLayout(self)
-        row.setContentsMargins(8, 3, 3, 3)
-        row.setSpacing(8)
-        row.addWidget(self.text)
+        row = fill(QHBoxLayout(self), self.text, margins=(8, 3, 3, 3), spacing=8)
         row.addWidget(self.button, 0, Qt.AlignmentFlag.AlignTop)
         self.hide()
         canvas.installEventFilter(self)

@@ -25,10 +25,9 @@ from app.image_view.engine_pane import EnginePane
 from app.sensitivity_view.band_layer import BandLayer, PlotMouse
 from app.sensitivity_view.chip_bar import ChipBar
 from app.sensitivity_view.field_cover import FieldCover
-from app.sensitivity_view.findings_panel import FindingsPanel
+from app.sensitivity_view.findings_panel import FindingsPanel, SourceLabel
 from app.sensitivity_view.region_layer import PlaceLabel, RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer, VisibleLayer
-from app.sensitivity_view.source_label import SourceLabel
 from app.sensitivity_view.what_if import EditActions, Trial, WhatIfQuestion
 from app.state.sensitivity_answers import Answer
 from app.state.sensitivity_asker import SensitivityAsker

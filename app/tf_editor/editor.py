@@ -5,25 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QObject, QPoint, QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QKeySequence, QMouseEvent, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QSplitter, QSplitterHandle, QVBoxLayout, QWidget
 
+from app.controls import fill
 from app.icons import IconButton
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handles import HandleMoves, Selection, handle_name
 from app.tf_editor.mode_card import ModeCard
-from app.tf_editor.plot_area import PINS_HEIGHT, PlotArea
+from app.tf_editor.plot_area import PINS_HEIGHT, PlotArea, PlotData
 from app.tf_editor.plot_gestures import EditorKeys, PlotGestures
 from app.tf_editor.range_layer import RangeLayer
 from app.tf_editor.tf_layers import ColorLayer, OpacityLayer
 from app.tf_editor.tf_menu import TransferFunctionMenu
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.transfer_function import Range, TransferFunction
-from model.scene.value_scale import ValueScale
 
 HEADER_HEIGHT = 34
 
@@ -56,66 +55,42 @@ class TransferFunctionEditor(QFrame):
         self.card = ModeCard(self.area, self.moves, self.color)
         self.menu = TransferFunctionMenu(self.area, self.range, self.moves, self)
         self._add_button = IconButton("plus", "Add mode", "Insert")
-        self._add_button.clicked.connect(self._keys.add_in_the_middle)
         self._is_new = False
         self._range: Range | None = None  # scalar range of the last finished edit
         self._lay_out()
         self._connect()
-        self.area.widget.scene().sigMouseClicked.connect(self._click)
         QShortcut(QKeySequence("F2"), self, self.card.edit)
         self.setEnabled(False)
 
-    def set_data(
-        self,
-        counts: NDArray[np.int64],
-        edges: NDArray[np.float64],
-        data_range: Range,
-        units: str,
-        scale: ValueScale = "linear",
-    ) -> None:
-        """Show a volume's histogram and allow editing.
-
-        Parameters
-        ----------
-        counts : ndarray of int64, shape (bins,)
-            Number of voxels in each bin.
-        edges : ndarray of float64, shape (bins + 1,)
-            Increasing, evenly spaced or not, in the data's own units.
-        data_range : tuple of float
-            Smallest and largest voxel; the TF's range may be wider or narrower.
-        units : str
-            Unit of the scalars; may be empty.
-        scale : {"linear", "log"}
-            Scale of edges and range.
-        """
-        self.area.set_data(counts, edges, data_range, units, scale)
-        self.menu.presets.units = units
+    def set_data(self, data: PlotData) -> None:
+        """Show a volume's histogram and allow editing."""
+        self.area.set_data(data)
+        self.menu.presets.units = data.units
         # The volume's TF follows.
         self._is_new = True
         self.setEnabled(True)
 
-    def set_scale(
-        self,
-        counts: NDArray[np.int64],
-        edges: NDArray[np.float64],
-        data_range: Range,
-        units: str,
-        scale: ValueScale,
-    ) -> None:
-        """Show the same volume on another scale; see :meth:`set_data`."""
-        self.set_data(counts, edges, data_range, units, scale)
-        if self._state.scale == scale:
+    def set_scale(self, data: PlotData) -> None:
+        """Show the same volume on another scale."""
+        self.set_data(data)
+        if self._state.scale == data.scale:
             # No TF follows: this one, of an undone edit, was there before.
             self._follow_tf(self._state.transfer_function)
 
     def _connect(self) -> None:
-        self._state.tf_input.changed.connect(self._take_tf)
-        self._state.tf_input.changeFinished.connect(self._finish_tf)
-        self.selection.changed.connect(self._show_selection)
-        self.area.axisChanged.connect(self._show_axis)
-        self.area.heightChanged.connect(self._fit_height)
-        self.area.flagsMoved.connect(self.card.place)
-        self.area.recolored.connect(self._recolor)
+        area, tf = self.area, self._state.tf_input
+        for changed, follow in (
+            (tf.changed, self._take_tf),
+            (tf.changeFinished, self._finish_tf),
+            (self.selection.changed, self._show_selection),
+            (area.axisChanged, self._show_axis),
+            (area.heightChanged, self._fit_height),
+            (area.flagsMoved, self.card.place),
+            (area.recolored, self._recolor),
+            (area.widget.scene().sigMouseClicked, self._click),
+            (self._add_button.clicked, self._keys.add_in_the_middle),
+        ):
+            changed.connect(follow)
 
     def _take_tf(self, tf: TransferFunction) -> None:
         # First, so that nothing finds a selected handle that no longer exists.
@@ -188,23 +163,16 @@ class TransferFunctionEditor(QFrame):
         header.setFixedHeight(HEADER_HEIGHT)
         self.areas: list[QWidget] = [header, self.area.widget, self.card]
         """Parts that keys go to one after the other."""
-        self._header = QHBoxLayout(header)
-        self._header.setContentsMargins(8, 0, 8, 0)
-        self._header.setSpacing(4)
         menu = self.menu
         self.header_controls: list[QWidget] = [
             menu.presets_button, menu.colors_button, self._add_button, menu.button,
         ]  # fmt: skip
-        for button in self.header_controls:
-            self._header.addWidget(button)
-        self._header.addStretch()
-        plots = QVBoxLayout()
-        plots.setSpacing(0)
-        plots.addWidget(header)
+        self._header = fill(
+            QHBoxLayout(header), *self.header_controls, 0, margins=(8, 0, 8, 0), spacing=4
+        )
+        plots = fill(QVBoxLayout(), header)
         plots.addWidget(self.area.widget, 1)
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(0, 0, 0, 0)
-        self._row.setSpacing(0)
+        self._row = fill(QHBoxLayout(self))
         self._row.addLayout(plots, 1)
         self.setMinimumHeight(LEAST_HEIGHT)
 

@@ -39,11 +39,6 @@ class DragHandle(QGraphicsObject):
     """A draggable mark of constant size in pixels, placed in the plot's coordinates.
 
     It does not move by itself: it calls its owner's functions, which move it.
-
-    Attributes
-    ----------
-    adds : bool
-        Whether it was pressed with Shift or Ctrl, to be selected with others.
     """
 
     def __init__(
@@ -62,15 +57,16 @@ class DragHandle(QGraphicsObject):
         self.setAcceptHoverEvents(True)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self._shape = shape
+        self.is_mark = shape != "line"
         self._drag, self._release, self._press = drag, release, press
         self.menu, self._double_click = menu, double_click
         self._look = QColor(theme.CURVE), False, False
-        self._hovered = False
+        self.is_hovered = False
         self._grip: QPointF | None = None
         self._wanted: QPointF | None = None
         self._pause = QTimer(self, singleShot=True, interval=STEP_MS)
         self._pause.timeout.connect(self._step)
-        self.adds = False
+        self.adds = False  # whether it was pressed with Shift or Ctrl, to be selected with others
 
     def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:
         """Set the fill colour, and highlight the handle if it is selected.
@@ -85,16 +81,6 @@ class DragHandle(QGraphicsObject):
             self.setZValue(101 if selected else 100)
             self.update()
 
-    @property
-    def is_mark(self) -> bool:
-        """True for a mark on a curve; False for a line."""
-        return self._shape != "line"
-
-    @property
-    def is_hovered(self) -> bool:
-        """True while the mouse is over the handle."""
-        return self._hovered
-
     def boundingRect(self) -> QRectF:
         """Return the area that is painted and reacts to the mouse, in pixels."""
         return QRectF(-_REACH, -_REACH, 2 * _REACH, 2 * _REACH)
@@ -104,7 +90,7 @@ class DragHandle(QGraphicsObject):
     ) -> None:
         """Draw the mark, with a ring around the selected one."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        radius = _RADIUS[self._shape] + (1.0 if self._hovered else 0.0)
+        radius = _RADIUS[self._shape] + (1.0 if self.is_hovered else 0.0)
         fill, _selected, ringed = self._look
         if ringed:
             painter.setPen(QPen(QColor(theme.ACCENT), 2.0))
@@ -162,12 +148,12 @@ class DragHandle(QGraphicsObject):
 
     def hoverEnterEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
         """Enlarge the mark slightly under the mouse."""
-        self._hovered = True
+        self.is_hovered = True
         self.update()
 
     def hoverLeaveEvent(self, _event: QGraphicsSceneHoverEvent) -> None:
         """Restore the mark's size."""
-        self._hovered = False
+        self.is_hovered = False
         self.update()
 
     def rest(self) -> None:
@@ -199,12 +185,8 @@ class Selected:
 class Selection(QObject):
     """Holds the selected handles, all of one kind, and emits `changed`.
 
-    The one selected last is the current one, whose numbers are shown.
-
-    Attributes
-    ----------
-    flank : int or None
-        0 or 1 if keys act on the left or right flank of the current mode; else None.
+    The one selected last is the current one, whose numbers are shown; if keys act on its left or
+    right flank, that is 0 or 1.
     """
 
     changed = Signal()
@@ -280,19 +262,13 @@ class Selection(QObject):
 
 
 class HandleMoves:
-    """Edits the state's TF by its handles: each drag, key and typed number is one undo step.
-
-    Attributes
-    ----------
-    colors_follow : bool
-        Whether a colour stop at the mean of a mode moves along with it.
-    """
+    """Edits the state's TF by its handles: each drag, key and typed number is one undo step."""
 
     def __init__(self, state: ViewerState, selection: Selection) -> None:
         self.state, self.selection = state, selection
         self._start: TransferFunction | None = None
         self._clicked: Selected | None = None
-        self.colors_follow = True
+        self.colors_follow = True  # a colour stop at the mean of a mode moves along with it
 
     @property
     def tf(self) -> TransferFunction:

@@ -87,13 +87,7 @@ class Curve(QGraphicsItem):
 
 
 class HistogramLayer:
-    """Draws numbers of voxels, logarithmically, in a plot with heights from 0 to 1.
-
-    Attributes
-    ----------
-    counts : ndarray of int64, shape (bins,)
-    edges : ndarray of float64, shape (bins + 1,)
-    """
+    """Draws numbers of voxels, logarithmically, in a plot with heights from 0 to 1."""
 
     def __init__(self, view: Any) -> None:
         self._curve = Curve()

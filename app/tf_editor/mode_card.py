@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QRect, QSize, Qt
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QWidget
 
 from app import theme
+from app.controls import fill, text_button
 from app.icons import IconButton
 from app.number_box import NumberBox
 from app.tf_editor.handles import HandleMoves
@@ -58,19 +59,16 @@ class ModeCard(QFrame):
             NumberBox(meaning=text) for text in (VALUE_MEANING, WIDTH_MEANING, OPACITY_MEANING)
         )
         self._captions: dict[QWidget, QLabel] = {}
-        self.color_button = QToolButton()
+        self.color_button = text_button("", "Colour at this value", color.choose_selected)
         self.color_button.setFixedSize(24, 24)
-        self.color_button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.color_button.setToolTip("Colour at this value")
         self.color_button.setAccessibleName("Colour")
         self.remove_button = IconButton("delete", "Delete", "Delete")
         # Within the card's frame.
         self.remove_button.setFixedSize(24, 24)
         self._lay_out()
-        self.value.valueChanged.connect(self._value_typed)
-        self.width_box.valueChanged.connect(self._width_typed)
-        self.height_box.valueChanged.connect(self._height_typed)
-        self.color_button.clicked.connect(color.choose_selected)
+        typed = self._value_typed, self._width_typed, self._height_typed
+        for box, take in zip(self.fields, typed, strict=True):
+            box.valueChanged.connect(take)
         self.remove_button.clicked.connect(moves.remove)
         self.refresh()
 
@@ -85,9 +83,7 @@ class ModeCard(QFrame):
         return *self.fields, self.color_button, self.remove_button
 
     def _lay_out(self) -> None:
-        self._row = row = QHBoxLayout(self)
-        row.setContentsMargins(8, 0, 4, 0)
-        row.setSpacing(4)
+        self._row = row = fill(QHBoxLayout(self), margins=(8, 0, 4, 0), spacing=4)
         for box, text in zip(self.fields, ("value", "width", "opacity"), strict=True):
             box.setAccessibleName(text.capitalize())
             box.setProperty("role", "card")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -53,29 +54,26 @@ OVERHANG = 44  # pixels by which numbers at the ends may reach beyond the plot
 pg.setConfigOption("mouseRateLimit", 5)
 
 
+@dataclass(frozen=True, eq=False)
+class PlotData:
+    """A volume's histogram: counts (bins,) between increasing edges (bins + 1,), with its unit.
+
+    The range has the smallest and the largest voxel; edges and range are on the scale.
+    """
+
+    counts: NDArray[np.int64]
+    edges: NDArray[np.float64]
+    data_range: Range
+    units: str = ""
+    scale: ValueScale = "linear"
+
+
 class PlotArea(QObject):
     """The plots, their axes and what is drawn in them by values and heights.
 
-    The plots' horizontal axis is the visible interval of scalar values mapped to 0..1.
-
-    Attributes
-    ----------
-    axis : ScalarAxis
-        Map between scalar values and places in the plots.
-    scale : OpacityScale
-        Map between opacities and heights in the opacity plot.
-    data_range : tuple of float
-        Smallest and largest voxel.
-    widget : pyqtgraph.GraphicsLayoutWidget
-        The widget with both plots, for a layout.
-    opacity, strip : pyqtgraph.ViewBox
-        The opacity plot above and the colour strip below.
-    second : pyqtgraph.ViewBox
-        A plot of another quantity behind the opacity's.
-    back : pyqtgraph.ViewBox
-        The ground behind both, with the opacity's scale: for areas, over which lines are seen.
-    second_labels : PlotLabels
-        The second plot's numbers, at the right.
+    The plots' horizontal axis is the visible interval of scalar values mapped to 0..1. The view
+    boxes are the opacity plot, the colour strip below it, a second quantity behind the opacities,
+    and the ground behind both, with the opacities' scale: for areas, over which lines are seen.
     """
 
     axisChanged = Signal()  # when other values are visible, or a scale is another
@@ -86,9 +84,9 @@ class PlotArea(QObject):
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.axis = ScalarAxis.over((0.0, 1.0))
+        self.axis = ScalarAxis.over((0.0, 1.0))  # scalar values and places in the plots
+        self.scale = OpacityScale()  # opacities and heights in the opacity plot
         self.data_range: Range = (0.0, 1.0)
-        self.scale = OpacityScale()
         self._drawn: dict[Curve, tuple[NDArray[np.floating], Range, bool]] = {}
         self._units = ""
         self.widget: Any = pg.GraphicsLayoutWidget()
@@ -160,8 +158,7 @@ class PlotArea(QObject):
 
     def _said_at(self, point: QPoint) -> str:
         """Text about the histogram's bar at a pixel; empty over a handle."""
-        is_free = not any(isinstance(item, DragHandle) for item in self.widget.items(point))
-        if not (is_free and self.rect.contains(point) and self.histogram.is_shown):
+        if self.has_handle_at(point) or not (self.rect.contains(point) and self.histogram.is_shown):
             return ""
         place = float(self.opacity.mapSceneToView(self.widget.mapToScene(point)).x())
         return self.histogram.said_at(self.axis.value(place), self.axis.labels)
@@ -170,6 +167,11 @@ class PlotArea(QObject):
         """Return where a place of one of the plots is, in pixels of the widget."""
         at = self.widget.mapFromScene(plot.mapViewToScene(QPointF(place, height)))
         return QPoint(at.x(), at.y())
+
+    def has_handle_at(self, point: QPoint) -> bool:
+        """Return whether a handle in sight takes the mouse at a pixel of the widget."""
+        items = self.widget.items(point)
+        return any(isinstance(item, DragHandle) and item.isVisible() for item in items)
 
     def handle_boxes(self) -> list[QRect]:
         """Return where the handles in sight are, in pixels of the widget."""
@@ -234,21 +236,13 @@ class PlotArea(QObject):
     def _label_values(self) -> None:
         self._values.set_labels(self.axis.marks(self._units), theme.DIM_TEXT)
 
-    def set_data(
-        self,
-        counts: NDArray[np.int64],
-        edges: NDArray[np.float64],
-        data_range: Range,
-        units: str,
-        scale: ValueScale = "linear",
-    ) -> None:
-        """Show a volume's histogram and all of its values; see the editor's method."""
-        self.data_range = data_range
-        self.histogram.set_data(counts, edges)
-        self._units = units
-        title = "Scalar value, logarithmic" if scale == "log" else "Scalar value"
-        self._values.setToolTip(f"{title} ({units})" if units else title)
-        self.set_axis(ScalarAxis.over(data_range, self.axis.scale != "linear", scale))
+    def set_data(self, data: PlotData) -> None:
+        """Show a volume's histogram and all of its values."""
+        self.data_range, self._units = data.data_range, data.units
+        self.histogram.set_data(data.counts, data.edges)
+        title = "Scalar value, logarithmic" if data.scale == "log" else "Scalar value"
+        self._values.setToolTip(f"{title} ({data.units})" if data.units else title)
+        self.set_axis(ScalarAxis.over(data.data_range, self.axis.scale != "linear", data.scale))
 
     def set_axis(self, axis: ScalarAxis) -> None:
         """Show other values, or on another scale."""

@@ -61,7 +61,7 @@ class PlotGestures(QObject):
         shift = event.modifiers() == Qt.KeyboardModifier.ShiftModifier
         is_press = event.type() == QEvent.Type.MouseButtonPress
         left = is_press and event.button() == Qt.MouseButton.LeftButton
-        if not (shift and left) or self._is_handle_at(at):
+        if not (shift and left) or self._area.has_handle_at(at):
             return False
         self._start = at
         self._frame.setGeometry(QRect(at, QSize()))
@@ -102,10 +102,6 @@ class PlotGestures(QObject):
             for index, handle in enumerate(handles)
             if handle.isVisible() and frame.contains(view.mapFromScene(handle.scenePos()))
         ]
-
-    def _is_handle_at(self, at: QPoint) -> bool:
-        items = self._area.widget.items(at)
-        return any(isinstance(item, DragHandle) and item.isVisible() for item in items)
 
     def _place(self, position: QPointF) -> float:
         at = self._area.widget.mapToScene(position.toPoint())

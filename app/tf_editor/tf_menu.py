@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QPoint, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QAction, QIcon, QImage, QPixmap, QShowEvent
+from PySide6.QtCore import QObject, QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QImage, QPixmap, QShowEvent
 from PySide6.QtWidgets import (
     QFormLayout,
     QFrame,
@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidgetAction,
 )
 
-from app.controls import add_action, picture_icon
+from app.controls import add_action, add_switch, picture_icon, text_button
 from app.icons import BUTTON, IconButton
 from app.menu_tips import show_tips
 from app.number_box import NumberBox
@@ -55,13 +55,7 @@ COLUMNS, MOST_ROWS = 4, 3
 
 
 class PresetMenu(QMenu):
-    """Shows presets over the volume's scalar range, and says which one is chosen.
-
-    Attributes
-    ----------
-    own : callable
-        Returns the user's own presets, which follow the others.
-    """
+    """Shows presets over the volume's scalar range, and says which one is chosen."""
 
     chosen = Signal(object)  # with the chosen Preset
     picturesWanted = Signal(object)
@@ -71,7 +65,7 @@ class PresetMenu(QMenu):
         super().__init__("Presets", parent)
         self._state, self._area = state, area
         self._listed: tuple[Preset, ...] = ()
-        self.own: Callable[[], Sequence[Preset]] = tuple
+        self.own: Callable[[], Sequence[Preset]] = tuple  # the user's, which follow the others
         self.units = ""  # unit of the volume's scalars; may be empty
         self.list = QListWidget()
         self.list.setAccessibleName("Presets")
@@ -221,13 +215,7 @@ class RangePopup(QFrame):
 
 
 class TransferFunctionMenu(QObject):
-    """Buttons with the menus of everything that changes a TF as a whole.
-
-    Attributes
-    ----------
-    presets_button, colors_button, button : QToolButton
-        For presets, colours, and the rest.
-    """
+    """Buttons with the menus of everything that changes a TF as a whole: presets, colours, rest."""
 
     scale_wanted = Signal(str)  # with the scale that the volume is to be shown on
 
@@ -280,21 +268,9 @@ class TransferFunctionMenu(QObject):
         self._add_range_menu()
         self._add_axis_menu()
         self.menu.addSeparator()
-        self._add_switch(
-            self.menu,
-            "Colours follow their mode",
-            "A colour stop at the mean of a mode moves with the mode",
-            self._set_follow,
-        ).setChecked(self._moves.colors_follow)
-
-    def _add_switch(
-        self, menu: QMenu, text: str, tip: str, switch: Callable[[bool], object]
-    ) -> QAction:
-        action = menu.addAction(text)
-        action.setCheckable(True)
-        action.setToolTip(tip)
-        action.toggled.connect(switch)
-        return action
+        tip = "A colour stop at the mean of a mode moves with the mode"
+        follow = add_switch(self.menu, "Colours follow their mode", tip, self._set_follow)
+        follow.setChecked(self._moves.colors_follow)
 
     def _add_range_menu(self) -> None:
         menu = self.menu.addMenu("Range")
@@ -312,20 +288,20 @@ class TransferFunctionMenu(QObject):
             "Ctrl and the wheel zoom the axis, a drag with the middle button pans it"
         )
         add_action(menu, "Show range", partial(self._layer.show_range, True))
-        self._scale = self._add_switch(
+        self._scale = add_switch(
             menu,
             "Logarithmic scale",
             "TF, histogram and curve over the logarithm of the values. Values of zero or below "
             "look like the lowest one.",
             lambda on: self.scale_wanted.emit("log" if on else "linear"),
         )
-        self._logarithmic = self._add_switch(
+        self._logarithmic = add_switch(
             menu,
             "Logarithmic plot",
             "Spacing of the values in the plot; the image stays the same",
             self.set_logarithmic,
         )
-        self._fine = self._add_switch(
+        self._fine = add_switch(
             menu,
             "Logarithmic opacity",
             "More room for opacities below 0.1",
@@ -340,8 +316,7 @@ class TransferFunctionMenu(QObject):
             (self._fine, self._area.scale.logarithmic),
         )
         for action, checked in shown:
-            with QSignalBlocker(action):
-                action.setChecked(checked)
+            action.setChecked(checked)
 
     def _refresh(self) -> None:
         # What was wanted may have been refused.
@@ -433,14 +408,9 @@ class TransferFunctionMenu(QObject):
 
 
 def _menu_button(name: str, text: str, tip: str) -> QToolButton:
-    button = QToolButton()
-    button.setProperty("role", "flat")
-    button.setText(text)
+    button = text_button(text, tip, role="flat")
     button.setAccessibleName(name)
-    button.setToolTip(tip)
     button.setFixedHeight(BUTTON)
-    # After a click, keys such as W are the window's again.
-    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
 
 

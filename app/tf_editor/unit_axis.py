@@ -33,22 +33,13 @@ WIDTHS: dict[ValueScale, str] = {"linear": "width", "log": "decades"}
 class ScalarAxis:
     """Maps the visible scalar values to places from 0 to 1, linearly or logarithmically.
 
-    Attributes
-    ----------
-    visible : tuple of float
-        Values at the places 0 and 1, lowest first.
-    full : tuple of float
-        Everything that the axis may have to show.
-    scale : {"linear", "log", "symlog"}
-        "log" where all of `full` is above zero; "symlog" is logarithmic on both sides of
-        zero and linear near it. Both are an inverse hyperbolic sine.
-    labels : {"linear", "log"}
-        The volume's scale. Values that are logarithms already are spread evenly, and labelled
-        by what they are logarithms of.
+    "log" is the scale where all values are above zero; "symlog" is logarithmic on both sides of
+    zero and linear near it. Both are an inverse hyperbolic sine. The labels have the volume's
+    scale: values that are logarithms are spread evenly, and labelled by what they are those of.
     """
 
-    visible: Range
-    full: Range
+    visible: Range  # values at the places 0 and 1
+    full: Range  # everything that the axis may have to show
     scale: Scale = "linear"
     labels: ValueScale = "linear"
 

@@ -23,6 +23,7 @@ from app.state.generator_work import LIGHTS
 from app.state.latent_state import LatentChoices
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
+from app.tf_editor.plot_area import PlotData
 from app.window.figure import Subject
 from app.window.menus import build_menus
 from app.window.status_line import KeyHints
@@ -245,9 +246,7 @@ class MainWindow(WindowParts):
         for handles in self.crop_handles:
             handles.set_volume(volume.dimensions)
         self.plot_memory.start(opened)
-        self.editor.set_data(
-            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
-        )
+        self.editor.set_data(_plot_data(opened))
 
     def _start_volume(self) -> None:
         self.editor.moves.select_strongest()
@@ -258,12 +257,14 @@ class MainWindow(WindowParts):
         self.editor.area.set_axis(self.editor.area.axis)
 
     def _show_scale(self, opened: OpenedVolume) -> None:
-        volume = opened.volume
-        self.editor.set_scale(
-            opened.counts, opened.edges, volume.data_range, volume.units, volume.scale
-        )
+        self.editor.set_scale(_plot_data(opened))
         # A band kept over the plot would be one of other values.
         self.sensitivity_state.release()
+
+
+def _plot_data(opened: OpenedVolume) -> PlotData:
+    volume = opened.volume
+    return PlotData(opened.counts, opened.edges, volume.data_range, volume.units, volume.scale)
 
 
 def _first_in(area: QWidget) -> QWidget | None:

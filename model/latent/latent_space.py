@@ -9,13 +9,13 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import LatentError, reason
 from model.files import cache_folder, write_atomically
-from model.generator.generator import Generator
 from model.latent.codes import (
     SAMPLES,
     SHIPPED_CODEC,
@@ -35,6 +35,10 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import Scene
 from model.scene.transfer_function import TF_SAMPLES, OpacityTF, Range, check_range
 from model.scene.value_scale import ValueScale
+
+if TYPE_CHECKING:
+    # Late: with it comes torch.
+    from model.generator.generator import Generator
 
 
 @dataclass(frozen=True)

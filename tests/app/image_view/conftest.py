@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import pytest
-from pytestqt.qtbot import QtBot
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
@@ -10,7 +9,7 @@ from app.state.preferences import Preferences
 
 
 @pytest.fixture
-def pane(qtbot: QtBot) -> EnginePane:
+def pane(qtbot):
     """A pane of a client that has no engine yet."""
     preferences = Preferences(None)
     pane = EnginePane("Engine", EngineClient("test"), Brightness(preferences, preferences), "exact")

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -9,13 +8,11 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 
 from app import theme
 from app.image_view.crop_handles import CropHandles
 from app.image_view.gestures import ViewGestures
 from app.image_view.image_canvas import ImageCanvas, to_qimage
-from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.rendering.renderer import RendererName, open_renderer
 from model.scene.crop import CropBox
@@ -37,7 +34,7 @@ def make_volume() -> Volume:
 
 
 @pytest.fixture
-def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[ImageCanvas]:
+def canvas(qtbot, state):
     """A wide canvas with a wide image, whose square is not the canvas."""
     widget = ImageCanvas()
     widget.resize(500, 320)
@@ -53,7 +50,7 @@ def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[ImageCanvas]:
 
 
 @pytest.fixture
-def handles(state: ViewerState, canvas: ImageCanvas) -> CropHandles:
+def handles(state, canvas):
     handles = CropHandles(canvas, state)
     handles.set_volume(DIMENSIONS)
     handles.set_active(True)
@@ -84,9 +81,7 @@ def draw(name: RendererName, inputs: SceneInputs, raster: Raster) -> NDArray[np.
 
 
 @pytest.mark.parametrize("name", ["vtk", "raycast"])
-def test_handles_are_where_the_middles_of_faces_are_drawn(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles, name: RendererName
-) -> None:
+def test_handles_are_where_the_middles_of_faces_are_drawn(state, canvas, handles, name):
     state.crop_input.set(BOX)
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     gray = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)))
@@ -104,9 +99,7 @@ def test_handles_are_where_the_middles_of_faces_are_drawn(
         assert image[at.y(), at.x(), 0] == pytest.approx((x + 2 * y + 4 * z) / 7, abs=0.02)
 
 
-def test_the_outline_is_the_silhouette_of_an_opaque_volume(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
+def test_the_outline_is_the_silhouette_of_an_opaque_volume(state, canvas, handles):
     state.crop_input.set(BOX)
     opaque = OpacityTF((0.0, 1.0), points=((0.0, 1.0), (1.0, 1.0)))
     black = ColorTF((0.0, 1.0), ((0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
@@ -127,9 +120,7 @@ def test_the_outline_is_the_silhouette_of_an_opaque_volume(
 
 
 @pytest.mark.parametrize(("axis", "side"), [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0), (2, 1)])
-def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles, axis: int, side: int
-) -> None:
+def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(state, canvas, handles, axis, side):
     target = CropBox().with_plane(axis, side, 0.75 if side else 0.25)
     start = pixel(handles, axis, side)
     state.crop_input.set(target)
@@ -146,9 +137,7 @@ def test_a_plane_follows_the_mouse_to_where_it_would_be_drawn(
     assert state.view == VIEW
 
 
-def test_a_plane_stops_a_voxel_before_its_opposite(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
+def test_a_plane_stops_a_voxel_before_its_opposite(state, canvas, handles):
     start, end = pixel(handles, 0, 0), pixel(handles, 0, 1)
     drag(canvas, start, 2 * (end - start))
     assert state.crop is not None
@@ -162,9 +151,7 @@ def test_a_plane_stops_a_voxel_before_its_opposite(
     assert state.crop.low[0] == 0.0
 
 
-def test_beside_handles_and_when_inactive_the_mouse_turns_the_view(
-    state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
+def test_beside_handles_and_when_inactive_the_mouse_turns_the_view(state, canvas, handles):
     at = pixel(handles, 0, 1)
     drag(canvas, at + QPointF(0, 40), QPointF(20, 0))
     assert state.view != VIEW
@@ -181,9 +168,7 @@ def test_beside_handles_and_when_inactive_the_mouse_turns_the_view(
     assert state.crop is None
 
 
-def test_leaving_while_dragging_ends_the_drag(
-    qtbot: QtBot, state: ViewerState, canvas: ImageCanvas, handles: CropHandles
-) -> None:
+def test_leaving_while_dragging_ends_the_drag(qtbot, state, canvas, handles):
     start, end = pixel(handles, 2, 1), pixel(handles, 2, 0)
     for leave in (lambda: handles.set_active(False), canvas.hide):
         handles.set_active(True)

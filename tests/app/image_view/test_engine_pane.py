@@ -3,7 +3,6 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 
-from pytestqt.qtbot import QtBot
 from window_fakes import FakeEngine, make_request
 
 from app.image_view.engine_pane import EnginePane
@@ -18,7 +17,7 @@ def red(pane: EnginePane) -> int:
     return pane.canvas.image.pixelColor(0, 0).red()
 
 
-def test_images_are_shown_brighter_at_once(qtbot: QtBot, pane: EnginePane) -> None:
+def test_images_are_shown_brighter_at_once(qtbot, pane):
     pane.client.start(FakeEngine, "Loading …")
     pane.brightness.set(2.0)
     with qtbot.waitSignal(pane.client.settled):
@@ -32,9 +31,7 @@ def test_images_are_shown_brighter_at_once(qtbot: QtBot, pane: EnginePane) -> No
     assert red(pane) == 7 and pane.canvas.message == "It failed."
 
 
-def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
-    qtbot: QtBot, pane: EnginePane
-) -> None:
+def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot, pane):
     engine = FakeEngine(gate=threading.Semaphore(1))
     pane.client.start(lambda: engine, "Loading …")
     with qtbot.waitSignal(pane.client.settled):
@@ -62,9 +59,7 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(
     gate.release()
 
 
-def test_an_error_is_drawn_over_the_image_and_the_next_image_clears_it(
-    qtbot: QtBot, pane: EnginePane
-) -> None:
+def test_an_error_is_drawn_over_the_image_and_the_next_image_clears_it(qtbot, pane):
     engine = FakeEngine()
     pane.client.start(lambda: engine, "Loading …")
     with qtbot.waitSignal(pane.client.settled):

@@ -1,25 +1,52 @@
+"""Changes of the view and the light by the mouse and by keys."""
+
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QImage, QMouseEvent, QNativeGestureEvent, QPointingDevice, QWheelEvent
+from PySide6.QtGui import (
+    QFocusEvent,
+    QImage,
+    QKeyEvent,
+    QKeySequence,
+    QMouseEvent,
+    QNativeGestureEvent,
+    QPointingDevice,
+    QShortcut,
+    QWheelEvent,
+)
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
-from pytestqt.qtbot import QtBot
+from scipy.spatial.transform import Rotation
 
-from app.image_view.gestures import ViewGestures, notches_of, orbit, tumble, zoom
+from app.image_view.gestures import (
+    DEGREES_PER_PIXEL,
+    ViewGestures,
+    ViewKeys,
+    notches_of,
+    orbit,
+    pan,
+    roll,
+    tumble,
+    zoom,
+)
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.reference_controls import light_at
-from app.state.viewer_state import HOME_VIEW, ViewerState
+from app.state.viewer_state import HOME_VIEW
 from model.scene.light import LightDirection, LightRange
-from model.scene.orientation import angles_in
-from model.scene.view import View
+from model.scene.orientation import angles_in, view_in
+from model.scene.view import AXES, VIEW_ANGLE, View, axis_direction
 
 
 @pytest.fixture
-def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[QWidget]:
+def canvas(qtbot, state):
     widget = QWidget()
     widget.resize(200, 200)
     ViewGestures(widget, state)
@@ -41,9 +68,7 @@ def drag(
     QTest.mouseRelease(widget, button, keys, QPoint(*points[-1]))
 
 
-def test_dragging_orbits_live_and_finishes_on_release(
-    qtbot: QtBot, state: ViewerState, canvas: QWidget
-) -> None:
+def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
     signals = [state.viewChanged, state.viewChanged, state.viewChangeFinished]
     with qtbot.waitSignals(signals, order="strict"):
         drag(canvas, [(100, 100), (110, 100), (110, 120)])
@@ -57,9 +82,7 @@ def test_dragging_orbits_live_and_finishes_on_release(
         (Qt.MouseButton.LeftButton, Qt.KeyboardModifier.ControlModifier),
     ],
 )
-def test_a_quarter_turn_about_the_centre_rolls_by_90_degrees(
-    state: ViewerState, canvas: QWidget, button: Qt.MouseButton, keys: Qt.KeyboardModifier
-) -> None:
+def test_a_quarter_turn_about_the_centre_rolls_by_90_degrees(state, canvas, button, keys):
     drag(canvas, [(100, 50), (150, 100)], button, keys)
     assert state.view.roll == pytest.approx(90.0)
     # Where the volume is.
@@ -82,7 +105,7 @@ def scroll(widget: QWidget, at: QPointF, *, angle: int = 0, pixels: int = 0) -> 
     QApplication.sendEvent(widget, event)
 
 
-def test_the_wheel_zooms_to_the_cursor(qtbot: QtBot, state: ViewerState, canvas: QWidget) -> None:
+def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
     with qtbot.waitSignal(state.viewChangeFinished):
         # Parts of a notch, as wheels of high resolution send them.
         for _ in range(4):
@@ -101,7 +124,7 @@ def test_the_wheel_zooms_to_the_cursor(qtbot: QtBot, state: ViewerState, canvas:
     assert zoom(got, 2).distance < state.view.distance < before
 
 
-def test_a_pinch_zooms_and_ends_at_once(qtbot: QtBot, state: ViewerState, canvas: QWidget) -> None:
+def test_a_pinch_zooms_and_ends_at_once(qtbot, state, canvas):
     def pinch(kind: Qt.NativeGestureType, value: float) -> None:
         at = QPointF(150, 100)
         touchpad = QPointingDevice.primaryPointingDevice()
@@ -129,14 +152,7 @@ def test_a_pinch_zooms_and_ends_at_once(qtbot: QtBot, state: ViewerState, canvas
     ("size", "image"),
     [((400, 300), (200, 100)), ((200, 400), (100, 200))],
 )
-def test_the_picture_follows_a_panning_mouse_by_pixels(
-    qtbot: QtBot,
-    state: ViewerState,
-    button: Qt.MouseButton,
-    keys: Qt.KeyboardModifier,
-    size: tuple[int, int],
-    image: tuple[int, int],
-) -> None:
+def test_the_picture_follows_a_panning_mouse_by_pixels(qtbot, state, button, keys, size, image):
     canvas = ImageCanvas()
     qtbot.addWidget(canvas)
     canvas.resize(*size)
@@ -146,9 +162,7 @@ def test_the_picture_follows_a_panning_mouse_by_pixels(
     assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, 0.3))
 
 
-def test_dragging_turns_about_the_states_up_axis_or_freely(
-    state: ViewerState, canvas: QWidget
-) -> None:
+def test_dragging_turns_about_the_states_up_axis_or_freely(state, canvas):
     state.set_up_axis("+y")
     before = state.view
     drag(canvas, [(100, 100), (110, 100)])
@@ -179,7 +193,7 @@ def send(
     QApplication.sendEvent(widget, event)
 
 
-def test_another_button_changes_nothing_during_a_drag(state: ViewerState, canvas: QWidget) -> None:
+def test_another_button_changes_nothing_during_a_drag(state, canvas):
     send(canvas, PRESS, 100, 100, LEFT, LEFT)
     send(canvas, MOVE, 110, 100, NONE, LEFT)
     send(canvas, PRESS, 110, 100, RIGHT, LEFT | RIGHT)
@@ -192,9 +206,7 @@ def test_another_button_changes_nothing_during_a_drag(state: ViewerState, canvas
 
 
 @pytest.mark.parametrize("kind", [MOVE, RELEASE])
-def test_a_drag_whose_release_was_kept_from_it_ends(
-    state: ViewerState, canvas: QWidget, kind: QEvent.Type
-) -> None:
+def test_a_drag_whose_release_was_kept_from_it_ends(state, canvas, kind):
     canvas.setMouseTracking(True)
     send(canvas, PRESS, 100, 50, RIGHT, RIGHT)
     send(canvas, MOVE, 150, 100, NONE, RIGHT)
@@ -206,9 +218,7 @@ def test_a_drag_whose_release_was_kept_from_it_ends(
     assert state.view == rolled
 
 
-def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(
-    qtbot: QtBot, state: ViewerState, canvas: QWidget
-) -> None:
+def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(qtbot, state, canvas):
     keys = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     drag(canvas, [(100, 100), (150, 80)], keys=keys)
     assert (state.light, state.view) == (None, HOME_VIEW)
@@ -224,7 +234,7 @@ def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(
     assert (state.live, state.view) == (False, HOME_VIEW)
 
 
-def test_a_double_click_goes_home(state: ViewerState, canvas: QWidget) -> None:
+def test_a_double_click_goes_home(state, canvas):
     state.start_view((0.6, 0.48, 0.64))
     home = state.view
     state.set_view(View(azimuth=200.0, roll=5.0))
@@ -233,10 +243,158 @@ def test_a_double_click_goes_home(state: ViewerState, canvas: QWidget) -> None:
     assert home != HOME_VIEW
 
 
-def test_a_click_that_trembles_turns_nothing(state: ViewerState, canvas: QWidget) -> None:
+def test_a_click_that_trembles_turns_nothing(state, canvas):
     drag(canvas, [(100, 100), (102, 101), (101, 102)])
     assert state.view == HOME_VIEW
     assert not state.live
     # A drag turns by all of its way, also by its first pixels.
     drag(canvas, [(100, 100), (103, 100), (110, 100)])
     assert state.view == orbit(HOME_VIEW, 10, 0)
+
+
+views = st.builds(
+    View,
+    azimuth=st.floats(0, 359),
+    elevation=st.floats(-60, 60),
+    roll=st.floats(-180, 180),
+)
+
+
+@given(views, st.floats(0, 360))
+def test_the_volume_follows_the_mouse(view, direction):
+    dx, dy = np.cos(np.radians(direction)), np.sin(np.radians(direction))
+    front = view.basis()[2]
+    right, up, _ = orbit(view, dx, dy).basis()
+    moved = np.array([front @ right, -(front @ up)])
+    assert moved @ [dx, dy] > 0.99 * np.cos(np.radians(view.elevation)) * np.linalg.norm(moved)
+    assert moved @ [dx, dy] > 0
+
+
+@given(views, st.floats(1, 80))
+def test_rolling_turns_the_picture_clockwise(view, degrees):
+    top = view.basis()[1]
+    turned = roll(view, degrees)
+    right, up, _ = turned.basis()
+    assert np.degrees(np.arctan2(top @ right, top @ up)) == pytest.approx(degrees)
+    assert -180 <= turned.roll < 180
+
+
+@pytest.mark.parametrize("up", AXES)
+def test_orbiting_turns_about_the_up_axis(up):
+    view = view_in(up, 20.0, 35.0, 0.0, 0.6, 0.1, 0.2)
+    before, axis = view.basis(), axis_direction(up)
+    after = orbit(view, 50.0, 0.0, up)
+    # The camera goes round the other way.
+    turned = Rotation.from_rotvec(math.radians(-50 * DEGREES_PER_PIXEL) * axis)
+    np.testing.assert_allclose(after.basis(), turned.apply(before), atol=1e-9)
+    assert (after.distance, after.pan_x, after.pan_y) == (0.6, 0.1, 0.2)
+    assert orbit(view, 0, 1000.0, up).basis()[2] == pytest.approx(axis, abs=1e-9)
+
+
+@given(views, st.floats(-300, 300), st.floats(-300, 300))
+def test_tumbling_turns_about_the_images_own_axes(view, dx, dy):
+    after = tumble(replace(view, pan_x=0.5), dx, dy)
+    # To the right is about the image's up axis; down about its right one.
+    turned = Rotation.from_rotvec(np.radians(DEGREES_PER_PIXEL) * np.array([dy, dx, 0.0]))
+    np.testing.assert_allclose(after.basis(), turned.as_matrix() @ view.basis(), atol=1e-8)
+    assert after.pan_x == 0.5
+
+
+def place_of(view: View, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Place in the image, in halves of its height, of a point given in radii."""
+    right, up, back = view.basis() @ point
+    depth = view.camera_distance(1.0) - back
+    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+    return np.array([right, up]) / depth / tangent + [view.pan_x, view.pan_y]
+
+
+@given(views, st.floats(-5, 5), st.floats(-1, 1), st.floats(-1, 1))
+def test_what_lies_under_the_cursor_stays_there(view, notches, x, y):
+    view = replace(view, pan_x=0.3, pan_y=-0.4, distance=0.7)
+    right, up, _ = view.basis()
+    # The point of the plane through the centre that is seen at (x, y).
+    scale = view.camera_distance(1.0) * math.tan(math.radians(VIEW_ANGLE / 2))
+    point = scale * ((x - view.pan_x) * right + (y - view.pan_y) * up)
+    np.testing.assert_allclose(place_of(view, point), [x, y], atol=1e-9)
+    np.testing.assert_allclose(place_of(zoom(view, notches, (x, y)), point), [x, y], atol=1e-9)
+
+
+def test_panning_moves_every_point_by_the_same():
+    view = View(30.0, 10.0, distance=0.5)
+    for point in (np.zeros(3), np.array([0.3, -0.2, 0.5])):
+        moved = place_of(pan(view, 0.25, -0.5), point) - place_of(view, point)
+        np.testing.assert_allclose(moved, [0.25, -0.5], atol=1e-12)
+
+
+PLAIN = Qt.KeyboardModifier.NoModifier
+SHIFT = Qt.KeyboardModifier.ShiftModifier
+CONTROL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture
+def image(qtbot, state):
+    widget = QWidget()
+    ViewKeys(widget, state)
+    qtbot.addWidget(widget)
+    yield widget
+    state.finish_view()
+
+
+@pytest.mark.parametrize(
+    ("key", "keys", "expected"),
+    [
+        (Qt.Key.Key_Right, PLAIN, View(25.0, 15.0, 0.0, 0.8)),
+        (Qt.Key.Key_Left, SHIFT, View(31.0, 15.0, 0.0, 0.8)),
+        (Qt.Key.Key_Up, PLAIN, View(30.0, 10.0, 0.0, 0.8)),
+        (Qt.Key.Key_Down, SHIFT, View(30.0, 16.0, 0.0, 0.8)),
+        (Qt.Key.Key_Right, CONTROL, View(30.0, 15.0, 0.0, 0.8, 0.1, 0.0)),
+        (Qt.Key.Key_Down, CONTROL | SHIFT, View(30.0, 15.0, 0.0, 0.8, 0.0, -0.02)),
+        (Qt.Key.Key_PageDown, PLAIN, View(30.0, 15.0, 5.0, 0.8)),
+        (Qt.Key.Key_PageUp, SHIFT, View(30.0, 15.0, -1.0, 0.8)),
+        (Qt.Key.Key_Plus, SHIFT, zoom(HOME_VIEW, 1)),
+        (Qt.Key.Key_Minus, Qt.KeyboardModifier.KeypadModifier, zoom(HOME_VIEW, -1)),
+        (Qt.Key.Key_Left, Qt.KeyboardModifier.AltModifier, HOME_VIEW),
+        (Qt.Key.Key_Plus, CONTROL, HOME_VIEW),
+        (Qt.Key.Key_R, PLAIN, HOME_VIEW),
+    ],
+)
+def test_keys(state, image, key, keys, expected):
+    QTest.keyClick(image, key, keys)
+    got, want = vars(state.view), vars(expected)
+    assert [*got.values()] == pytest.approx([*want.values()], abs=1e-9)
+    assert not state.live
+
+
+def repeat(image: QWidget, kind: QEvent.Type) -> None:
+    event = QKeyEvent(kind, Qt.Key.Key_Right, PLAIN, "", True)
+    QApplication.sendEvent(image, event)
+
+
+def test_a_key_that_is_held_is_a_drag(qtbot, state, image):
+    signals = [state.viewChanged] * 3 + [state.viewChangeFinished]
+    with qtbot.waitSignals(signals, order="strict"):
+        QTest.keyPress(image, Qt.Key.Key_Right)
+        for _ in range(2):
+            # As Qt reports it: a release and a press for every repetition.
+            repeat(image, QEvent.Type.KeyRelease)
+            repeat(image, QEvent.Type.KeyPress)
+        assert state.live
+        QTest.keyRelease(image, Qt.Key.Key_Right)
+    assert state.view.azimuth == pytest.approx(15.0)
+    # It ends when the focus goes, too.
+    QTest.keyPress(image, Qt.Key.Key_Right)
+    assert state.live
+    QApplication.sendEvent(image, QFocusEvent(QEvent.Type.FocusOut))
+    assert not state.live
+
+
+def test_the_image_gets_its_keys_before_shortcuts(qtbot, state, image):
+    called: list[bool] = []
+    QShortcut(QKeySequence("Home"), image).activated.connect(lambda: called.append(True))
+    state.set_view(View(100.0))
+    image.show()
+    image.activateWindow()
+    image.setFocus()
+    qtbot.waitUntil(image.hasFocus)
+    QTest.keyClick(image, Qt.Key.Key_Home)
+    assert (state.view, called) == (state.home, [])

@@ -1,16 +1,12 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
-from pytestqt.qtbot import QtBot
 
 from app.image_view.gestures import ViewGestures
 from app.image_view.orientation_cube import SIZE, OrientationCube
-from app.state.viewer_state import ViewerState
 from model.scene.orientation import STANDARD_VIEWS
 from model.scene.view import axis_direction
 
@@ -18,7 +14,7 @@ EQUAL = (3**-0.5, 3**-0.5, 3**-0.5)
 
 
 @pytest.fixture
-def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[QWidget]:
+def canvas(qtbot, state):
     widget = QWidget()
     widget.resize(300, 200)
     ViewGestures(widget, state)
@@ -28,23 +24,21 @@ def canvas(qtbot: QtBot, state: ViewerState) -> Iterator[QWidget]:
 
 
 @pytest.fixture
-def cube(state: ViewerState, canvas: QWidget) -> OrientationCube:
+def cube(state, canvas):
     cube = OrientationCube(state, canvas)
     canvas.show()
     return cube
 
 
 @pytest.mark.parametrize("name", STANDARD_VIEWS)
-def test_a_standard_view_shows_its_face_in_the_middle(
-    state: ViewerState, cube: OrientationCube, name: str
-) -> None:
+def test_a_standard_view_shows_its_face_in_the_middle(state, cube, name):
     state.look_from(name)
     assert list(cube.visible_faces) == [name]
     middle = cube.visible_faces[name]
     assert (middle.x(), middle.y()) == pytest.approx((SIZE / 2, SIZE / 2))
 
 
-def test_a_click_on_a_face_looks_from_there(state: ViewerState, cube: OrientationCube) -> None:
+def test_a_click_on_a_face_looks_from_there(state, cube):
     state.start_view(EQUAL, "+y")
     assert set(cube.visible_faces) == {"Front", "Right", "Top"}
     QTest.mouseClick(cube, Qt.MouseButton.LeftButton, pos=cube.visible_faces["Right"].toPoint())
@@ -54,9 +48,7 @@ def test_a_click_on_a_face_looks_from_there(state: ViewerState, cube: Orientatio
     assert not state.live
 
 
-def test_dragging_the_cube_turns_it_under_the_mouse(
-    state: ViewerState, cube: OrientationCube
-) -> None:
+def test_dragging_the_cube_turns_it_under_the_mouse(state, cube):
     state.look_from("Front")
     middle = QPoint(SIZE // 2, SIZE // 2)
     QTest.mousePress(cube, Qt.MouseButton.LeftButton, pos=middle)
@@ -67,9 +59,7 @@ def test_dragging_the_cube_turns_it_under_the_mouse(
     assert not state.live
 
 
-def test_labels_are_the_patients_where_they_are_known(
-    state: ViewerState, cube: OrientationCube
-) -> None:
+def test_labels_are_the_patients_where_they_are_known(state, cube):
     assert cube.labels["-x"] == "−X"
     state.start_view(EQUAL, "-y", tuple("PAISRL"))
     assert (cube.labels["+x"], cube.labels["-y"]) == ("P", "S")

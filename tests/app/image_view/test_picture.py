@@ -7,11 +7,11 @@ from PIL import Image
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from app.image_view.image_canvas import to_qimage
-from app.image_view.picture import Background, compose
+from app.image_view.picture import compose
 
 
 @pytest.fixture(scope="module")
-def rgba() -> NDArray[np.float32]:
+def rgba():
     """Premultiplied colours of an odd size, over more than one band."""
     rng = np.random.default_rng(5)
     opacity = rng.uniform(0, 1, (131, 33, 1))
@@ -26,18 +26,14 @@ def pixels(image: QImage, tmp_name: str) -> NDArray[np.uint8]:
 
 
 @pytest.mark.parametrize("background", [(0, 0, 0), (255, 255, 255), (10, 200, 90)])
-def test_an_opaque_picture_is_the_rendering_over_its_background(
-    rgba: NDArray[np.float32], background: Background, tmp_path: object
-) -> None:
+def test_an_opaque_picture_is_the_rendering_over_its_background(rgba, background, tmp_path):
     found = pixels(compose(rgba, background), f"{tmp_path}/picture.png")
     expected = 255 * rgba[..., :3] + (1 - rgba[..., 3:]) * np.array(background)
     np.testing.assert_allclose(found, expected, atol=0.51)
 
 
 @pytest.mark.parametrize("brightness", [0.5, 3.0])
-def test_a_picture_is_as_bright_as_on_the_screen(
-    rgba: NDArray[np.float32], brightness: float, tmp_path: object
-) -> None:
+def test_a_picture_is_as_bright_as_on_the_screen(rgba, brightness, tmp_path):
     found = pixels(compose(rgba, (0, 0, 0), brightness=brightness), f"{tmp_path}/picture.png")
     largest = rgba[..., :3].max(axis=-1, keepdims=True)
     expected = 255 * brightness * rgba[..., :3] / (1 + (brightness - 1) * largest)
@@ -52,9 +48,7 @@ def test_a_picture_is_as_bright_as_on_the_screen(
     np.testing.assert_allclose(over_black, expected, atol=1.5)
 
 
-def test_a_transparent_picture_is_unmultiplied_in_its_file(
-    rgba: NDArray[np.float32], tmp_path: object
-) -> None:
+def test_a_transparent_picture_is_unmultiplied_in_its_file(rgba, tmp_path):
     found = pixels(compose(rgba, None), f"{tmp_path}/picture.png").astype(float)
     np.testing.assert_allclose(found[..., 3], 255 * rgba[..., 3], atol=0.51)
     seen = rgba[..., 3] > 0.2
@@ -62,7 +56,7 @@ def test_a_transparent_picture_is_unmultiplied_in_its_file(
     np.testing.assert_allclose(found[..., :3][seen], 255 * straight, atol=5)
 
 
-def test_bad_values_do_no_harm_and_light_above_its_opacity_stays() -> None:
+def test_bad_values_do_no_harm_and_light_above_its_opacity_stays():
     rgba = np.zeros((1, 4, 4), np.float32)
     rgba[0, 0] = np.nan
     rgba[0, 1] = (3.0, -1.0, np.inf, 1.0)

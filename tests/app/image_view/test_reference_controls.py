@@ -1,19 +1,21 @@
+"""Light and brightness of the reference image."""
+
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
 
 import pytest
-from pytestqt.qtbot import QtBot
+from PySide6.QtCore import QPoint, Qt
 
-from app.image_view.reference_controls import BrightnessSlider
+from app.image_view.reference_controls import DIAMETER, REACH, BrightnessSlider, LightBall, light_at
 from app.state.brightness import BRIGHTEST, DARKEST, Brightness
 from app.state.preferences import Preferences
-from app.window.main_window import MainWindow
+from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
-from model.scene.light import LightDirection
+from model.scene.light import LightDirection, LightRange
 
 
-def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
+def test_slider_and_brightness_follow_one_another(qtbot):
     preferences = Preferences(None)
     brightness = Brightness(preferences, preferences)
     sliders = [BrightnessSlider(brightness) for _ in range(2)]
@@ -38,7 +40,7 @@ def test_slider_and_brightness_follow_one_another(qtbot: QtBot) -> None:
         assert brightness.step == step
 
 
-def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
+def test_what_is_not_chosen_follows_the_light(qtbot):
     preferences = Preferences(None)
     brightness = Brightness(preferences, preferences)
     slider = BrightnessSlider(brightness)
@@ -62,9 +64,7 @@ def test_what_is_not_chosen_follows_the_light(qtbot: QtBot) -> None:
     assert brightness.value == LIT_BRIGHTNESS
 
 
-def test_a_drag_is_one_undo_step_and_so_is_a_reset(
-    qtbot: QtBot, make_window: Callable[..., MainWindow]
-) -> None:
+def test_a_drag_is_one_undo_step_and_so_is_a_reset(qtbot, make_window):
     window = make_window()
     brightness, stack = window.brightness, window.state.edits.stack
     slider = BrightnessSlider(brightness)
@@ -86,9 +86,7 @@ def test_a_drag_is_one_undo_step_and_so_is_a_reset(
     assert brightness.value == 4
 
 
-def test_the_kind_of_light_is_undone_among_the_edits(
-    make_window: Callable[..., MainWindow],
-) -> None:
+def test_the_kind_of_light_is_undone_among_the_edits(make_window):
     window = make_window(model=None)
     reference, state = window.workspace.reference, window.state
     reference.choose(lighting="direct")
@@ -107,3 +105,56 @@ def test_the_kind_of_light_is_undone_among_the_edits(
     # What is kept for no later run is no edit.
     reference.choose(keep=False, lighting="none")
     assert not state.edits.stack.canUndo()
+
+
+LIMITS = LightRange()
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.0, 0.0), (0.5, 0.3), (-0.6, 0.6), (0.1, -0.7)])
+def test_the_light_shines_straight_onto_the_point(x, y):
+    right, up, back = light_at(x, y, LIMITS).towards()
+    assert (right, up) == (pytest.approx(x, abs=1e-9), pytest.approx(y, abs=1e-9))
+    assert back == pytest.approx(math.sqrt(1 - x * x - y * y), abs=1e-9)
+
+
+@pytest.mark.parametrize(("x", "y"), [(5.0, 0.0), (0.0, -3.0), (1.0, 1.0), (-1.0, 0.0)])
+def test_beyond_the_rim_the_light_stays_in_its_range(x, y):
+    light = light_at(x, y, LIMITS)
+    assert abs(light.azimuth) <= LIMITS.max_azimuth
+    assert abs(light.elevation) <= LIMITS.max_elevation
+
+
+@pytest.fixture
+def ball(qtbot):
+    """A ball over a movable light from straight ahead."""
+    state = ViewerState()
+    state.light_input.set(LightDirection(0.0, 0.0))
+    ball = LightBall(state)
+    qtbot.addWidget(ball)
+    state.setParent(ball)
+    ball.set_light(LightDirection(), LIMITS)
+    ball.show()
+    return ball
+
+
+MIDDLE = QPoint(DIAMETER // 2, DIAMETER // 2)
+
+
+def test_dragging_moves_the_light_live_and_then_finally(qtbot, ball):
+    state = ball._state
+    # From anywhere: it is the movement that counts.
+    start = MIDDLE + QPoint(5, -7)
+    qtbot.mousePress(ball, Qt.MouseButton.LeftButton, pos=start)
+    assert state.light == LightDirection(0.0, 0.0) and not state.live
+    qtbot.mouseMove(ball, start + QPoint(round(REACH / 2), 0))
+    assert state.live and state.light is not None
+    assert state.light.azimuth == pytest.approx(30, abs=0.5)
+    assert state.light.elevation == pytest.approx(0, abs=0.5)
+    with qtbot.waitSignal(state.light_input.changeFinished):
+        qtbot.mouseRelease(ball, Qt.MouseButton.LeftButton)
+    assert not state.live
+    qtbot.mouseDClick(ball, Qt.MouseButton.LeftButton)
+    assert state.light == LightDirection()
+    # A click puts the light there.
+    qtbot.mouseClick(ball, Qt.MouseButton.LeftButton, pos=MIDDLE - QPoint(0, DIAMETER // 4))
+    assert (state.light.azimuth, state.light.elevation) == pytest.approx((0, 28), abs=3)

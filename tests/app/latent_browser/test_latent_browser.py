@@ -18,6 +18,7 @@ from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
 
 from app.latent_browser.cell_grid import caption_of, explanation_of
+from app.latent_browser.latent_browser import parsed_band
 from app.latent_browser.map_view import MapView
 from app.window.main_window import MainWindow
 from model.errors import LatentError
@@ -497,3 +498,19 @@ def test_a_map_that_fails_leaves_the_principal_components(
     window.top_bar.browse.click()
     qtbot.waitUntil(lambda: "cannot be computed" in window.notice.text)
     assert window.workspace.latent.session.map is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "band"),
+    [
+        ("", None),
+        ("90 to 120", (90.0, 120.0)),
+        ("-5, 3.5", (-5.0, 3.5)),
+        ("90-120", (90.0, 120.0)),
+        ("-5--3", (-5.0, -3.0)),
+        ("120 – 90", (90.0, 120.0)),
+        ("1e3", (1000.0, 1000.0)),
+    ],
+)
+def test_bands_are_read(text, band):
+    assert parsed_band(text) == band

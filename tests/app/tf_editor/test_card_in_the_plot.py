@@ -14,6 +14,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QColorDialog, QToolButton
 
 from app.tf_editor.editor import TransferFunctionEditor
+from app.tf_editor.plot_area import PlotData
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
@@ -25,7 +26,9 @@ def make_editor(qtbot, state):
     def make(width: int = 1440, height: int = 315, mean: float = 170.0, amplitude: float = 0.9):
         editor = TransferFunctionEditor(state)
         qtbot.addWidget(editor)
-        editor.set_data(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+        editor.set_data(
+            PlotData(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
+        )
         editor.resize(width, height)
         editor.show()
         editor.activateWindow()

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import QApplication
 
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import percentile_range
+from app.tf_editor.plot_area import PlotData
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
 from model.scene.ranges import fit_to_range
 from model.scene.tf_editing import recolor_stop
@@ -29,7 +30,8 @@ def editor(qtbot, state):
     qtbot.addWidget(editor)
     # One voxel far away, as of a piece of metal.
     counts = np.array([100, 800, 99, 1])
-    editor.set_data(counts, np.array([100.0, 120.0, 180.0, 200.0, 300.0]), (100.0, 300.0), "K")
+    edges = np.array([100.0, 120.0, 180.0, 200.0, 300.0])
+    editor.set_data(PlotData(counts, edges, (100.0, 300.0), "K"))
     editor.resize(1100, 300)
     editor.show()
     qtbot.waitExposed(editor)

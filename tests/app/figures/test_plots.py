@@ -6,7 +6,7 @@ import numpy as np
 import pyqtgraph as pg
 import pytest
 
-from app.figures.pages import add_map
+from app.figures.pages import EMPTY, add_map, mosaic
 from app.figures.plots import RESPONSES_PER_AXIS, TFPlot, add_tf_plot, new_layout
 from model.latent.latent_map import blended_code
 from model.scene.transfer_function import GaussianMode
@@ -71,3 +71,14 @@ def test_the_blob_of_a_place_has_the_weights_of_its_interpolation():
         weight = share / (1 - share)
         assert alpha[32, column] / middle == pytest.approx(weight, abs=0.01)
     assert alpha[0, 0] == 0
+
+
+def test_pictures_stand_in_rows_and_columns_with_gaps():
+    images = np.random.default_rng(0).uniform(0, 1, (2, 3, 4, 5, 3)).astype(np.float32)
+    images[1, 1] = np.nan
+    picture = mosaic(images)
+    assert picture.shape == (2 * 4 + 4, 3 * 5 + 8, 3)
+    np.testing.assert_array_equal(picture[:4, 9:14], images[0, 1])
+    np.testing.assert_array_equal(picture[8:, 18:], images[1, 2])
+    assert (picture[4:8] == np.float32(EMPTY)).all()
+    assert (picture[8:, 9:14] == np.float32(EMPTY)).all()
