@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from model.volume_files.checks import (
     check_grid,
     check_present,
     damaged,
+    not_a,
     times,
     truncated,
     unsupported,
@@ -335,60 +336,28 @@ def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
         raise damaged(path, first_line(error)) from None
     except ValueError as error:
         if "magic string" in str(error):
-            raise VolumeError(
-                f"{path}: this is not an array saved by NumPy; choose another or correct its "
-                "suffix."
-            ) from None
+            raise not_a(path, "an array saved by NumPy") from None
         raise damaged(path, f"NumPy says '{first_line(error)}'") from None
     except Exception as error:
         raise damaged(path, f"NumPy says '{first_line(error)}'") from None
 
 
-def _head(path: Path, file: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
-    """Read the head of an array; the file is then at its first value."""
-    version = np.lib.format.read_magic(file)
-    if version == (1, 0):
-        shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(file)
-    else:
-        shape, is_fortran, dtype = np.lib.format.read_array_header_2_0(file)
-    if dtype.hasobject:
-        raise unsupported(path, "a NumPy array of Python objects", "save its numbers alone")
-    return tuple(int(n) for n in shape), is_fortran, dtype
-
-
 def _mapped(path: Path) -> StoredArray:
-    with path.open("rb") as file:
-        shape, is_fortran, dtype = _head(path, file)
-        offset = file.tell()
-    need = int(np.prod(shape, dtype=object)) * dtype.itemsize
-    check_present(path, path.stat().st_size - offset, need)
-
-    def read(index: Any) -> np.ndarray[Any, Any]:
-        order = "F" if is_fortran else "C"
-        return np.array(np.memmap(path, dtype, "r", offset, shape, order)[index])  # type: ignore[call-overload]
-
-    return StoredArray(path.stem, shape, dtype, read)
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    return StoredArray(path.stem, array.shape, array.dtype, lambda index: np.array(array[index]))
 
 
 def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> StoredArray:
+    head = np.lib.format
     with archive.open(info) as file:
-        shape, is_fortran, dtype = _head(path, file)  # type: ignore[arg-type]
+        is_old = head.read_magic(file) == (1, 0)
+        read_head = head.read_array_header_1_0 if is_old else head.read_array_header_2_0
+        shape, _, dtype = read_head(file)
 
-    def read(index: Any) -> np.ndarray[Any, Any]:
-        check_grid(path, (*shape[::-1], 2, 2)[:3], np.dtype(np.uint8))
-        need = int(np.prod(shape, dtype=object)) * dtype.itemsize
+    def read(index: Any) -> NDArray[Any]:
+        need = math.prod(int(n) for n in shape) * dtype.itemsize
         check_present(path, info.file_size, need)
-        flat = np.empty(need, np.uint8)
         with archive.open(info) as file:
-            _head(path, file)  # type: ignore[arg-type]
-            done = 0
-            while done < need:
-                count = file.readinto(flat[done : done + (1 << 24)].data)  # type: ignore[attr-defined]
-                if not count:
-                    break
-                done += count
-        check_present(path, done, need)
-        array = flat.view(dtype).reshape(shape, order="F" if is_fortran else "C")
-        return array[index]
+            return np.asarray(head.read_array(file, allow_pickle=False)[index])
 
     return StoredArray(info.filename.removesuffix(".npy"), shape, dtype, read)

@@ -134,6 +134,11 @@ def damaged(path: Path, how: str) -> VolumeError:
     return VolumeError(f"{path}: the file is damaged or foreign: {how}; check where it came from.")
 
 
+def not_a(path: Path, what: str) -> VolumeError:
+    """Return the error for a file whose suffix, or the reader, is not of its kind."""
+    return VolumeError(f"{path}: this is not {what}; choose another or correct its suffix.")
+
+
 def unreadable(path: Path, error: OSError) -> VolumeError:
     """Return the error for a file that the system does not let be read."""
     return VolumeError(

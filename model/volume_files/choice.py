@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -75,7 +75,7 @@ LARGEST = Choice()
 
 
 def content(
-    kind: AskedKind, name: str, dimensions: Sequence[int], dtype: DTypeLike, is_read: bool
+    kind: ChoiceKind, name: str, dimensions: Sequence[int], dtype: DTypeLike, is_read: bool
 ) -> Content:
     """Describe one content."""
     scalar_type, sizes = np.dtype(dtype), tuple(int(n) for n in dimensions)
@@ -180,8 +180,9 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     if volume.axis_labels:
         x, _, y, _, z, _ = volume.axis_labels
         rows.append(("axes point to", f"{x}, {y}, {z} of the patient"))
-    elif _is_turned(volume.file.directions):
-        rows.append(("axes point to", "; ".join(_numbers(d) for d in volume.file.directions)))
+    elif (turned := volume.file.directions) and not np.allclose(turned, np.eye(3)):
+        axes = (", ".join(f"{number:.3g}" for number in direction) for direction in turned)
+        rows.append(("axes point to", "; ".join(axes)))
     rows += [
         (f"also {SINGULARS[content.kind]}", content_text(content))
         for content in volume.file.contents
@@ -222,20 +223,8 @@ def as_data(volume: Volume) -> dict[str, Any]:
         "missing_share": volume.missing_share,
         "nbytes": volume.voxels.nbytes,
         "notes": list(volume.notes),
-        "contents": [_content_data(content) for content in volume.file.contents],
+        "contents": [
+            {"type" if name == "scalar_type" else name: value for name, value in vars(each).items()}
+            for each in volume.file.contents
+        ],
     }
-
-
-def _content_data(content: Content) -> dict[str, Any]:
-    data = asdict(content)
-    data["dimensions"] = list(content.dimensions)
-    data["type"] = data.pop("scalar_type")
-    return data
-
-
-def _is_turned(directions: Sequence[Sequence[float]]) -> bool:
-    return bool(directions) and not np.allclose(directions, np.eye(3))
-
-
-def _numbers(direction: Sequence[float]) -> str:
-    return ", ".join(f"{number:.3g}" for number in direction)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,9 @@ Coordinates = Mapping[str, tuple[NDArray[Any], Attributes]]
 
 EVEN = 1e-2
 """Relative difference up to which steps of a coordinate count as equal."""
+
+NEXT_TO = 1e-6
+"""Share of a missing voxel in an interpolated one from which on it is missing, too."""
 
 _PACKING = ("_FillValue", "missing_value", "scale_factor", "add_offset")
 _TEXTS = ("units", "positive", "axis", "standard_name")
@@ -209,25 +212,19 @@ def evened(
     values: NDArray[Any], missing: NDArray[np.bool_] | None, along: int, axis: Axis
 ) -> tuple[NDArray[Any], NDArray[np.bool_] | None, Axis, str]:
     """Interpolate values linearly to equal distances along an axis; also return a note."""
+    from scipy.interpolate import interp1d
+
     old = axis.numbers
     assert old is not None
     gaps = np.abs(np.diff(old))
     count = round(abs(old[-1] - old[0]) / gaps.min()) + 1
     new = np.linspace(old[0], old[-1], count)
-    order = old if old[0] < old[-1] else -old
-    at = np.interp(new if old[0] < old[-1] else -new, order, np.arange(len(old)))
-    below = np.minimum(at.astype(int), len(old) - 2)
-    weights = np.round(at - below, 9)
     kind = values.dtype if values.dtype.kind == "f" else np.dtype(np.float32)
-    planes = np.moveaxis(values, along, 0)
-    result = np.empty((count, *planes.shape[1:]), kind)
-    absent = None if missing is None else np.moveaxis(missing, along, 0)
-    nothing = None if absent is None else np.zeros((count, *absent.shape[1:]), bool)
-    for to, (k, weight) in enumerate(zip(below, weights, strict=True)):
-        result[to] = (1 - weight) * planes[k].astype(kind) + weight * planes[k + 1].astype(kind)
-        if nothing is not None and absent is not None:
-            nothing[to] = absent[k] if weight < 1 else False
-            nothing[to] |= absent[k + 1] if weight > 0 else False
+    result = interp1d(old, values, axis=along)(new).astype(kind)
+    back = None
+    if missing is not None:
+        # Missing is what lies next to a missing voxel.
+        back = interp1d(old, missing.astype(np.float32), axis=along)(new) > NEXT_TO
     farthest = np.abs(new[:, None] - old).min(axis=1).max()
     unit = f" {axis.unit}" if axis.unit else ""
     note = (
@@ -235,9 +232,7 @@ def evened(
         f"are interpolated to one every {abs(new[1] - new[0]):.4g}{unit}, which is up to "
         f"{farthest:.4g}{unit} from those of the file."
     )
-    even = Axis(axis.name, axis.letter, new, axis.unit, axis.is_down)
-    back = None if nothing is None else np.moveaxis(nothing, 0, along)
-    return np.moveaxis(result, 0, along), back, even, note
+    return result, back, replace(axis, numbers=new), note
 
 
 def _attributes(attributes: Attributes, dtype: np.dtype[Any]) -> dict[str, Any]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,14 @@ import numpy as np
 from model.errors import VolumeError
 from model.scene.volume import Content
 from model.volume_files.checks import log_of, slices_in, truncated, unsupported
-from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
+from model.volume_files.choice import (
+    LARGEST,
+    AskedKind,
+    Choice,
+    choice_notes,
+    chosen_index,
+    content,
+)
 from model.volume_files.dicom_tags import (
     CHANNEL_FIELDS,
     LATE_FIELDS,
@@ -61,8 +67,8 @@ def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
         groups[_kind(frame)].append(frame)
     stacks = []
     for members in groups.values():
-        for stack in _divided(Stack(tuple(members), _series_name(members[0]))):
-            stacks += _beside(stack)
+        for stack in _divided(Stack(tuple(members), _series_name(members[0].file))):
+            stacks += _apart(stack)
     stacks.sort(key=lambda stack: -len(stack.frames))
     return _named_apart(stacks)
 
@@ -84,22 +90,22 @@ def _kind(frame: Frame) -> tuple[object, ...]:
     )
 
 
-def _series_name(frame: Frame) -> str:
-    words = frame.file.text("SeriesNumber"), frame.file.text("SeriesDescription")
+def _series_name(file: DicomFile) -> str:
+    words = file.text("SeriesNumber"), file.text("SeriesDescription")
     return " ".join(word for word in words if word)[:80] or "series"
 
 
 def _named_apart(stacks: list[Stack]) -> list[Stack]:
     """Give series of the same name, other than times and channels of one, different names."""
-    seen: dict[str, int] = {}
+    kinds: dict[str, list[tuple[object, ...]]] = defaultdict(list)
     named = []
-    by_frames: dict[tuple[str, tuple[object, ...]], str] = {}
     for stack in stacks:
-        key = stack.series, _kind(stack.frames[0])
-        if key not in by_frames:
-            number = seen[stack.series] = seen.get(stack.series, 0) + 1
-            by_frames[key] = stack.series if number == 1 else f"{stack.series} ({number})"
-        named.append(replace(stack, series=by_frames[key]))
+        alike, kind = kinds[stack.series], _kind(stack.frames[0])
+        if kind not in alike:
+            alike.append(kind)
+        number = alike.index(kind) + 1
+        name = stack.series if number == 1 else f"{stack.series} ({number})"
+        named.append(replace(stack, series=name))
     return named
 
 
@@ -107,12 +113,14 @@ def _is_placed(frames: Iterable[Frame]) -> bool:
     return all(frame.position for frame in frames)
 
 
+def _place(frame: Frame) -> tuple[float, ...]:
+    """Return an image's position, the same number for images at one place."""
+    return tuple(np.round(np.array(frame.position) / SAME_PLACE / 10))
+
+
 def _repeats(frames: Sequence[Frame]) -> int:
     """Number of images that lie where another one lies."""
-    if not _is_placed(frames):
-        return 0
-    places = {tuple(np.round(np.array(frame.position) / SAME_PLACE / 10)) for frame in frames}
-    return len(frames) - len(places)
+    return len(frames) - len({_place(frame) for frame in frames}) if _is_placed(frames) else 0
 
 
 def _divided(stack: Stack) -> list[Stack]:
@@ -123,23 +131,16 @@ def _divided(stack: Stack) -> list[Stack]:
     for name in SERIES_FIELDS:
         parts = _by_field(frames, name)
         if len(parts) > 1 and all(len(part) > 1 for part in parts.values()) and _overlap(parts):
-            return [
-                each
-                for value, part in parts.items()
-                for each in _divided(
-                    replace(
-                        stack, frames=tuple(part), series=f"{stack.series}, {WORDS[name]} {value}"
-                    )
-                )
-            ]
+            found = []
+            for value, part in parts.items():
+                series = f"{stack.series}, {WORDS[name]} {value}"
+                found += _divided(replace(stack, frames=tuple(part), series=series))
+            return found
     repeats = _repeats(frames)
     if not repeats:
         return [stack]
-    for fields, label in (
-        (TIME_FIELDS, "time"),
-        (CHANNEL_FIELDS, "channel"),
-        (LATE_FIELDS, "time"),
-    ):
+    labelled = (TIME_FIELDS, "time"), (CHANNEL_FIELDS, "channel"), (LATE_FIELDS, "time")
+    for fields, label in labelled:
         for name in fields:
             parts = _by_field(frames, name)
             if len(parts) > 1 and sum(_repeats(part) for part in parts.values()) < repeats:
@@ -177,44 +178,38 @@ def _by_rank(frames: Sequence[Frame]) -> dict[str, list[Frame]]:
     """Group images by how many with lower numbers lie at the same place, if all places do so."""
     at: dict[tuple[float, ...], list[Frame]] = defaultdict(list)
     for frame in sorted(frames, key=lambda frame: frame.number):
-        at[tuple(np.round(np.array(frame.position) / SAME_PLACE / 10))].append(frame)
-    counts = {len(members) for members in at.values()}
-    if len(counts) != 1 or len(at) < 2:
+        at[_place(frame)].append(frame)
+    if len({len(members) for members in at.values()}) != 1 or len(at) < 2:
         return {}
-    return {str(rank): [members[rank] for members in at.values()] for rank in range(counts.pop())}
+    return {str(rank): list(part) for rank, part in enumerate(zip(*at.values(), strict=True))}
 
 
 def _overlap(parts: dict[str, list[Frame]]) -> bool:
     """Whether the stretches along the normal that groups of images take overlap."""
-    first = next(iter(parts.values()))[0]
-    measure: Callable[[Frame], float] = lambda frame: float(  # noqa: E731
-        np.dot(frame.position, first.normal)
-    )
-    ends = sorted((min(map(measure, part)), max(map(measure, part))) for part in parts.values())
+    normal = next(iter(parts.values()))[0].normal
+    places = [[float(np.dot(frame.position, normal)) for frame in part] for part in parts.values()]
+    ends = sorted((min(each), max(each)) for each in places)
     return any(b[0] < a[1] - SAME_PLACE for a, b in itertools.pairwise(ends))
 
 
-def _beside(stack: Stack) -> list[Stack]:
+def _apart(stack: Stack) -> list[Stack]:
     """Divide images that lie in two or more stacks side by side, not on one line."""
     frames = stack.frames
     if len(frames) < 4 or not _is_placed(frames):
         return [stack]
-    if parts := _by_side(frames):
-        return [
-            replace(stack, frames=tuple(part), series=f"{stack.series}, part {number}")
-            for number, part in enumerate(parts, 1)
-        ]
-    ordered = [frames[k] for k in np.argsort(heights(frames), kind="stable")]
-    places = np.array([frame.position for frame in ordered])
-    jumps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    usual = float(np.median(jumps))
-    if usual <= 0 or (jumps <= 20 * usual).all():
-        return [stack]
-    # Only where the pieces are volumes by themselves; else it is a gap, which is said.
-    cuts = [0, *(np.flatnonzero(jumps > 20 * usual) + 1).tolist(), len(ordered)]
-    parts = [ordered[a:b] for a, b in itertools.pairwise(cuts)]
-    if min(len(part) for part in parts) < 2:
-        return [stack]
+    parts = _by_side(frames)
+    if not parts:
+        ordered = [frames[k] for k in np.argsort(heights(frames), kind="stable")]
+        places = np.array([frame.position for frame in ordered])
+        jumps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        usual = float(np.median(jumps))
+        if usual <= 0 or (jumps <= 20 * usual).all():
+            return [stack]
+        # Only where the pieces are volumes by themselves; else it is a gap, which is said.
+        cuts = [0, *(np.flatnonzero(jumps > 20 * usual) + 1).tolist(), len(ordered)]
+        parts = [ordered[a:b] for a, b in itertools.pairwise(cuts)]
+        if min(len(part) for part in parts) < 2:
+            return [stack]
     return [
         replace(stack, frames=tuple(part), series=f"{stack.series}, part {number}")
         for number, part in enumerate(parts, 1)
@@ -268,10 +263,13 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         raise VolumeError(
             f"{files[0].parent}: no DICOM file here holds an image; choose another folder."
         )
-    images, copies = _without_copies(images)
-    if copies:
+    unique: dict[tuple[str, ...], DicomFile] = {}
+    for file in images:
+        key = file.text("SOPInstanceUID"), file.text("ImagePositionPatient")
+        unique.setdefault(key if key[0] else (str(file.path),), file)
+    if copies := len(images) - len(unique):
         notes += (f"Files with the same image as another were left out: {copies}.",)
-    return stacks_of([frame for file in images for frame in frames_of(file)]), notes
+    return stacks_of([frame for file in unique.values() for frame in frames_of(file)]), notes
 
 
 def read_dicom(
@@ -314,18 +312,6 @@ def _is_image_class(identifier: str) -> bool:
     return "Image Storage" in UID(identifier).name
 
 
-def _without_copies(images: list[DicomFile]) -> tuple[list[DicomFile], int]:
-    """Leave out files that are copies of another, by their instance and place."""
-    seen: set[tuple[str, str]] = set()
-    kept = []
-    for file in images:
-        key = file.text("SOPInstanceUID"), file.text("ImagePositionPatient")
-        if not key[0] or key not in seen:
-            kept.append(file)
-        seen.add(key)
-    return kept, len(images) - len(kept)
-
-
 def _is_grey(frame: Frame) -> bool:
     return (numbers_of(frame.file.tags, "SamplesPerPixel") or [1.0])[0] == 1
 
@@ -349,28 +335,18 @@ def _chosen(
     """Return the chosen stack, and all others to choose from."""
     listed: tuple[Content, ...] = ()
     found = volumes
-    for kind in ("series", "time", "channel"):
-        names = list(dict.fromkeys(getattr(stack, kind) for stack in found))
+    kinds: tuple[AskedKind, ...] = ("series", "time", "channel")
+    for kind in kinds:
+        by_name: dict[str, list[Stack]] = defaultdict(list)
+        for stack in found:
+            by_name[getattr(stack, kind)].append(stack)
+        names = [*by_name]
         if kind != "series":
-            names.sort(key=partial(_first_number, found, kind))
+            names.sort(key=lambda name: by_name[name][0].frames[0].number)
         number = chosen_index(folder, kind, names, getattr(choice, kind))
-        if len(names) > 1:
-            listed += tuple(
-                _content(kind, name, [s for s in found if getattr(s, kind) == name], k == number)
-                for k, name in enumerate(names)
-            )
-        found = [stack for stack in found if getattr(stack, kind) == names[number]]
+        for k, name in enumerate(names if names[1:] else []):
+            frames = by_name[name][0].frames
+            sizes = frames[0].columns, frames[0].rows, len(frames)
+            listed += (content(kind, name, sizes, value_type(frames), k == number),)
+        found = by_name[names[number]]
     return found[0], listed
-
-
-def _first_number(stacks: list[Stack], kind: str, name: str) -> float:
-    return next(stack for stack in stacks if getattr(stack, kind) == name).frames[0].number
-
-
-def _content(kind: str, name: str, stacks: list[Stack], is_read: bool) -> Content:
-    stack = stacks[0]
-    first = stack.frames[0]
-    dimensions = first.columns, first.rows, len(stack.frames)
-    dtype = value_type(stack.frames)
-    size = int(np.prod(dimensions)) * dtype.itemsize
-    return Content(kind, name, dimensions, dtype.name, size, is_read)  # type: ignore[arg-type]

@@ -15,7 +15,7 @@ from model.scene.orientation import line_distance
 from model.scene.view import axis_labelled
 from model.scene.volume import Content, Volume, is_resolved
 from model.volume_files.checks import times
-from model.volume_files.choice import LARGEST, Choice
+from model.volume_files.choice import LARGEST, Choice, content
 from model.volume_files.grid import Grid, typed_spacing, typed_stretch
 
 Component = int | Literal["magnitude"]
@@ -223,14 +223,7 @@ def _components(
     kinds = [(str(k), grid.values.dtype) for k in range(grid.values.shape[3])]
     kinds.append(("magnitude", _magnitude_type(grid.values.dtype)))
     return tuple(
-        Content(
-            "component",
-            name,
-            (nx, ny, nz),
-            dtype.name,
-            nx * ny * nz * dtype.itemsize,
-            name == str(chosen),
-        )
+        content("component", name, (nx, ny, nz), dtype, name == str(chosen))
         for name, dtype in kinds
     )
 

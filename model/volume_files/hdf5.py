@@ -11,7 +11,7 @@ import numpy as np
 
 from model.errors import VolumeError, first_line
 from model.volume_files.arrays import StoredArray, grid_of_arrays
-from model.volume_files.checks import damaged, errors_of, truncated, unsupported
+from model.volume_files.checks import damaged, errors_of, not_a, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import attribute_numbers, attribute_text
 from model.volume_files.foreign import foreign_advice
@@ -39,10 +39,7 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
     if not any(start[place : place + 8] == SIGNATURE for place in SIGNATURE_PLACES):
         if advice := foreign_advice(path):
             raise VolumeError(f"{path}: {advice}.")
-        raise VolumeError(
-            f"{path}: this is neither an HDF5 nor a NetCDF file; choose another or correct its "
-            "suffix."
-        )
+        raise not_a(path, "an HDF5 or NetCDF file")
     _check_heaps(path)
     import h5py
 

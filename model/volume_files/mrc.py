@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from model.errors import VolumeError, first_line
+from model.errors import first_line
 from model.scene.volume import FileFacts
 from model.volume_files.blocks import read_part, unpacked_start
-from model.volume_files.checks import check_grid, damaged, log_of, unsupported
+from model.volume_files.checks import check_grid, damaged, log_of, not_a, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.grid import Grid, usable_origin, usable_spacing
 
@@ -58,10 +58,7 @@ def _header(path: Path, start: bytes) -> tuple[np.ndarray, str]:
     """Return the header, and the byte order of the file."""
     from mrcfile.dtypes import HEADER_DTYPE
 
-    foreign = VolumeError(
-        f"{path}: this is not an MRC file, or its header is truncated; choose another or correct "
-        "its suffix."
-    )
+    foreign = not_a(path, "an MRC file, or its header is truncated")
     if len(start) < HEAD:
         raise foreign
     for order in "<>":

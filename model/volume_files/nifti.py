@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import FileFacts, Triple
+from model.scene.volume import FileFacts
 from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
-from model.volume_files.checks import check_grid, damaged, errors_of, unsupported
+from model.volume_files.checks import check_grid, damaged, errors_of, not_a, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.grid import (
     Grid,
@@ -40,16 +41,6 @@ ALIKE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class _Frame:
-    """Spacing, origin (RAS) and directions of a grid, and what of it disagrees."""
-
-    spacing: Triple | None
-    origin: Triple = (0.0, 0.0, 0.0)
-    directions: NDArray[np.float64] | None = None
-    notes: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
 class _Head:
     """A head's facts on the voxels, fastest axis first; the offset is in the unpacked file."""
 
@@ -60,8 +51,10 @@ class _Head:
     dtype: np.dtype[np.generic]
     slope: float
     intercept: float
-    frame: _Frame
     unit: str
+    spacing: Sequence[float] | None
+    origin: Sequence[float] = (0.0, 0.0, 0.0)
+    directions: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
     is_labels: bool = False
 
@@ -74,10 +67,6 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
     """
     with errors_of(path, "its header is invalid: {}", "nibabel.global", "nibabel"):
         head = _head(path)
-    return _grid(path, head, choice)
-
-
-def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
     notes = head.notes
     shape = [*head.shape, 1, 1, 1][: max(len(head.shape), 3)]
     nx, ny, nz = (int(n) for n in shape[:3])
@@ -90,34 +79,29 @@ def _grid(path: Path, head: _Head, choice: Choice) -> Grid:
     check_grid(path, (nx, ny, nz), dtype, values_each * components * times)
     time, listed = chosen(path, "time", times, choice, (nx, ny, nz), dtype)
     volume = nx * ny * nz * values_each * dtype.itemsize
-    parts = []
+    # Complex numbers and colours have their values side by side, components do not.
+    block = nz, ny, nx, values_each
+    values: NDArray[np.generic] = np.empty((0,))
     for component in range(components):
         place = head.offset + (component * times + time) * volume
-        # Complex numbers and colours have their values side by side.
-        block_shape = (nz, ny, nx, values_each) if values_each > 1 else (nz, ny, nx)
-        parts.append(read_part(head.path, block_shape, dtype, place))
-    values = parts[0] if components == 1 else _beside(parts)
+        part = read_part(head.path, block, dtype, place)
+        if components == 1:
+            values = part
+            continue
+        if not component:
+            values = np.empty((*block[:3], components * values_each), part.dtype)
+        values[..., component * values_each : (component + 1) * values_each] = part
+    values = values if values.shape[3] > 1 else values[..., 0]
     if head.slope != 0 and np.isfinite([head.slope, head.intercept]).all():
         values = rescaled(values, head.slope, head.intercept)
-    frame = head.frame
-    steps = None if frame.spacing is None else [abs(size) for size in frame.spacing]
+    steps = None if head.spacing is None else [abs(size) for size in head.spacing]
     grid = Grid(
         values,
-        origin=usable_origin(frame.origin),
-        notes=choice_notes(listed) + notes + frame.notes,
+        origin=usable_origin(head.origin),
+        notes=choice_notes(listed) + notes,
         facts=FileFacts(head.format, head.unit, contents=listed, is_labels=head.is_labels),
     )
-    return placed(grid, steps, frame.directions, "RAS")
-
-
-def _beside(parts: list[NDArray[np.generic]]) -> NDArray[np.generic]:
-    """Join components, releasing each."""
-    shape = parts[0].shape[:3]
-    each = parts[0].reshape(*shape, -1).shape[3]
-    values = np.empty((*shape, each * len(parts)), parts[0].dtype)
-    for number in range(len(parts)):
-        values[..., each * number : each * (number + 1)] = parts.pop(0).reshape(*shape, each)
-    return values
+    return placed(grid, steps, head.directions, "RAS")
 
 
 def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.generic]]:
@@ -144,33 +128,29 @@ def _head(path: Path) -> _Head:
     if is_single:
         # Some writers leave it out: voxels cannot begin within the head.
         offset = max(offset, LEAST_OFFSETS[form])
-    slope, intercept = _scaling(header)
-    notes: tuple[str, ...] = ()
-    if form == "Analyze":
-        slope, notes = _analyze_scaling(header, header_file)
-    shape = tuple(int(n) for n in header.get_data_shape())
     try:
         dtype = header.get_data_dtype()
     except KeyError:
         raise damaged(
             path, f"its data type {int(header['datatype'])} is none of {form}'s"
         ) from None
-    unit = ""
-    if form != "Analyze":
-        unit = {"unknown": ""}.get(found := header.get_xyzt_units()[0], found)
-    return _Head(
-        form,
-        header_file if is_single else voxel_file,
-        offset,
-        shape,
-        dtype,
-        slope,
-        intercept,
-        _frame_of(header) if form != "Analyze" else _Frame(_zooms(header)),
-        unit_name(unit),
-        notes,
-        form != "Analyze" and int(header["intent_code"]) == LABELS,
-    )
+    shape = tuple(int(n) for n in header.get_data_shape())
+    place = header_file if is_single else voxel_file
+    sizes = [float(size) for size in header["pixdim"][1:4]]
+    spacing = sizes if any(sizes) else None
+    if form == "Analyze":
+        slope, notes = _analyze_scaling(header, header_file)
+        return _Head(form, place, offset, shape, dtype, slope, 0.0, "", spacing, notes=notes)
+    slope, intercept = float(header["scl_slope"]), float(header["scl_inter"])
+    unit = unit_name(header.get_xyzt_units()[0].replace("unknown", ""))
+    best, notes = _frame_of(header, sizes)
+    origin, directions = (0.0, 0.0, 0.0), None
+    if best is not None:
+        directions, origin = best[:3, :3].T, tuple(best[:3, 3].tolist())
+        spacing = np.linalg.norm(directions, axis=1).tolist()
+    is_labels = int(header["intent_code"]) == LABELS
+    return _Head(form, place, offset, shape, dtype, slope, intercept, unit, spacing, origin,
+                 directions, notes, is_labels)  # fmt: skip
 
 
 def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[str, ...]]:
@@ -185,18 +165,6 @@ def _analyze_scaling(header: AnalyzeHeader, path: Path) -> tuple[float, tuple[st
     if not np.isfinite(slope) or slope in (0.0, 1.0):
         return 1.0, notes
     return slope, (*notes, f"The values are multiplied by SPM's factor {slope:g}.")
-
-
-def _zooms(header: AnalyzeHeader) -> tuple[float, float, float] | None:
-    sizes = [float(size) for size in header["pixdim"][1:4]]
-    return None if not any(sizes) else (sizes[0], sizes[1], sizes[2])
-
-
-def _scaling(header: Any) -> tuple[float, float]:
-    names = header.keys()
-    if "scl_slope" not in names:
-        return 1.0, 0.0
-    return float(header["scl_slope"]), float(header["scl_inter"])
 
 
 def _pair(path: Path) -> tuple[Path, Path]:
@@ -234,27 +202,18 @@ def _nifti_header(path: Path, start: bytes) -> tuple[Any, str]:
     from nibabel.nifti1 import Nifti1Header, Nifti1PairHeader
     from nibabel.nifti2 import Nifti2Header, Nifti2PairHeader
 
-    magic, magic_2 = start[344:348], start[4:8]
-    kinds: dict[bytes, tuple[Any, str, int]] = {
-        b"n+1\0": (Nifti1Header, "NIfTI-1", 348),
-        b"ni1\0": (Nifti1PairHeader, "NIfTI-1", 348),
-    }
-    if magic in kinds:
-        kind, name, size = kinds[magic]
-    elif magic_2 in (b"n+2\0", b"ni2\0"):
-        kind, name, size = (
-            (Nifti2Header if magic_2 == b"n+2\0" else Nifti2PairHeader),
-            "NIfTI-2",
-            540,
-        )
-    elif 348 in (int.from_bytes(start[:4], "little"), int.from_bytes(start[:4], "big")):
-        kind, name, size = AnalyzeHeader, "Analyze", 348
-    else:
-        kind, name, size = None, "", 348
-    if kind is None or len(start) < size:
-        raise VolumeError(
-            f"{path}: this is not a NIfTI file, or its header is truncated; choose another."
-        )
+    kinds: tuple[tuple[int, bytes, Any, str, int], ...] = (
+        (344, b"n+1\0", Nifti1Header, "NIfTI-1", 348),
+        (344, b"ni1\0", Nifti1PairHeader, "NIfTI-1", 348),
+        (4, b"n+2\0", Nifti2Header, "NIfTI-2", 540),
+        (4, b"ni2\0", Nifti2PairHeader, "NIfTI-2", 540),
+        (0, b"\x5c\1\0\0", AnalyzeHeader, "Analyze", 348),
+        (0, b"\0\0\1\x5c", AnalyzeHeader, "Analyze", 348),
+    )
+    found = next((each for each in kinds if start[each[0] : each[0] + 4] == each[1]), None)
+    if found is None or len(start) < found[4]:
+        raise not_a(path, "a NIfTI file, or its header is truncated")
+    _, _, kind, name, size = found
     header = kind(start[:size], check=False)
     if any(int(n) < 0 for n in header["dim"]):
         axis = next(k for k, n in enumerate(header["dim"]) if n < 0)
@@ -269,48 +228,37 @@ def _mgh_head(path: Path) -> _Head:
 
     start = unpacked_start(path, MGH_OFFSET)
     if len(start) < MGH_OFFSET or start[:4] != b"\0\0\0\1":
-        raise VolumeError(f"{path}: this is not an MGH file, or its header is truncated.")
+        raise not_a(path, "an MGH file, or its header is truncated")
     header: Any = MGHHeader(start, check=False)  # type: ignore[no-untyped-call]
     shape = tuple(int(n) for n in header["dims"])
     if min(shape) < 1:
         raise damaged(path, f"it claims the dimensions {shape}")
-    sizes = tuple(float(size) for size in header["delta"])
-    is_placed = int(header["goodRASFlag"]) > 0
-    directions, origin = None, (0.0, 0.0, 0.0)
-    if is_placed:
-        matrix = header.get_affine()
-        directions, origin = matrix[:3, :3].T, tuple(float(o) for o in matrix[:3, 3])  # type: ignore[assignment]
+    sizes = [float(size) for size in header["delta"]]
     dtype = header.get_data_dtype().newbyteorder(">")
-    frame = _Frame(sizes, origin, directions)  # type: ignore[arg-type]
-    return _Head("MGH", path, MGH_OFFSET, shape, dtype, 1.0, 0.0, frame, "mm")
+    head = _Head("MGH", path, MGH_OFFSET, shape, dtype, 1.0, 0.0, "mm", sizes)
+    if int(header["goodRASFlag"]) <= 0:
+        return head
+    matrix = header.get_affine()
+    return replace(head, origin=matrix[:3, 3].tolist(), directions=matrix[:3, :3].T)
 
 
-def _frame_of(header: Any) -> _Frame:
-    """Return the frame by a header's sform, else its qform, else its voxel sizes alone."""
-    sizes = tuple(float(size) for size in header["pixdim"][1:4])
-    sform = _affine(header, "sform")
-    qform = _affine(header, "qform")
-    best = sform if sform is not None else qform
+def _frame_of(
+    header: Any, sizes: Sequence[float]
+) -> tuple[NDArray[np.float64] | None, tuple[str, ...]]:
+    """Return a header's sform, else its qform, and in what it contradicts itself."""
+    sform, qform = _affine(header, "sform"), _affine(header, "qform")
     notes: tuple[str, ...] = ()
-    if int(header["sform_code"]) > 0 and sform is None:
-        notes += ("The file's sform is unusable; its qform or voxel sizes are used instead.",)
-    if best is None:
-        spacing = None if not any(sizes) else sizes
-        return _Frame(spacing, notes=notes)  # type: ignore[arg-type]
-    directions = best[:3, :3].T
-    lengths = np.linalg.norm(directions, axis=1)
-    if sform is not None:
-        if not np.allclose(lengths, np.abs(sizes), rtol=ALIKE):
-            notes += (
-                f"The file's voxel sizes {_times(sizes)} differ from those of its sform, "
-                f"{_times(lengths)}; the sform holds.",
-            )
-        if qform is not None:
-            notes += _differences(sform, qform)
-    x, y, z = (float(length) for length in lengths)
-    origin = best[:3, 3]
-    return _Frame((x, y, z), (float(origin[0]), float(origin[1]), float(origin[2])),
-                      directions, notes)  # fmt: skip
+    if sform is None:
+        if int(header["sform_code"]) > 0:
+            notes = ("The file's sform is unusable; its qform or voxel sizes are used instead.",)
+        return qform, notes
+    lengths = np.linalg.norm(sform[:3, :3], axis=0)
+    if not np.allclose(lengths, np.abs(sizes), rtol=ALIKE):
+        notes += (
+            f"The file's voxel sizes {_times(sizes)} differ from those of its sform, "
+            f"{_times(lengths)}; the sform holds.",
+        )
+    return sform, notes if qform is None else notes + _differences(sform, qform)
 
 
 def _affine(header: Any, name: str) -> NDArray[np.float64] | None:

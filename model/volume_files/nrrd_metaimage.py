@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.volume import Content, FileFacts
 from model.volume_files.blocks import Block, Encoding, part_of, read_block
-from model.volume_files.checks import check_grid, damaged, file_beside, truncated, unsupported
+from model.volume_files.checks import (
+    check_grid,
+    damaged,
+    file_beside,
+    not_a,
+    truncated,
+    unsupported,
+)
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
 from model.volume_files.grid import (
     OPPOSITES,
@@ -180,7 +187,7 @@ def _nrrd_head(path: Path) -> _Head:
     with path.open("rb") as file:
         start = file.read(LONGEST_HEAD)
     if not start.startswith(b"NRRD"):
-        raise VolumeError(f"{path}: this is not a NRRD file; choose another or correct its suffix.")
+        raise not_a(path, "a NRRD file")
     end = re.search(rb"\r?\n\r?\n", start)
     text = start[: end.start() if end else None].decode("utf-8", "replace")
     fields: dict[str, str] = {}
@@ -380,9 +387,7 @@ def _metaimage_head(path: Path) -> _Head:
             fields[name.strip()] = value.strip()
         length = file.tell()
     if "NDims" not in fields and "ObjectType" not in fields:
-        raise VolumeError(
-            f"{path}: this is not a MetaImage file; choose another or correct its suffix."
-        )
+        raise not_a(path, "a MetaImage file")
     if not fields.get("ElementDataFile"):
         raise truncated(path, "its header has no end")
     for name, others in _ALIASES.items():

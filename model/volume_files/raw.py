@@ -120,37 +120,16 @@ def read_raw(path: Path, layout: RawLayout | None) -> Grid:
             "give them, or put them into the name, for example engine_256x256x110_uint8.raw.",
             raw="256x256x110_uint8",
         )
-    need = check_grid(path, layout.dimensions, layout.dtype)
-    present = path.stat().st_size - layout.offset
-    if present != need:
-        raise _misfit(path, layout, present - need)
+    check_grid(path, layout.dimensions, layout.dtype)
+    more = path.stat().st_size - layout.nbytes
+    if more:
+        skipped = replace(layout, offset=layout.offset + more) if more > 0 else layout
+        suggested = {"raw": skipped.text} if 0 < more <= LONGEST_HEADER else {}
+        said = fit_sentence(layout, layout.nbytes + more)
+        raise VolumeError(f"{path}: {said}", **suggested)
     values = read_block(Block(path, layout.dimensions[::-1], layout.dtype, layout.offset))
     spacing, notes = usable_spacing(layout.spacing)
     return Grid(values, spacing, notes=notes, facts=FileFacts("raw"))
-
-
-def _misfit(path: Path, layout: RawLayout, more: int) -> VolumeError:
-    """Return the error for a file of another size than its layout's."""
-    what = f"{times(layout.dimensions)} voxels of {layout.scalar_type}"
-    need = layout.nbytes - layout.offset
-    if 0 < more <= LONGEST_HEADER:
-        skipped = replace(layout, offset=layout.offset + more)
-        return VolumeError(
-            f"{path}: the file holds {more} bytes more than {what}: a header? Skip them, if the "
-            "dimensions and the type are right.",
-            raw=skipped.text,
-        )
-    present = need + more
-    behind = f" behind the {layout.offset} that are skipped" if layout.offset else ""
-    return VolumeError(
-        f"{path}: {what} are {need} bytes ({readable_size(need)}), but the file has "
-        f"{max(present, 0)}{behind}; "
-        + (
-            "it is truncated, or the dimensions or the type are wrong."
-            if more < 0
-            else "the dimensions or the type are wrong, or other data follow."
-        )
-    )
 
 
 # --- layouts by names ---------------------------------------------------------------------
@@ -320,8 +299,10 @@ def fit_sentence(layout: RawLayout, present: int) -> str:
     elif 0 < present - need <= LONGEST_HEADER:
         skip = layout.offset + present - need
         advice = f" A header? It would fit with {skip:,} bytes skipped."
+    elif present < need:
+        advice = " It is truncated, or the dimensions or the type are wrong."
     else:
-        advice = ""
+        advice = " The dimensions or the type are wrong, or other data follow."
     return f"{what}; the file has {_bytes(present)}, {gap}.{advice}"
 
 

@@ -22,6 +22,7 @@ from model.volume_files.checks import (
     check_present,
     damaged,
     log_of,
+    not_a,
     times,
     truncated,
     unsupported,
@@ -80,9 +81,7 @@ def opened_tiff(path: Path) -> Iterator[TiffFile]:
             raise
         except tifffile.TiffFileError as error:
             if "not a TIFF" in str(error):
-                raise VolumeError(
-                    f"{path}: this is not a TIFF file; choose another or correct its suffix."
-                ) from None
+                raise not_a(path, "a TIFF file") from None
             raise damaged(path, first_line(error)) from None
         except struct.error:
             raise truncated(path, "the head of a page lies beyond its end") from None

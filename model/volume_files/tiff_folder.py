@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections import defaultdict
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import Content, FileFacts
+from model.scene.volume import FileFacts
 from model.volume_files.checks import check_grid, slices_in, times
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index, content, contents
 from model.volume_files.grid import Grid, usable_spacing
@@ -27,7 +28,7 @@ from model.volume_files.tiff import (
     read_tiff,
     stack_of,
 )
-from model.volume_files.tiff_scale import Scale, calibrated, voxel_scale
+from model.volume_files.tiff_scale import calibrated, voxel_scale
 
 _NUMBER = re.compile(r"-?\d+")
 MOST_LISTED = 12
@@ -39,32 +40,45 @@ def tiff_slices(folder: Path) -> list[Path]:
     return sorted((path for path in files if path.suffix.lower() in SUFFIXES), key=natural_key)
 
 
-def read_tiff_folder(
-    folder: Path,
-    slices: Sequence[Path],
-    choice: Choice = LARGEST,
-) -> Grid:
+def read_tiff_folder(folder: Path, slices: Sequence[Path], choice: Choice = LARGEST) -> Grid:
     """Read one series of a folder: by the names of the files the longest, or the chosen one."""
     series = named_series(slices)
-    if _is_volume(series[0].files[0]):
+    with opened_tiff(series[0].files[0]) as tiff:
+        is_stack = len(tiff.series) == 1 and stack_of(tiff.series[0]).is_volume
+    if is_stack:
         return _one_of_stacks(folder, slices, choice)
     names = [each.name for each in series]
     number = chosen_index(folder, "series", names, choice.series)
-    chosen = series[number]
-    with opened_tiff(chosen.files[0]) as tiff:
+    files = series[number].files
+    with opened_tiff(files[0]) as tiff:
         first = stack_of(tiff.series[0])
         dtype, (nx, ny, _), samples = first.dtype, first.dimensions, first.samples
         scale = voxel_scale(tiff, 0)
     listed = tuple(
         content("series", other.name, (nx, ny, len(other.files)), dtype, each == number)
-        for each, other in enumerate(series)
+        for each, other in enumerate(series if names[1:] else [])
     )
-    return _read(folder, chosen, (nx, ny), dtype, samples, scale, listed if names[1:] else ())
-
-
-def _is_volume(path: Path) -> bool:
-    with opened_tiff(path) as tiff:
-        return len(tiff.series) == 1 and stack_of(tiff.series[0]).is_volume
+    check_grid(folder, (nx, ny, len(files)), dtype, samples)
+    values: NDArray[np.generic] = np.empty((len(files), ny, nx, samples), dtype)
+    units = ""
+    notes: tuple[str, ...] = ()
+    for z, path in enumerate(counted("slices read", files)):
+        with opened_tiff(path) as tiff:
+            stack = stack_of(tiff.series[0])
+            _check_slice(path, files[0], stack, len(tiff.pages), ((nx, ny), dtype, samples))
+            plane, units, notes = calibrated(tiff, read_stack(path, stack, {}))
+            if plane.dtype != values.dtype:
+                values = values.astype(plane.dtype)
+            values[z] = plane.reshape(values.shape[1:])
+    spacing, spacing_notes = usable_spacing(scale.spacing)
+    gaps = series[number].gap_notes
+    return Grid(
+        values if samples > 1 else values[..., 0],
+        spacing,
+        units=units,
+        notes=choice_notes(listed) + gaps + notes + scale.notes + spacing_notes,
+        facts=FileFacts("TIFF slices", scale.unit, contents=listed),
+    )
 
 
 def _one_of_stacks(folder: Path, files: Sequence[Path], choice: Choice) -> Grid:
@@ -76,40 +90,6 @@ def _one_of_stacks(folder: Path, files: Sequence[Path], choice: Choice) -> Grid:
     listed = contents("series", names, (nx, ny, nz), grid.values.dtype, number)
     facts = replace(grid.facts, contents=listed + grid.facts.contents)
     return replace(grid, facts=facts, notes=choice_notes(listed) + grid.notes)
-
-
-def _read(
-    folder: Path,
-    series: NamedSeries,
-    size: tuple[int, int],
-    dtype: np.dtype[np.generic],
-    samples: int,
-    scale: Scale,
-    listed: tuple[Content, ...],
-) -> Grid:
-    nx, ny = size
-    count = len(series.files)
-    check_grid(folder, (nx, ny, count), dtype, samples)
-    values: NDArray[np.generic] = np.empty((count, ny, nx, samples), dtype)
-    units = ""
-    notes: tuple[str, ...] = ()
-    for z, path in enumerate(counted("slices read", series.files)):
-        with opened_tiff(path) as tiff:
-            stack = stack_of(tiff.series[0])
-            _check_slice(path, series.files[0], stack, len(tiff.pages), (size, dtype, samples))
-            plane = read_stack(path, stack, {})
-            plane, units, notes = calibrated(tiff, plane)
-            if plane.dtype != values.dtype:
-                values = values.astype(plane.dtype)
-            values[z] = plane.reshape(values.shape[1:])
-    spacing, spacing_notes = usable_spacing(scale.spacing)
-    return Grid(
-        values if samples > 1 else values[..., 0],
-        spacing,
-        units=units,
-        notes=choice_notes(listed) + series.gap_notes + notes + scale.notes + spacing_notes,
-        facts=FileFacts("TIFF slices", scale.unit, contents=listed),
-    )
 
 
 def _check_slice(
@@ -152,18 +132,14 @@ class NamedSeries:
     @property
     def gap_notes(self) -> tuple[str, ...]:
         """Sentences on numbers that are missing."""
-        steps = [b - a for a, b in zip(self.numbers, self.numbers[1:], strict=False)]
-        if not steps or len(set(steps)) == 1:
-            return ()
-        usual = mode(steps)
-        if usual < 1:
-            return ()
+        steps = [b - a for a, b in itertools.pairwise(self.numbers)]
+        usual = mode(steps) if steps else 0
         missing = [
             number
-            for first, step in zip(self.numbers, steps, strict=False)
-            for number in range(first + usual, first + step, usual)
+            for first, last in itertools.pairwise(self.numbers)
+            for number in range(first + usual, last, max(usual, 1))
         ]
-        if not missing:
+        if usual < 1 or not missing:
             return ()
         return (
             f"Slices are missing: {listed_numbers(missing)}; those around them are shown "

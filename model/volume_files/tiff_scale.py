@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
@@ -37,21 +37,44 @@ class Scale:
 
 def voxel_scale(tiff: TiffFile, series_number: int) -> Scale:
     """Return the voxel size that ImageJ, OME, MetaSeries, Micro-Manager or others have written."""
+    unit = "um"
     if tiff.is_ome and tiff.ome_metadata:
-        scale = _of_ome(tiff.ome_metadata, series_number)
-    elif tiff.imagej_metadata is not None:
-        scale = _of_imagej(tiff, tiff.imagej_metadata)
-    elif tiff.is_lsm:
-        scale = _of_lsm(tiff.lsm_metadata or {})
+        pixels = _pixels(tiff.ome_metadata, series_number)
+        data = {} if pixels is None else pixels.attrib
+        units = [data.get(f"PhysicalSize{axis}Unit", unit) for axis in "XYZ"]
+        return _scale([data.get(f"PhysicalSize{axis}") for axis in "XYZ"], units)
+    if tiff.imagej_metadata is not None:
+        return _of_imagej(tiff, tiff.imagej_metadata)
+    lengths: list[Any]
+    if tiff.is_lsm:
+        data = tiff.lsm_metadata or {}
+        metres = [_size(data.get(f"VoxelSize{axis}")) for axis in "XYZ"]
+        lengths = [None if length is None else length * 1e6 for length in metres]
     elif tiff.is_stk:
-        scale = _of_stk(tiff.stk_metadata or {})
+        data = tiff.stk_metadata or {}
+        distances = [*np.ravel(data.get("ZDistance", [])), None]
+        lengths = [data.get("XCalibration"), data.get("YCalibration"), distances[0]]
+        unit = str(data.get("CalibrationUnits", ""))
     elif tiff.is_metaseries:
-        scale = _of_metaseries(tiff.metaseries_metadata or {})
+        data = (tiff.metaseries_metadata or {}).get("PlaneInfo", {})
+        if not data.get("spatial-calibration-state", True):
+            return Scale()
+        lengths = [data.get(f"spatial-calibration-{axis}") for axis in "xy"]
+        lengths.append(data.get("z-step", data.get("_MagSetting_z")))
+        unit = str(data.get("spatial-calibration-units", ""))
     elif tiff.is_micromanager:
-        scale = _of_micromanager(tiff.micromanager_metadata or {})
+        data = (tiff.micromanager_metadata or {}).get("Summary", {})
+        x = _size(data.get("PixelSize_um", data.get("PixelSizeUm")))
+        y = None if x is None else x * (_size(data.get("PixelAspect")) or 1.0)
+        lengths = [x, y, data.get("z-step_um", data.get("ZStepUm"))]
     else:
-        scale = _of_tags(tiff)
-    return scale
+        return _of_tags(tiff)
+    return _scale(lengths, [unit] * 3)
+
+
+def _scale(lengths: Sequence[Any], units: Sequence[str]) -> Scale:
+    sizes, unit, notes = in_one_unit([_size(length) for length in lengths], units)
+    return Scale((sizes[0], sizes[1], sizes[2]), unit, notes)
 
 
 def calibrated(tiff: TiffFile, values: NDArray[Any]) -> tuple[NDArray[Any], str, tuple[str, ...]]:
@@ -113,8 +136,7 @@ def _of_imagej(tiff: TiffFile, data: Mapping[str, Any]) -> Scale:
     lengths: list[float | None] = [x or 1.0, y or x or 1.0, abs(z) if z else 1.0]
     if (x, y) in ((None, None), (1.0, 1.0)) and z is None and unit.lower() in NO_UNITS:
         return Scale()
-    sizes, name, notes = in_one_unit(lengths, ["" if u.lower() in NO_UNITS else u for u in units])
-    return Scale((sizes[0], sizes[1], sizes[2]), name, notes)
+    return _scale(lengths, ["" if u.lower() in NO_UNITS else u for u in units])
 
 
 def channel_names(tiff: TiffFile, series_number: int, count: int) -> list[str]:
@@ -145,55 +167,6 @@ def _pixels(text: str, number: int) -> ElementTree.Element | None:
         return None
     pixels = [element for element in root.iter() if _kind(element) == "Pixels"]
     return pixels[number] if number < len(pixels) else None
-
-
-def _of_ome(text: str, number: int) -> Scale:
-    pixels = _pixels(text, number)
-    if pixels is None:
-        return Scale()
-    found = pixels.attrib
-    lengths = [_size(found.get(f"PhysicalSize{axis}")) for axis in "XYZ"]
-    units = [found.get(f"PhysicalSize{axis}Unit", "um") for axis in "XYZ"]
-    if all(length is None for length in lengths):
-        return Scale()
-    sizes, unit, notes = in_one_unit(lengths, units)
-    return Scale((sizes[0], sizes[1], sizes[2]), unit, notes)
-
-
-def _of_lsm(data: Mapping[str, Any]) -> Scale:
-    metres = [_size(data.get(f"VoxelSize{axis}")) for axis in "XYZ"]
-    if all(length is None for length in metres):
-        return Scale()
-    x, y, z = (None if length is None else length * 1e6 for length in metres)
-    return Scale((x, y, z), "um")
-
-
-def _of_stk(data: Mapping[str, Any]) -> Scale:
-    x, y = _size(data.get("XCalibration")), _size(data.get("YCalibration"))
-    distances = np.ravel(data.get("ZDistance", []))
-    z = _size(distances[0]) if distances.size else None
-    if x is None and y is None and z is None:
-        return Scale()
-    return Scale((x, y, z), str(data.get("CalibrationUnits", "")))
-
-
-def _of_metaseries(data: Mapping[str, Any]) -> Scale:
-    plane = data.get("PlaneInfo", {})
-    x, y = (_size(plane.get(f"spatial-calibration-{axis}")) for axis in "xy")
-    if not plane.get("spatial-calibration-state", True) or (x is None and y is None):
-        return Scale()
-    z = _size(plane.get("z-step", plane.get("_MagSetting_z")))
-    return Scale((x, y, z), str(plane.get("spatial-calibration-units", "")))
-
-
-def _of_micromanager(data: Mapping[str, Any]) -> Scale:
-    summary = data.get("Summary", {})
-    x = _size(summary.get("PixelSize_um", summary.get("PixelSizeUm")))
-    z = _size(summary.get("z-step_um", summary.get("ZStepUm")))
-    if x is None and z is None:
-        return Scale()
-    aspect = _size(summary.get("PixelAspect")) or 1.0
-    return Scale((x, None if x is None else x * aspect, z), "um")
 
 
 def _of_tags(tiff: TiffFile) -> Scale:

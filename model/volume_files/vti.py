@@ -16,6 +16,7 @@ from model.volume_files.checks import (
     check_grid,
     check_present,
     damaged,
+    not_a,
     times,
     truncated,
     unsupported,
@@ -91,17 +92,8 @@ def _arrays(reader: Any, header: _Header) -> list[VtkArray]:
             if name in texts:
                 continue
             element = elements.get(name, "") if isinstance(name, str) else ""
-            kind = re.fullmatch(r"(U?Int|Float)(8|16|32|64)", header.attribute("type", element))
-            components = header.attribute("NumberOfComponents", element)
-            found.append(
-                VtkArray(
-                    name,
-                    in_cells,
-                    np.dtype(kind.group().lower()) if kind else None,
-                    int(components) if re.fullmatch(r"[1-9]\d{0,3}", components) else 1,
-                    bool(name) and name == active,
-                )
-            )
+            dtype, components = header.type_of(element)
+            found.append(VtkArray(name, in_cells, dtype, components, bool(name) and name == active))
     return found
 
 
@@ -155,6 +147,13 @@ class _Header:
         )
         return found.group() if found else ""
 
+    def type_of(self, element: str) -> tuple[np.dtype[np.generic] | None, int]:
+        """Return type and number of the components that an array's element gives."""
+        kind = re.fullmatch(r"(U?Int|Float)(8|16|32|64)", self.attribute("type", element))
+        components = self.attribute("NumberOfComponents", element)
+        count = int(components) if re.fullmatch(r"[1-9]\d{0,3}", components) else 1
+        return np.dtype(kind.group().lower()) if kind else None, count
+
     @property
     def word(self) -> np.dtype[np.generic]:
         """Type of the numbers in the header of each array."""
@@ -168,9 +167,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
     file.seek(max(size - TAIL, 0))
     tail = file.read()
     if b"<VTKFile" not in start or b"ImageData" not in start:
-        raise VolumeError(
-            f"{path}: this is not VTK image data in XML; choose another or correct its suffix."
-        )
+        raise not_a(path, "VTK image data in XML")
     # VTK does not detect truncated raw appended data.
     if b"</VTKFile>" not in tail:
         raise truncated(path, "its closing tag is missing")
@@ -195,23 +192,10 @@ def _check_extent(path: Path, header: _Header) -> None:
     dimensions = [
         int(last) - int(first) + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)
     ]
-    check_grid(path, dimensions, np.dtype((np.void, _bytes_per_voxel(header))))
+    types = [header.type_of(array.group()) for array in header.arrays]
+    each = sum(dtype.itemsize * count for dtype, count in types if dtype is not None)
+    check_grid(path, dimensions, np.dtype((np.void, max(each, 1))))
     check_present(path, header.capacity, math.prod(dimensions))
-
-
-def _bytes_per_voxel(header: _Header) -> int:
-    """Size of all arrays per voxel in bytes, at least 1."""
-    total = 0
-    for array in header.arrays:
-        bits = re.search(r"\d+$", header.attribute("type", array.group()))
-        components = header.attribute("NumberOfComponents", array.group())
-        if bits and int(bits.group()) in (8, 16, 32, 64):
-            total += (
-                int(bits.group())
-                // 8
-                * (int(components) if re.fullmatch(r"\d{1,4}", components) else 1)
-            )
-    return max(total, 1)
 
 
 def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from model.errors import VolumeError
 from model.scene.volume import Content, FileFacts
 from model.volume_files.arrays import is_auxiliary
-from model.volume_files.checks import check_grid, check_present, damaged, truncated
+from model.volume_files.checks import check_grid, check_present, damaged, not_a, truncated
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen_index
 from model.volume_files.grid import Grid, placed, usable_origin
 
@@ -222,9 +222,7 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     with path.open("rb") as file:
         start = file.read(LONGEST_HEADER)
     if not start.startswith(b"# vtk DataFile"):
-        raise VolumeError(
-            f"{path}: this is not a legacy VTK file; choose another or correct its suffix."
-        )
+        raise not_a(path, "a legacy VTK file")
     kind = re.search(rb"^DATASET\s+(\w+)", start, re.MULTILINE | re.IGNORECASE)
     if kind is not None and kind.group(1).upper() != b"STRUCTURED_POINTS":
         raise VolumeError(

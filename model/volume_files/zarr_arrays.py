@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,6 @@ import numpy as np
 
 from model.errors import VolumeError, first_line
 from model.json_files import parse_json
-from model.scene.volume import Triple
 from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import damaged, errors_of
 from model.volume_files.choice import LARGEST, Choice
@@ -41,21 +39,12 @@ def read_zarr(folder: Path, choice: Choice = LARGEST) -> Grid:
     with errors_of(folder, "zarr says '{}'", "zarr"):
         levels: dict[Path, _Level] = {}
         places = [*_places(folder, levels)]
-        arrays = [_array(folder, place, levels.get(place, _Level())) for place in places]
+        arrays = [_array(folder, place, levels.get(place, {})) for place in places]
         return grid_of_arrays(folder, arrays, choice, "Zarr")
 
 
-@dataclass(frozen=True)
-class _Level:
-    """OME's facts on one of an image's arrays; all is empty for another array."""
-
-    axes: tuple[str, ...] = ()
-    spacing: tuple[float | None, float | None, float | None] | None = None
-    unit: str = ""
-    origin: Triple = (0.0, 0.0, 0.0)
-    notes: tuple[str, ...] = ()
-    channels: tuple[str, ...] = ()
-    is_labels: bool = False
+_Level = dict[str, Any]
+"""OME's facts of one of an image's arrays, by names of :class:`StoredArray`; empty for others."""
 
 
 def _places(folder: Path, levels: dict[Path, _Level], depth: int = 0) -> Iterator[Path]:
@@ -94,7 +83,7 @@ def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
     item = zarr.open_array(store=str(place), mode="r")
     name = place.relative_to(folder).as_posix() if place != folder else folder.stem
     attributes: dict[str, Any] = dict(item.attrs)
-    axes = level.axes
+    axes: tuple[str, ...] = level.get("axes", ())
     coordinates: Coordinates = {}
     if not axes:
         named = attributes.get("_ARRAY_DIMENSIONS") or getattr(item.metadata, "dimension_names", ())
@@ -118,15 +107,9 @@ def _array(folder: Path, place: Path, level: _Level) -> StoredArray:
         tuple(int(n) for n in item.shape),
         np.dtype(item.dtype),
         read,
-        axes,
-        attributes,
-        coordinates,
-        level.spacing,
-        level.unit,
-        level.origin,
-        notes=level.notes,
-        channels=level.channels,
-        is_labels=level.is_labels,
+        attributes=attributes,
+        coordinates=coordinates,
+        **{"axes": axes, **level},
     )
 
 
@@ -184,10 +167,11 @@ def _ome_levels(group: Path) -> dict[Path, _Level]:
                 0.0 if k is None or not size or not length else float(start[k] * length / size)
                 for k, size, length in zip(place, sizes, lengths, strict=True)
             )
-            spacing = (lengths[0], lengths[1], lengths[2]) if any(lengths) else None
-            found[group / str(dataset["path"])] = _Level(
-                names, spacing, unit, (x, y, z), notes, channels, "image-label" in data
-            )
+            found[group / str(dataset["path"])] = {
+                **{"axes": names, "unit": unit, "origin": (x, y, z), "notes": notes},
+                "spacing": (lengths[0], lengths[1], lengths[2]) if any(lengths) else None,
+                **{"channels": channels, "is_labels": "image-label" in data},
+            }
     except (TypeError, KeyError, IndexError, ValueError, AttributeError):
         return found
     return found
