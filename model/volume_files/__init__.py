@@ -13,11 +13,10 @@ from pathlib import Path
 
 from model.errors import VolumeError
 from model.scene.volume import Volume
-from model.volume_files.arrays import SUFFIXES as NUMPY_SUFFIXES
+from model.volume_files import arrays, dicom, hdf5, mrc, nifti, tiff
 from model.volume_files.arrays import read_numpy
 from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice, describe
-from model.volume_files.dicom import SUFFIXES as DICOM_SUFFIXES
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import has_preamble, is_dicom
 from model.volume_files.finish import Component, component_of, make_volume
@@ -28,15 +27,11 @@ from model.volume_files.foreign import (
     suffix_of,
 )
 from model.volume_files.grid import Grid
-from model.volume_files.hdf5 import SUFFIXES as HDF5_SUFFIXES
 from model.volume_files.hdf5 import read_hdf5
-from model.volume_files.mrc import SUFFIXES as MRC_SUFFIXES
 from model.volume_files.mrc import read_mrc
-from model.volume_files.nifti import SUFFIXES as NIFTI_SUFFIXES
 from model.volume_files.nifti import read_nifti
 from model.volume_files.nrrd_metaimage import read_metaimage, read_nrrd
 from model.volume_files.raw import RawLayout, read_raw
-from model.volume_files.tiff import SUFFIXES as TIFF_SUFFIXES
 from model.volume_files.tiff import read_tiff
 from model.volume_files.tiff_folder import read_tiff_folder, tiff_slices
 from model.volume_files.vti import read_vti
@@ -50,16 +45,16 @@ _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     ".nhdr": read_nrrd,
     ".mha": read_metaimage,
     ".mhd": read_metaimage,
-    **dict.fromkeys(NIFTI_SUFFIXES, read_nifti),
+    **dict.fromkeys(nifti.SUFFIXES, read_nifti),
     ".vti": read_vti,
     ".vtk": read_legacy_vtk,
-    **dict.fromkeys(TIFF_SUFFIXES, read_tiff),
-    **dict.fromkeys(MRC_SUFFIXES, read_mrc),
-    **dict.fromkeys(NUMPY_SUFFIXES, read_numpy),
-    **dict.fromkeys(HDF5_SUFFIXES, read_hdf5),
+    **dict.fromkeys(tiff.SUFFIXES, read_tiff),
+    **dict.fromkeys(mrc.SUFFIXES, read_mrc),
+    **dict.fromkeys(arrays.SUFFIXES, read_numpy),
+    **dict.fromkeys(hdf5.SUFFIXES, read_hdf5),
 }
 
-SUFFIXES = (*_READERS, *DICOM_SUFFIXES, ".raw")
+SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")
 """Suffixes of the files that can be read, for file dialogs."""
 
 
@@ -125,7 +120,7 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
         )
     if suffix in _READERS:
         return _READERS[suffix](path, choice)
-    if suffix in DICOM_SUFFIXES or is_dicom(path):
+    if suffix in dicom.SUFFIXES or is_dicom(path):
         return read_dicom(dicom_slices(path.parent), path, choice)
     raise unknown_kind(path)
 

@@ -51,9 +51,7 @@ from model.volume_files.grid import (
 
 Index = tuple[int | slice, ...]
 
-MOST_COMPONENTS = 4
-"""Length of a last axis up to which it is taken for components."""
-
+MOST_COMPONENTS = 4  # length of a last axis up to which it is taken for components
 MOST_UNEVEN = 8.0
 """Ratio of the largest to the smallest distance along an axis from which on it is refused."""
 
@@ -337,6 +335,8 @@ def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
     except ValueError as error:
         if "magic string" in str(error):
             raise not_a(path, "an array saved by NumPy") from None
+        if "mmap length" in str(error):
+            raise truncated(path, "it is shorter than its head says") from None
         raise damaged(path, f"NumPy says '{first_line(error)}'") from None
     except Exception as error:
         raise damaged(path, f"NumPy says '{first_line(error)}'") from None

@@ -27,8 +27,7 @@ PLURALS = {
     "component": "components",
 }
 SINGULARS = {**PLURALS, "array": "array", "time": "time step", "channel": "channel"}
-MOST_LISTED = 12
-"""Names in a sentence; the others are counted."""
+MOST_LISTED = 12  # names in a sentence; the others are counted
 
 
 @dataclass(frozen=True)
@@ -70,8 +69,7 @@ class Choice:
         return replace(self, **{kind: name})
 
 
-LARGEST = Choice()
-"""The largest volume, or the first of several."""
+LARGEST = Choice()  # the largest volume, or the first of several
 
 
 def content(

@@ -18,12 +18,8 @@ Attributes = Mapping[str, Any]
 Coordinates = Mapping[str, tuple[NDArray[Any], Attributes]]
 """Values along axes as they are stored, and their attributes, by the names of the axes."""
 
-EVEN = 1e-2
-"""Relative difference up to which steps of a coordinate count as equal."""
-
-NEXT_TO = 1e-6
-"""Share of a missing voxel in an interpolated one from which on it is missing, too."""
-
+EVEN = 1e-2  # relative difference up to which steps of a coordinate count as equal
+NEXT_TO = 1e-6  # share of a missing voxel in an interpolated one from which on it is missing, too
 _PACKING = ("_FillValue", "missing_value", "scale_factor", "add_offset")
 _TEXTS = ("units", "positive", "axis", "standard_name")
 _LETTERS = {"longitude": "x", "latitude": "y", "vertical": "z", "time": "t"}

@@ -38,8 +38,7 @@ from model.volume_files.dicom_volume import heights, read_stack, value_type
 from model.volume_files.grid import Grid
 from model.volume_files.progress import counted
 
-SAME_PLACE = 1e-3
-"""Distance in mm below which two images lie at one place."""
+SAME_PLACE = 1e-3  # distance in mm below which two images lie at one place
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import zlib
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -24,9 +23,7 @@ IMPLICIT, EXPLICIT = "1.2.840.10008.1.2", "1.2.840.10008.1.2.1"
 DEFLATED, BIG_ENDIAN = "1.2.840.10008.1.2.1.99", "1.2.840.10008.1.2.2"
 UNDEFINED = 0xFFFFFFFF
 PIXEL_TAGS = {(0x7FE0, 0x0010): "iu", (0x7FE0, 0x0008): "f4", (0x7FE0, 0x0009): "f8"}
-MOST_INFLATED = 1 << 30
-"""Bytes that a deflated file may become."""
-
+MOST_INFLATED = 1 << 30  # bytes that a deflated file may become
 _TEXTS = ("CS", "DS", "IS", "UI", "SH", "DA", "TM", "AE", "AS")
 """Kinds of values that are plain text in a file."""
 
@@ -345,22 +342,13 @@ def frames_of(file: DicomFile) -> list[Frame]:
         raise damaged(file.path, f"it claims {count} frames")
     shared = _first_item(file.tags, "SharedFunctionalGroupsSequence")
     offsets = numbers_of(file.tags, "GridFrameOffsetVector")
-    return list(_frames(file, count, per_frame, shared, offsets))
-
-
-def _frames(
-    file: DicomFile,
-    count: int,
-    per_frame: Sequence[Dataset],
-    shared: Dataset | None,
-    offsets: list[float],
-) -> Iterator[Frame]:
     tags = file.tags
     rows, columns = (int((numbers_of(tags, name) or [0])[0]) for name in ("Rows", "Columns"))
     position = _placed(tags, "ImagePositionPatient")
     orientation = _placed(tags, "ImageOrientationPatient")
     spacing = next(filter(None, (numbers_of(tags, name) for name in SPACINGS)), [])
     number = (numbers_of(tags, "InstanceNumber") or [0.0])[0]
+    frames = []
     for index in range(count):
         groups = tuple(g for g in (per_frame[index] if per_frame else None, shared) if g)
         measures = _measures(tags, groups)
@@ -368,28 +356,30 @@ def _frames(
         axes = _grouped(groups, "PlaneOrientationSequence", "ImageOrientationPatient")
         axes = axes or orientation
         if count > 1 and not per_frame and len(place) == 3 and len(axes) == 6:
-            step = (measures or 1.0) * index * (-1 if _goes_down(tags) else 1)
+            # In nuclear medicine they may follow each other against their normal.
+            distance = (numbers_of(tags, "SpacingBetweenSlices") or [1.0])[0]
+            goes_down = file.text("Modality") == "NM" and distance < 0
+            step = (measures or 1.0) * index * (-1 if goes_down else 1)
             if len(offsets) == count:
                 step = offsets[index] - offsets[0]
             normal = np.cross(axes[:3], axes[3:])
             place = (np.array(place) + step * normal).tolist()
-        slope, intercept, is_rescaled, units = _rescaling(file, groups)
-        yield Frame(
-            file,
-            index,
-            groups,
-            rows,
-            columns,
-            tuple(place) if _usable(place, 3) else (),
-            tuple(axes) if _usable(axes, 6) else (),
-            tuple(_grouped(groups, "PixelMeasuresSequence", "PixelSpacing") or spacing),
-            measures,
-            slope,
-            intercept,
-            is_rescaled,
-            units,
-            number + index if count > 1 else number,
+        frames.append(
+            Frame(
+                file,
+                index,
+                groups,
+                rows,
+                columns,
+                tuple(place) if _usable(place, 3) else (),
+                tuple(axes) if _usable(axes, 6) else (),
+                tuple(_grouped(groups, "PixelMeasuresSequence", "PixelSpacing") or spacing),
+                measures,
+                *_rescaling(file, groups),
+                number + index if count > 1 else number,
+            )
         )
+    return frames
 
 
 def _usable(values: list[float], count: int) -> bool:
@@ -403,12 +393,6 @@ def _placed(tags: Dataset, name: str) -> list[float]:
         return found
     detector = _first_item(tags, "DetectorInformationSequence")
     return [] if detector is None else numbers_of(detector, name)
-
-
-def _goes_down(tags: Dataset) -> bool:
-    """Whether frames follow each other against their normal, as nuclear medicine may have them."""
-    found = numbers_of(tags, "SpacingBetweenSlices")
-    return text_of(tags, "Modality") == "NM" and bool(found) and found[0] < 0
 
 
 def _first_item(tags: Dataset, sequence: str) -> Dataset | None:

@@ -27,26 +27,12 @@ from model.volume_files.dicom_tags import (
     DicomFile,
     Frame,
     numbers_of,
-    text_of,
     value_of,
 )
-from model.volume_files.grid import (
-    Grid,
-    axis_labels,
-    frame_notes,
-    sheared_back,
-    unit_directions,
-    usable_origin,
-    usable_spacing,
-)
+from model.volume_files.grid import Grid, placed, usable_origin
 from model.volume_files.progress import counted
 
-EVEN = 0.02
-"""Relative difference below which slice distances count as equal."""
-
-LEAST_TILT = 0.005
-"""Shift of the slices, per distance, below which they lie behind one another."""
-
+EVEN = 0.02  # relative difference below which slice distances count as equal
 MOST_LISTED = 4
 MOST_GAPS = 0.2
 """Share of the distances up to which larger ones are gaps, and no change of the distance."""
@@ -82,37 +68,26 @@ def read_stack(images: Sequence[Frame]) -> Grid:
             if missing is None:
                 missing = np.zeros(values.shape, bool)
             missing[z] = padding
-    spacing, spacing_notes = _spacing(order)
-    origin = first.position or (0.0, 0.0, 0.0)
-    shear_notes: tuple[str, ...] = ()
-    if any(abs(shift) > LEAST_TILT * spacing[2] for shift in order.shear) and first.spacing:
-        shear = order.shear[0] / spacing[0], order.shear[1] / spacing[1]
-        values, missing, moved = sheared_back(values, missing, shear)
-        axes = np.array(first.orientation).reshape(2, 3)
-        origin = tuple(np.array(origin) - (np.array(moved) * spacing[:2]) @ axes)
-        tilt = np.degrees(np.arctan2(np.hypot(*order.shear), spacing[2]))
-        shear_notes = (
-            f"The slices are shifted against one another, as by a gantry tilted by {tilt:.1f} "
-            "degrees; they are sheared back to where they were taken.",
-        )
-    directions = _axes(first)
-    notes = order.notes + shear_notes + spacing_notes + _kind_notes(first)
-    placed = bool(first.orientation and first.position)
-    return Grid(
+    units = {frame.units for frame in frames}
+    grid = Grid(
         values,
-        spacing,
-        usable_origin(origin),
-        _common_units(frames),
-        notes + frame_notes(directions),
-        axis_labels(directions, "LPS") if placed else (),
+        origin=usable_origin(first.position or (0.0, 0.0, 0.0)),
+        units=units.pop() if len(units) == 1 else "",
+        notes=order.notes + _kind_notes(first),
         missing=missing,
-        facts=FileFacts(
-            "DICOM",
-            "mm" if first.spacing else "",
-            unit_directions(directions) if placed else (),
-            "LPS" if placed else "",
-        ),
+        facts=FileFacts("DICOM", "mm" if first.spacing else ""),
     )
+    y, x = first.spacing if len(first.spacing) == 2 else (None, None)
+    steps = (
+        x,
+        y,
+        None if order.step is None else float(np.hypot(order.step, np.hypot(*order.shear))),
+    )
+    if not (first.orientation and first.position):
+        return placed(grid, steps)
+    axes = np.array([first.orientation[:3], first.orientation[3:], first.normal])
+    axes[2] = [*order.shear, order.step or 1.0] @ axes
+    return placed(grid, steps, axes, "LPS")
 
 
 def value_type(frames: Sequence[Frame]) -> np.dtype[np.generic]:
@@ -144,14 +119,11 @@ def _fill(plane: NDArray[Any], frame: Frame) -> NDArray[np.bool_] | None:
     table = value_of(frame.file.tags, "ModalityLUTSequence")
     if table and not frame.is_rescaled:
         plane[:] = _looked_up(pixels, table[0])
-    elif (frame.slope, frame.intercept) == (1.0, 0.0):
-        plane[:] = pixels
     else:
         # Integers that do not fit in between come back with the next step.
         plane[:] = pixels
-        if frame.slope != 1.0:
+        if frame.is_rescaled:
             plane *= plane.dtype.type(frame.slope)
-        if frame.intercept != 0.0:
             plane += plane.dtype.type(frame.intercept)
     return padding
 
@@ -170,18 +142,6 @@ def _looked_up(pixels: NDArray[np.generic], table: object) -> NDArray[np.generic
     return entries[places]
 
 
-def _common_units(frames: Sequence[Frame]) -> str:
-    units = {frame.units for frame in frames}
-    return units.pop() if len(units) == 1 else ""
-
-
-def _axes(frame: Frame) -> NDArray[np.float64]:
-    """Directions of rows, columns and slices, one per row; the unit axes if unknown."""
-    if not frame.orientation:
-        return np.eye(3)
-    return np.array([frame.orientation[:3], frame.orientation[3:], frame.normal])
-
-
 def _kind_notes(first: Frame) -> tuple[str, ...]:
     if first.file.text("PhotometricInterpretation") == "MONOCHROME1":
         return (
@@ -191,13 +151,6 @@ def _kind_notes(first: Frame) -> tuple[str, ...]:
     if first.file.text("PhotometricInterpretation") == "PALETTE COLOR":
         return ("The colours of the file's look-up table are left out; its indices are read.",)
     return ()
-
-
-def _spacing(order: _Order) -> tuple[tuple[float, float, float], tuple[str, ...]]:
-    spacing = order.frames[0].spacing
-    if len(spacing) != 2:
-        return usable_spacing(None if order.step is None else (None, None, order.step))
-    return usable_spacing((spacing[1], spacing[0], order.step))
 
 
 def heights(frames: Sequence[Frame]) -> np.ndarray:
@@ -269,9 +222,9 @@ def _gap_notes(
 
 def _shear(ordered: list[Frame], places: NDArray[np.float64]) -> tuple[float, float]:
     """Return the shift per slice along rows and columns, if it is the same everywhere."""
-    axes = _axes(ordered[0])
+    axes = np.array(ordered[0].orientation or (1.0, 0.0, 0.0, 0.0, 1.0, 0.0))
     positions = np.array([frame.position for frame in ordered])
-    sideways = (positions - positions[0]) @ axes[:2].T
+    sideways = (positions - positions[0]) @ axes.reshape(2, 3).T
     relative = (places - places[0]) / (places[-1] - places[0])
     total = sideways[-1]
     if np.abs(sideways - np.outer(relative, total)).max() > 0.1 * max(np.abs(total).max(), 1.0):
@@ -449,29 +402,16 @@ def _check_size(frame: Frame, name: str, encoded: bytes) -> None:
 
 def padding_mask(frame: Frame, pixels: NDArray[Any]) -> NDArray[np.bool_] | None:
     """Mark the stored pixels that the file declares to be padding; None where it declares none."""
-    tags = frame.file.tags
-    values = [
-        _padding(tags, name, pixels) for name in ("PixelPaddingValue", "PixelPaddingRangeLimit")
-    ]
-    if values[0] is None:
+    ends = []
+    for name in ("PixelPaddingValue", "PixelPaddingRangeLimit"):
+        value = next(map(int, numbers_of(frame.file.tags, name)), None)
+        if value is not None and pixels.dtype.kind in "iu":
+            # Whatever type it is declared as.
+            limits, wide = np.iinfo(pixels.dtype), 1 << (8 * pixels.dtype.itemsize)
+            value += wide * (int(value < limits.min) - int(value > limits.max))
+            value = value if limits.min <= value <= limits.max else None
+        ends.append(value)
+    if ends[0] is None:
         return None
-    low, high = values[0], values[0] if values[1] is None else values[1]
-    return (pixels >= min(low, high)) & (pixels <= max(low, high))
-
-
-def _padding(tags: Any, name: str, pixels: NDArray[Any]) -> int | None:
-    """Return a padding value as a number of the pixels' type, whatever it is declared as."""
-    if not text_of(tags, name):
-        return None
-    numbers = numbers_of(tags, name)
-    if not numbers:
-        return None
-    value = int(numbers[0])
-    if pixels.dtype.kind not in "iu":
-        return value
-    limits, wide = np.iinfo(pixels.dtype), 1 << (8 * pixels.dtype.itemsize)
-    if value > limits.max:
-        value -= wide
-    elif value < limits.min:
-        value += wide
-    return value if limits.min <= value <= limits.max else None
+    other = ends[0] if ends[1] is None else ends[1]
+    return (pixels >= min(ends[0], other)) & (pixels <= max(ends[0], other))

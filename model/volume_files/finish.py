@@ -20,12 +20,8 @@ from model.volume_files.grid import Grid, typed_spacing, typed_stretch
 
 Component = int | Literal["magnitude"]
 
-MOST_IN_MAGNITUDE = 4
-"""Components up to which a voxel's are taken for a vector or a colour."""
-
-SAMPLES = 1 << 18
-"""Voxels that are searched for a fill value; all of a small volume."""
-
+MOST_IN_MAGNITUDE = 4  # components up to which a voxel's are taken for a vector or a colour
+SAMPLES = 1 << 18  # voxels that are searched for a fill value; all of a small volume
 LEAST_SHARE, FEWEST = 0.001, 8
 """Share of the voxels, and number of them, from which on a value counts as repeated."""
 

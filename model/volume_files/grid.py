@@ -263,9 +263,7 @@ def is_space(letters: str) -> bool:
     return len(letters) == 3 and all(sum(each in pair for each in letters) == 1 for pair in pairs)
 
 
-SQUARE = 1e-2
-"""Cosine up to which two axes count as being at right angles."""
-
+SQUARE = 1e-2  # cosine up to which two axes count as being at right angles
 MOST_TILT, MOST_ROOM = 0.9, 2.0
 """Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
 
@@ -349,8 +347,8 @@ def _sheared_back(grid: Grid, directions: NDArray[np.float64]) -> tuple[Grid, ND
     values, missing, moved = sheared_back(grid.values, grid.missing, shear)
     upright = np.stack([x, y, (z @ normal) * normal])
     note = (
-        f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees; "
-        "they are sheared back to where they were taken."
+        f"The slices are shifted against one another by {np.degrees(np.arcsin(tilt)):.1f} degrees, "
+        "as by a tilted gantry; they are sheared back to where they were taken."
     )
     spacing, _ = usable_spacing(np.linalg.norm(upright, axis=1).tolist())
     origin = usable_origin((np.array(grid.origin) - moved[0] * x - moved[1] * y).tolist())

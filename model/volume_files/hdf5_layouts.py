@@ -196,13 +196,14 @@ def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
             spacing=None if size is None else tuple((np.array(size) * factor).tolist()),
             unit=unit,
         )
-        found.append(_unsigned(array) if array.dtype == np.int16 else array)
+        if array.dtype == np.int16:
+            array = replace(array, dtype=np.dtype(np.uint16), read=_unsigned(array.read))
+        found.append(array)
     return found
 
 
-def _unsigned(array: StoredArray) -> StoredArray:
-    read: Callable[..., NDArray[Any]] = array.read
-    return replace(array, dtype=np.dtype(np.uint16), read=lambda index: read(index).view(np.uint16))
+def _unsigned(read: Callable[..., NDArray[Any]]) -> Callable[..., NDArray[Any]]:
+    return lambda index: read(index).view(np.uint16)
 
 
 def _setup_sizes(path: Path) -> dict[int, tuple[list[float], str]]:

@@ -30,14 +30,11 @@ if TYPE_CHECKING:
 SUFFIXES = (".nii", ".nii.gz", ".hdr", ".img", ".img.gz", ".mgh", ".mgz")
 LONGEST_HEAD = 540
 MGH_OFFSET = 284
-LABELS = 1002
-"""NIfTI's code of the intent that values are labels."""
-
+LABELS = 1002  # NIfTI's code of the intent that values are labels
 LEAST_OFFSETS = {"NIfTI-1": 352, "NIfTI-2": 544}
 
 
-ALIKE = 1e-3
-"""Relative difference of voxel sizes below which they count as equal."""
+ALIKE = 1e-3  # relative difference of voxel sizes below which they count as equal
 
 
 @dataclass(frozen=True, eq=False)

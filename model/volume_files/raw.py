@@ -17,8 +17,7 @@ from model.volume_files.blocks import Block, read_block
 from model.volume_files.checks import check_grid, readable_size, times, unreadable
 from model.volume_files.grid import Grid, usable_spacing
 
-LONGEST_HEADER = 1 << 16
-"""Most bytes that are taken for a header."""
+LONGEST_HEADER = 1 << 16  # most bytes that are taken for a header
 
 ByteOrder = Literal["little", "big"]
 
@@ -219,11 +218,8 @@ def _dimensions(sides: list[int], numbers: list[int], count: int) -> list[tuple[
 
 # --- previews -----------------------------------------------------------------------------
 
-PREVIEW_SIZE = 256
-"""Most pixels of a preview along either side."""
-
-PERCENTILES = 1.0, 99.0
-"""Percentiles of the slice's values that are shown black and white."""
+PREVIEW_SIZE = 256  # most pixels of a preview along either side
+PERCENTILES = 1.0, 99.0  # percentiles of the slice's values that are shown black and white
 
 
 def preview(path: Path, layout: RawLayout, axis: int) -> NDArray[np.uint8]:

@@ -17,8 +17,7 @@ RESOURCES = Path(__file__).resolve().parents[2] / "resources"
 
 DEFAULT_VOLUME = RESOURCES / "volumes" / "reacting_jet_temperature_112x112x192_float32.nrrd"
 
-SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"
-"""Shown where nothing is named."""
+SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"  # shown where nothing is named
 
 
 @dataclass(frozen=True)
@@ -71,8 +70,7 @@ def scan_tf() -> TransferFunction:
     return TransferFunction.load(_beside(SCAN))
 
 
-SCAN_HU = (-1000.0, 1500.0)
-"""Hounsfield units of the shipped scan's least and greatest byte."""
+SCAN_HU = (-1000.0, 1500.0)  # Hounsfield units of the shipped scan's least and greatest byte
 
 
 def title_of(path: Path) -> str:

@@ -98,8 +98,6 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a volume of a file; of several the largest, or the chosen one."""
     with opened_tiff(path) as tiff:
         stacks = [stack_of(series) for series in all_series(tiff)]
-        for stack in stacks:
-            _check_own(path, stack)
         volumes = [stack for stack in stacks if stack.is_volume]
         if not volumes:
             raise _flat(path, stacks)
@@ -123,20 +121,6 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
             missing=missing,
             facts=FileFacts(_NAMES.get(stack.series.kind, "TIFF"), scale.unit, contents=listed),
         )
-
-
-def _check_own(path: Path, stack: Stack) -> None:
-    """Refuse pages in other files than those of the folder, which a stranger's header may name."""
-    folder = path.parent.resolve()
-    for page in stack.series.pages:
-        if page is None:
-            raise damaged(path, "pages that it names are missing, perhaps in other files")
-        place = Path(page.parent.filehandle.path).resolve()
-        if not place.is_relative_to(folder):
-            raise VolumeError(
-                f"{path}: its pages lie outside its folder, in {place.name[:100]!r}, from which "
-                "nothing is read; put the files together."
-            )
 
 
 def _flat(path: Path, stacks: list[Stack]) -> VolumeError:
@@ -346,19 +330,20 @@ def stack_of(series: TiffPageSeries) -> Stack:
     axes, shape = series.axes, series.shape
     inner = {axes.find(letter) for letter in "YXS"}
     outer = [k for k in range(len(axes)) if k not in inner and shape[k] > 1]
-    depth = next((k for k in outer if axes[k] == "Z"), None)
-    for letters in ("", "T", "C"):
-        if depth is None:
-            depth = next(
-                (k for k in reversed(outer) if (axes[k] in letters or not letters)
-                 and (letters or axes[k] not in "TC")),
-                None,
-            )  # fmt: skip
+    unnamed, times, channels = (
+        [k for k in reversed(outer) if axes[k] in letters]
+        for letters in (set(axes) - {*"TC"}, "T", "C")
+    )
+    named = [k for k in outer if axes[k] == "Z"]
+    depth = next(iter([*named, *unnamed, *times, *channels]), None)
     return Stack(series, depth, tuple(k for k in outer if k != depth))
 
 
 def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
-    """Check that the file has the bytes of a stack's pixels; a flat one may be a single slice."""
+    """Check that its folder has the bytes of a stack's pixels; a flat one may be a single slice.
+
+    Pages may be in other files, which a stranger's header names.
+    """
     series = stack.series
     if np.dtype(series.dtype).kind not in "biuf":
         raise unsupported(
@@ -366,14 +351,23 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
         )
     if not flat:
         check_grid(path, stack.dimensions, stack.dtype, stack.samples)
+    folder = path.parent.resolve()
+    pages: list[Any] = list(series.pages)
+    for page in pages:
+        if page is None:
+            raise damaged(path, "pages that it names are missing, perhaps in other files")
+        place = Path(page.parent.filehandle.path).resolve()
+        if not place.is_relative_to(folder):
+            raise VolumeError(
+                f"{path}: its pages lie outside its folder, in {place.name[:100]!r}, from which "
+                "nothing is read; put the files together."
+            )
     if series.dataoffset is not None:
         size = series.keyframe.parent.filehandle.size
         need = math.prod(series.shape) * np.dtype(series.dtype).itemsize
         check_present(path, size - series.dataoffset, need)
         return
-    for page in series.pages:
-        if page is None:
-            raise damaged(path, "some of its pages cannot be found")
+    for page in pages:
         size = page.parent.filehandle.size
         offsets, lengths = page.dataoffsets, page.databytecounts
         if len(offsets) != len(lengths) or not all(

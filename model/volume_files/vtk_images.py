@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,13 +24,10 @@ from model.volume_files.grid import Grid, placed, usable_origin
 
 LONGEST_HEADER = 1 << 16
 GHOSTS, VALID = ("vtkGhostType", "vtkGhostLevels"), "vtkValidPointMask"
-HIDDEN_POINT, HIDDEN_CELL = 2, 32
-"""Bits of ghost types."""
+HIDDEN_POINT, HIDDEN_CELL = 2, 32  # bits of ghost types
 
 
-_OUTPUT_WINDOW = threading.Lock()
-"""Guards VTK's output window, of which there is one per process."""
-
+_OUTPUT_WINDOW = threading.Lock()  # guards VTK's output window, of which there is one per process
 _MESSAGE = re.compile(
     r"^(ERROR|Generic Warning): In [^\n]*\n(?:\w+ \(0x[0-9a-f]+\): )?([^\n]+)", re.MULTILINE
 )
@@ -161,22 +157,13 @@ def _contents(
             nz, ny, nx = values.shape[:3]
             dtype = values.dtype
         size = 0 if dtype is None else nx * ny * nz * dtype.itemsize * array.components
-        listed.append(
-            Content(
-                "array",
-                _title(array, arrays),
-                (nx, ny, nz),
-                "" if dtype is None else dtype.name,
-                size,
-                array is wanted,
-            )
-        )
+        name, title = "" if dtype is None else dtype.name, _title(array, arrays)
+        listed.append(Content("array", title, (nx, ny, nz), name, size, array is wanted))
     return tuple(listed)
 
 
-@contextmanager
-def _captured_messages() -> Iterator[Callable[[], str | bytes]]:
-    """Capture VTK's messages; yield a function that returns them, as bytes if not UTF-8."""
+def run_quietly(path: Path, step: Callable[[], None]) -> None:
+    """Run one step of a VTK reader, such as ``reader.Update``; its complaint is damage."""
     from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow
 
     with _OUTPUT_WINDOW:
@@ -185,17 +172,11 @@ def _captured_messages() -> Iterator[Callable[[], str | bytes]]:
         vtkOutputWindow.SetInstance(diverted)
         vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
         try:
-            yield diverted.GetOutput
+            step()
         finally:
             vtkLogger.SetStderrVerbosity(verbosity)
             vtkOutputWindow.SetInstance(window)
-
-
-def run_quietly(path: Path, step: Callable[[], None]) -> None:
-    """Run one step of a VTK reader, such as ``reader.Update``; its complaint is damage."""
-    with _captured_messages() as messages:
-        step()
-        text = messages()
+    text: str | bytes = diverted.GetOutput()
     if isinstance(text, bytes):
         text = text.decode("utf-8", "replace")
     complaint = _MESSAGE.search(text)
@@ -246,28 +227,23 @@ def read_legacy_vtk(path: Path, choice: Choice = LARGEST) -> Grid:
     reader.ReadAllFieldsOn()
     run_quietly(path, reader.Update)
     image = reader.GetOutput()
-    arrays = [
-        *_arrays(image.GetPointData(), in_cells=False),
-        *_arrays(image.GetCellData(), in_cells=True),
-    ]
+    arrays = [*_arrays(image.GetPointData(), False), *_arrays(image.GetCellData(), True)]
     return image_grid(path, image, *chosen_array(path, arrays, choice), "legacy VTK")
 
 
 def _arrays(attributes: Any, in_cells: bool) -> list[VtkArray]:
     """List the arrays of points or cells."""
-    found = []
     active = attributes.GetScalars()
-    for number in range(attributes.GetNumberOfArrays()):
-        array = attributes.GetArray(number)
-        if array is not None and array.GetNumberOfTuples():
-            dtype = to_numpy(array, (array.GetNumberOfTuples(), 1, 1)).dtype
-            found.append(
-                VtkArray(
-                    array.GetName() or "",
-                    in_cells,
-                    dtype,
-                    array.GetNumberOfComponents(),
-                    active is not None and array.GetName() == active.GetName(),
-                )
-            )
-    return found
+    numbers = range(attributes.GetNumberOfArrays())
+    found = [array for array in map(attributes.GetArray, numbers) if array is not None]
+    return [
+        VtkArray(
+            array.GetName() or "",
+            in_cells,
+            to_numpy(array, (array.GetNumberOfTuples(), 1, 1)).dtype,
+            array.GetNumberOfComponents(),
+            active is not None and array.GetName() == active.GetName(),
+        )
+        for array in found
+        if array.GetNumberOfTuples()
+    ]
