@@ -108,16 +108,14 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
     suffix = suffix_of(path)
     if raw is not None or suffix == ".raw":
         return read_raw(path, raw)
-    by_content = kind_by_content(path)
+    by_content, note = kind_by_content(path), "By its content this is a {}, and it is read as one."
     if by_content and _READERS.get(suffix) is not _READERS[by_content]:
         grid = _READERS[by_content](path, choice)
-        note = f"By its content this is a file of the kind '{by_content}', and it is read as one."
+        note = note.format(f"file of the kind '{by_content}'")
         return replace(grid, notes=(note, *grid.notes))
     if suffix in _READERS and has_preamble(path):
         grid = read_dicom([path], path, choice)
-        return replace(
-            grid, notes=("By its content this is a DICOM file, and it is read as one.", *grid.notes)
-        )
+        return replace(grid, notes=(note.format("DICOM file"), *grid.notes))
     if suffix in _READERS:
         return _READERS[suffix](path, choice)
     if suffix in dicom.SUFFIXES or is_dicom(path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bz2
+import gzip
 import math
 import zlib
 from collections.abc import Iterator
@@ -98,17 +99,13 @@ def unpacked_start(path: Path, length: int) -> bytes:
         if encoding == "raw":
             return start[:length]
         file.seek(0)
-        data = b""
+        unpacked = gzip.GzipFile(fileobj=file) if encoding == "deflate" else bz2.BZ2File(file)
         try:
-            for piece in _pieces(file, encoding):
-                data += piece
-                if len(data) >= length:
-                    break
+            return unpacked.read(length)
         except EOFError:
-            pass
+            return b""
         except (zlib.error, OSError, ValueError) as error:
             raise damaged(path, f"its compressed stream is invalid ({error})") from None
-        return data[:length]
 
 
 def encoding_of(start: bytes) -> Encoding:

@@ -177,10 +177,9 @@ def _read(path: Path, file: BinaryIO) -> DicomFile:
     from pydicom import dcmread
     from pydicom.filereader import read_file_meta_info
 
-    file.seek(PREAMBLE)
-    has_preamble = file.read(4) == b"DICM"
+    start = file.read(2048)
     file.seek(0)
-    if has_preamble and _is_deflated(file):
+    if start[PREAMBLE : PREAMBLE + 4] == b"DICM" and DEFLATED.encode() in start:
         content = _inflated(path, read_file_meta_info(path))
         whole: BinaryIO = io.BytesIO(content)
         tags = dcmread(whole, stop_before_pixels=True, force=True)
@@ -191,12 +190,6 @@ def _read(path: Path, file: BinaryIO) -> DicomFile:
         syntax = IMPLICIT if tags.original_encoding[0] else EXPLICIT
         syntax = syntax if tags.original_encoding[1] is not False else BIG_ENDIAN
     return _located(path, tags, syntax, file, os.fstat(file.fileno()).st_size, None)
-
-
-def _is_deflated(file: BinaryIO) -> bool:
-    start = file.read(2048)
-    file.seek(0)
-    return DEFLATED.encode() in start
 
 
 def _inflated(path: Path, meta: Any) -> bytes:

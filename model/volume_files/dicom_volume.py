@@ -34,6 +34,7 @@ from model.volume_files.progress import counted
 
 EVEN = 0.02  # relative difference below which slice distances count as equal
 MOST_LISTED = 4
+LEAST_STEP = 1e-6  # distance in mm up to which two images lie at one place
 MOST_GAPS = 0.2
 """Share of the distances up to which larger ones are gaps, and no change of the distance."""
 
@@ -78,16 +79,12 @@ def read_stack(images: Sequence[Frame]) -> Grid:
         facts=FileFacts("DICOM", "mm" if first.spacing else ""),
     )
     y, x = first.spacing if len(first.spacing) == 2 else (None, None)
-    steps = (
-        x,
-        y,
-        None if order.step is None else float(np.hypot(order.step, np.hypot(*order.shear))),
-    )
+    distance = None if order.step is None else float(np.linalg.norm([order.step, *order.shear]))
     if not (first.orientation and first.position):
-        return placed(grid, steps)
+        return placed(grid, (x, y, distance))
     axes = np.array([first.orientation[:3], first.orientation[3:], first.normal])
     axes[2] = [*order.shear, order.step or 1.0] @ axes
-    return placed(grid, steps, axes, "LPS")
+    return placed(grid, (x, y, distance), axes, "LPS")
 
 
 def value_type(frames: Sequence[Frame]) -> np.dtype[np.generic]:
@@ -160,41 +157,37 @@ def heights(frames: Sequence[Frame]) -> np.ndarray:
 
 
 def _ordered(frames: list[Frame]) -> _Order:
-    """Sort images along their normal."""
-    if not all(frame.position for frame in frames):
-        return _by_number(frames)
-    along = heights(frames)
-    order = np.argsort(along, kind="stable")
-    ordered, places = [frames[k] for k in order], along[order]
+    """Sort images along their normal, else by their location or number."""
+    places: NDArray[np.float64] | None = None
+    notes: tuple[str, ...] = ()
+    if is_placed := all(frame.position for frame in frames):
+        places = heights(frames)
+        # Where all are at one place it says nothing.
+        is_placed = len(frames) == 1 or bool(np.ptp(places) > LEAST_STEP)
+    if not is_placed:
+        found = [numbers_of(frame.file.tags, "SliceLocation") for frame in frames]
+        places = np.array([place[0] for place in found]) if all(found) else None
+        if places is None or len(frames) < 2 or len({*places}) < len(frames):
+            said = "The slices give no position; they are ordered by number."
+            frames = sorted(frames, key=lambda frame: frame.number)
+            return _Order(frames, frames[0].thickness, (said,))
+        notes = ("The slices give no position; they are ordered by their location.",)
+    assert places is not None
+    order = np.argsort(places, kind="stable")
+    frames, places = [frames[k] for k in order], places[order]
     if len(frames) == 1:
-        return _Order(ordered, frames[0].thickness)
+        return _Order(frames, frames[0].thickness)
     steps = np.diff(places)
-    if not steps.min() > 1e-6:
-        if steps.max() <= 1e-6:
-            return _by_number(frames)
+    if not steps.min() > LEAST_STEP:
         at = int(np.argmin(steps))
         raise VolumeError(
             f"{frames[0].file.path.parent}: several slices of the series lie at one position "
-            f"({ordered[at].file.path.name} and {ordered[at + 1].file.path.name}), and no field "
+            f"({frames[at].file.path.name} and {frames[at + 1].file.path.name}), and no field "
             "tells them apart; keep one time step or echo in the folder."
         )
     step = float(np.median(steps))
-    return _Order(ordered, step, _gap_notes(places, steps, step), _shear(ordered, places))
-
-
-def _by_number(frames: list[Frame]) -> _Order:
-    found = [numbers_of(frame.file.tags, "SliceLocation") for frame in frames]
-    if all(found) and len({place[0] for place in found}) == len(frames) > 1:
-        along = np.array([place[0] for place in found])
-        order = np.argsort(along, kind="stable")
-        steps = np.diff(along[order])
-        step = float(np.median(steps))
-        said = "The slices give no position; they are ordered by their location."
-        notes = (said, *_gap_notes(along[order], steps, step))
-        return _Order([frames[k] for k in order], step, notes)
-    ordered = sorted(frames, key=lambda frame: frame.number)
-    said = "The slices give no position; they are ordered by number."
-    return _Order(ordered, frames[0].thickness, (said,))
+    notes += _gap_notes(places, steps, step)
+    return _Order(frames, step, notes, _shear(frames, places) if is_placed else (0.0, 0.0))
 
 
 def _gap_notes(

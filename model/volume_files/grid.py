@@ -42,22 +42,16 @@ MOST_STRETCHED = 1e9
 HEIGHTS = 0.2, 1.0
 """Least and greatest height of a box whose height has another unit than its width, by that."""
 
-METRES = {
-    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), 1.0),
-    **dict.fromkeys(("dm", "decimeter"), 1e-1),
-    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre"), 1e-2),
-    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), 1e-3),
-    **dict.fromkeys(("um", "micron", "microns", "micrometer", "micrometers", "micrometre"), 1e-6),
-    **dict.fromkeys(("nm", "nanometer", "nanometers", "nanometre"), 1e-9),
-    **dict.fromkeys(("pm", "picometer", "picometre"), 1e-12),
-    **dict.fromkeys(("a", "angstrom", "angstroms", "\u00e5", "\u212b"), 1e-10),
-    **dict.fromkeys(("in", "inch", "inches", '"'), 0.0254),
-    **dict.fromkeys(("km", "kilometer", "kilometre"), 1e3),
+_UNITS = {
+    **{"m meter meters metre metres": 1.0, "dm decimeter": 1e-1},
+    **{"cm centimeter centimeters centimetre": 1e-2, "nm nanometer nanometers nanometre": 1e-9},
+    "mm millimeter millimeters millimetre millimetres": 1e-3,
+    "um micron microns micrometer micrometers micrometre": 1e-6,
+    **{"pm picometer picometre": 1e-12, "angstrom a angstroms \u00e5 \u212b": 1e-10},
+    **{'inch in inches "': 0.0254, "km kilometer kilometre": 1e3},
 }
-"""Lengths of units, by their names in lower case."""
-
-NAMES = {1.0: "m", 1e-1: "dm", 1e-2: "cm", 1e-3: "mm", 1e-6: "um", 1e-9: "nm", 1e-12: "pm",
-         1e-10: "angstrom", 0.0254: "inch", 1e3: "km"}  # fmt: skip
+METRES = {name: length for names, length in _UNITS.items() for name in names.split()}
+NAMES = {length: names.split()[0] for names, length in _UNITS.items()}  # their usual ones
 
 
 def unit_name(text: str) -> str:
@@ -71,13 +65,7 @@ def unit_name(text: str) -> str:
 
 
 def typed_spacing(text: str) -> tuple[Triple, str]:
-    """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``.
-
-    Raises
-    ------
-    VolumeError
-        When these are not three numbers above 0.
-    """
+    """Parse a spacing along x, y and z and its unit, such as ``"0.5,0.5,2 um"``, or refuse it."""
     numbers, _, unit = text.strip().replace(", ", ",").partition(" ")
     try:
         x, y, z = (float(word) for word in numbers.split(","))

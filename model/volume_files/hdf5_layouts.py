@@ -46,13 +46,7 @@ MOST_UNWRITTEN = 1 << 28
 
 
 def values_of(item: Any, index: Any) -> NDArray[Any]:
-    """Read a part of an array whose bytes can hold its values; chunks may never have been written.
-
-    Raises
-    ------
-    VolumeError
-        When they cannot.
-    """
+    """Read a part of an array whose bytes can hold its values; chunks may be unwritten."""
     stored, need = item.id.get_storage_size(), item.size * item.dtype.itemsize
     room = stored * (GREATEST_RATIO if item.chunks else 1)
     if item.chunks or not stored:

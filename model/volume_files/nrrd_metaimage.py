@@ -93,6 +93,15 @@ class _Head:
         except ValueError:
             raise self.malformed(name) from None
 
+    def sizes(self, name: str, count: str) -> list[int]:
+        sizes = self.integers(name)
+        if self.integers(count) != [len(sizes)]:
+            raise self.malformed(name)
+        if len(sizes) > 4:
+            what = f"a {self.form} of {len(sizes)} axes"
+            raise unsupported(self.path, what, "save one volume of it, with three axes or four")
+        return sizes
+
     def numbers(self, name: str, count: int) -> list[float] | None:
         if name not in self.fields:
             return None
@@ -139,13 +148,7 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
     has nine or fewer entries, and the last otherwise, which is that of time.
     """
     head = _nrrd_head(path)
-    sizes = head.integers("sizes")
-    if head.integers("dimension") != [len(sizes)]:
-        raise head.malformed("sizes")
-    if len(sizes) > 4:
-        raise unsupported(
-            path, f"a NRRD of {len(sizes)} axes", "save one volume of it, with three axes or four"
-        )
+    sizes = head.sizes("sizes", "dimension")
     order = head.text("endian", "little").lower()
     if order not in ("little", "big"):
         raise head.malformed("endian")
@@ -331,19 +334,11 @@ def _number(text: str) -> float:
 def read_metaimage(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read a MetaImage file; a fourth axis is that of time steps, of which one is read."""
     head = _metaimage_head(path)
-    sizes = head.integers("DimSize")
+    sizes = head.sizes("DimSize", "NDims")
     channels = head.integers("ElementNumberOfChannels", "1")
-    if head.integers("NDims") != [len(sizes)]:
-        raise head.malformed("DimSize")
     if len(channels) != 1:
         raise head.malformed("ElementNumberOfChannels")
     axes = len(sizes)
-    if axes > 4:
-        raise unsupported(
-            path,
-            f"a MetaImage of {axes} dimensions",
-            "save one volume of it, with three dimensions or four",
-        )
     dtype = head.dtype(head.text("ElementType"), head.is_true("BinaryDataByteOrderMSB"))
     check_grid(path, sizes[:3] if axes == 4 else sizes, dtype, channels[0])
     shape = (*sizes[::-1], *(channels if channels[0] > 1 else ()))

@@ -40,10 +40,7 @@ _BIG = {"be", "big", "bigendian", "msb"}
 class RawLayout:
     """Layout of a headerless file: voxels along x, y and z, x fastest; scalar type; bytes to skip.
 
-    Raises
-    ------
-    VolumeError
-        When the scalar type or the byte order is unknown, or the offset is negative.
+    Raises VolumeError for an unknown type or byte order, and for a negative offset.
     """
 
     dimensions: tuple[int, int, int]

@@ -38,13 +38,7 @@ class VolumeSource:
     stretch: str | None = None
 
     def read(self) -> Volume:
-        """Read the volume, over its range; the shipped default if there is no path.
-
-        Raises
-        ------
-        VolumeError
-            When the options or the file are invalid, or the range does not fit the volume.
-        """
+        """Read the volume, over its range; raise VolumeError for invalid options or files."""
         choice = self._range()
         volume = self.read_whole().on_scale(self.scale or "linear")
         return volume.over(robust_range(volume) if choice is None else choice.of(volume))
@@ -65,13 +59,7 @@ class VolumeSource:
         return read_volume(path, raw=self._layout(), choice=self.choice)
 
     def check(self) -> None:
-        """Refuse invalid options and what is no volume at first sight, without reading it.
-
-        Raises
-        ------
-        VolumeError
-            In one sentence with the reason.
-        """
+        """Refuse, by a VolumeError, invalid options and what is no volume at first sight."""
         self._layout()
         component_of(self.component)
         self._range()
@@ -105,12 +93,8 @@ class VolumeSource:
 def volume_of(scene: Scene, source: VolumeSource) -> Volume:
     """Read the volume of a model's scene, from a source or from the shipped ones.
 
-    It comes over the scene's scalar range and on its scale, whatever the source says.
-
-    Raises
-    ------
-    VolumeError
-        When the source's scale or volume is another one, or none of the shipped volumes matches.
+    It comes over the scene's scalar range and on its scale, whatever the source says. Raises
+    VolumeError where the source has another scale or volume, or no shipped volume matches.
     """
     if source.scale not in (None, scene.scale):
         raise VolumeError(

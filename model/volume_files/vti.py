@@ -97,13 +97,14 @@ def _arrays(reader: Any, header: _Header) -> list[VtkArray]:
     return found
 
 
+def _integers(text: str) -> list[int]:
+    return [int(number) for number in re.findall(r"-?\d{1,18}", text)]
+
+
 def _own_extent(path: Path, header: _Header) -> list[int] | None:
     """Return the extent of the pieces that the file has, if that is less than the whole."""
-    pieces = [
-        [int(number) for number in re.findall(r"-?\d{1,18}", extent)]
-        for extent in re.findall(r"""<Piece\b[^>]*\bExtent\s*=\s*["']([^"']*)["']""", header.text)
-    ]
-    whole = [int(n) for n in re.findall(r"-?\d{1,18}", header.attribute("WholeExtent"))]
+    extents = re.findall(r"""<Piece\b[^>]*\bExtent\s*=\s*["']([^"']*)["']""", header.text)
+    *pieces, whole = map(_integers, (*extents, header.attribute("WholeExtent")))
     if not pieces or any(len(piece) != 6 for piece in pieces):
         return None
     own = [(min if k % 2 == 0 else max)(piece[k] for piece in pieces) for k in range(6)]
@@ -186,12 +187,10 @@ def _check_arrays(path: Path, header: _Header) -> None:
 
 def _check_extent(path: Path, header: _Header) -> None:
     """Check the extent against the machine's memory and the file's size."""
-    ends = re.findall(r"-?\d{1,18}", header.attribute("WholeExtent"))
+    ends = _integers(header.attribute("WholeExtent"))
     if len(ends) != 6:
         raise damaged(path, "its header has no extent of six numbers")
-    dimensions = [
-        int(last) - int(first) + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)
-    ]
+    dimensions = [last - first + 1 for first, last in zip(ends[::2], ends[1::2], strict=True)]
     types = [header.type_of(array.group()) for array in header.arrays]
     each = sum(dtype.itemsize * count for dtype, count in types if dtype is not None)
     check_grid(path, dimensions, np.dtype((np.void, max(each, 1))))

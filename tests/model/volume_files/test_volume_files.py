@@ -161,7 +161,7 @@ def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
 
 def test_a_header_is_offered_to_be_skipped():
     path = Path(__file__).parent / "cases" / "raw" / "header_28x20x12_uint16.raw"
-    with pytest.raises(VolumeError, match="28 x 20 x 12 voxels of uint16.*512 bytes too many") as e:
+    with pytest.raises(VolumeError, match="512 bytes too many") as e:
         read_volume(path)
     layout = RawLayout.parse(e.value.suggested["raw"])
     assert layout == RawLayout((28, 20, 12), "uint16", offset=512)
