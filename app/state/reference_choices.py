@@ -108,7 +108,7 @@ class SlowLights:
     def __init__(self) -> None:
         self.found: frozenset[Lighting] = frozenset()
         self._judged: frozenset[Lighting] = frozenset()
-        self._is_loaded = False
+        self._loaded: frozenset[Lighting] = frozenset()
 
     def judge(
         self, lighting: Lighting, result: Result, whole: Raster, is_busy: bool = False
@@ -135,9 +135,9 @@ class SlowLights:
         seconds = image.seconds * min(1.0, pixels / (rows * columns))
         if seconds > limit and is_busy:
             return 0.0
-        if lighting == "soft" and seconds > limit and not self._is_loaded:
-            # With the first image, what draws it was loaded or compiled.
-            self._is_loaded = True
+        if seconds > limit and lighting not in self._loaded:
+            # With the first image, what draws it was loaded or compiled, or the machine slept.
+            self._loaded |= {lighting}
             return 0.0
         self._judged |= {lighting}
         if seconds <= limit:

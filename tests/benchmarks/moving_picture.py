@@ -30,7 +30,7 @@ SIZE = 960, 640
 STEP_MS = 80
 """Time that a picture is shown while something moves."""
 
-LONGEST = 3.7e5
+LONGEST = 4e5
 """Bytes of the file."""
 
 MOVING_S, TURNED_S, RESTING_S = 1.0, 20.0, 60.0
