@@ -6,7 +6,6 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -15,7 +14,7 @@ import numpy as np
 from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
 from model.rendering.raster import Raster
-from model.rendering.renderer import FallbackRenderer, Renderer
+from model.rendering.renderer import FallbackRenderer, Renderer, always
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
 
@@ -131,12 +130,7 @@ class Drawer:
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch = UNWATCHED
     ) -> Array:
         """Render pixels with a distance between samples; given up where that is possible."""
-        renderer = self.renderer
-        if isinstance(renderer, VtkElsewhere):
-            return renderer.watched(inputs, raster, distance, watch)
-        asking = getattr(renderer, "asking", None)
-        with asking(watch.go_on) if asking else nullcontext():
-            return renderer.render(inputs, raster, distance)
+        return self.renderer.render(inputs, raster, distance, go_on=watch.go_on)
 
     def _drawn(
         self, inputs: SceneInputs, raster: Raster, distance: float, watch: Watch | None = None
@@ -180,7 +174,7 @@ class VtkElsewhere:
 
     def opened(self, watch: Watch) -> FallbackRenderer:
         """Wait until it is open, and return it."""
-        vtk = _awaited(self._opening, watch)
+        vtk = _awaited(self._opening, watch.go_on)
         self.sample_distance = vtk.sample_distance
         return vtk
 
@@ -195,21 +189,19 @@ class VtkElsewhere:
         return self._opening.result().by_raycast
 
     def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
-    ) -> Array:
-        """Render one image; see :class:`model.rendering.renderer.Renderer`."""
-        return self.watched(inputs, size, sample_distance, UNWATCHED)
-
-    def watched(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None, watch: Watch
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        sample_distance: float | None = None,
+        *,
+        go_on: Callable[[], object] = always,
     ) -> Array:
         """Render one image, and do not wait for it once it is no longer wanted."""
         vtk = self._opening.result()
         if vtk.by_raycast:
             # VTK has failed since: the ray caster, which draws what moves, too, has one thread.
-            with vtk.asking(watch.go_on):
-                return vtk.render(inputs, size, sample_distance)
-        return _awaited(self._thread.submit(vtk.render, inputs, size, sample_distance), watch)
+            return vtk.render(inputs, size, sample_distance, go_on=go_on)
+        return _awaited(self._thread.submit(vtk.render, inputs, size, sample_distance), go_on)
 
     def close(self) -> None:
         """Release VTK, once it has drawn what it was asked for."""
@@ -226,7 +218,7 @@ def limits_of(request: ImageRequest, is_brief: bool = False) -> tuple[float, ...
     return SOON_SECONDS, REST_SECONDS, LONGEST_SECONDS
 
 
-def _awaited(coming: Future[_T], watch: Watch) -> _T:
+def _awaited(coming: Future[_T], go_on: Callable[[], object]) -> _T:
     while not wait([coming], PATIENCE_S).done:
-        watch.go_on()
+        go_on()
     return coming.result()

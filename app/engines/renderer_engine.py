@@ -128,7 +128,7 @@ class RendererEngine(Engine):
         from model.sensitivity.exact import region_responses
 
         renderer, size = self._of_curves(), request.quality.pixels
-        with renderer.asking(watch.go_on), renderer.coarsely_lit(request.quality.live):
+        with renderer.asking(watch.go_on, request.quality.live):
             return region_responses(
                 renderer, request.inputs, size, request.region, request.width, request.measure
             )
@@ -139,7 +139,7 @@ class RendererEngine(Engine):
         """Differentiate the image exactly."""
         renderer = self._ray_caster()
         edit = edit_over(request.values, renderer.scalar_range, request.width)
-        with renderer.asking(watch.go_on), renderer.coarsely_lit(request.quality.live):
+        with renderer.asking(watch.go_on, request.quality.live):
             return renderer.change(request.inputs, request.quality.pixels, edit)
 
     def visibility(self, request: VisibilityRequest, watch: Watch = UNWATCHED) -> Array:
@@ -188,8 +188,7 @@ class RendererEngine(Engine):
         """Draw one of several small images, in which rings are not what one sees."""
         drawer, quality = self._own(watch), request.quality
         apart = drawer.sample_distance * quality.coarseness
-        coarsely_lit = getattr(drawer.renderer, "coarsely_lit", lambda _live: nullcontext())
-        with coarsely_lit(quality.live):
+        with self._ray_caster().asking(is_coarsely_lit=True) if quality.live else nullcontext():
             return drawer.render(inputs, quality.pixels, apart, watch)
 
     def _own(self, _watch: Watch) -> Drawer:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol
 
 import numpy as np
@@ -19,18 +18,28 @@ from model.scene.volume import Volume
 SMOOTH = 5  # samples of the ray caster's final pictures for each one of VTK's
 
 
+def always() -> None:
+    """Let what is drawn go on."""
+
+
 class Renderer(Protocol):
     """Renders images of one volume under one lighting."""
 
     sample_distance: float  # default distance between samples along a ray, in voxels
 
     def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        sample_distance: float | None = None,
+        *,
+        go_on: Callable[[], object] = always,
     ) -> NDArray[np.float32]:
         """Render RGBA, float32 (rows, columns, 4) in [0, 1], premultiplied, row 0 at the top.
 
         The size is width and height in pixels, or the pixels of a wider image or of a part; the
-        sample distance, in voxels, is by default the renderer's own.
+        sample distance, in voxels, is by default the renderer's own. What is called before each
+        part, in any thread, may raise to give the image up; VTK's is one part.
         """
 
     def close(self) -> None:
@@ -128,22 +137,22 @@ class FallbackRenderer:
         return bool(self.reason or self.remark)
 
     def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        sample_distance: float | None = None,
+        *,
+        go_on: Callable[[], object] = always,
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
         try:
-            return self._renderer.render(inputs, size, sample_distance)
+            return self._renderer.render(inputs, size, sample_distance, go_on=go_on)
         except CannotDrawError as error:
             if self.by_raycast:
                 raise
             self._renderer.close()
             self._fall_back(error)
-            return self._renderer.render(inputs, size, sample_distance)
-
-    def asking(self, go_on: Callable[[], object]) -> AbstractContextManager[None]:
-        """Call this before each part that the ray caster draws meanwhile; it may raise."""
-        asking = getattr(self._renderer, "asking", None)
-        return asking(go_on) if asking else nullcontext()
+            return self._renderer.render(inputs, size, sample_distance, go_on=go_on)
 
     def close(self) -> None:
         """Release the renderer's threads and memory; it cannot be used afterwards."""

@@ -105,9 +105,9 @@ def recorded(drawn: list[tuple[int, Callable[[], Any]]]) -> Iterator[None]:
     """Note each picture that is drawn meanwhile, by its width and how to draw it again."""
 
     def noting(draw: Callable[..., Any]) -> Callable[..., Any]:
-        def noted(renderer: Any, inputs: SceneInputs, size: Any, *others: Any) -> Any:
+        def noted(renderer: Any, inputs: SceneInputs, size: Any, *others: Any, **named: Any) -> Any:
             drawn.append((Raster.of(size).width, partial(draw, renderer, inputs, size, *others)))
-            return drawn[-1][1]()
+            return draw(renderer, inputs, size, *others, **named)
 
         return noted
 
@@ -173,7 +173,15 @@ def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple
     window.sensitivity_state.choose(shown=not asked.hidden)
     watched = Watched(window)
     window.workspace.reference.choose(lighting=lighting)
-    run(PATIENCE_S, lambda: bool(watched.painted) and window.workspace.is_settled)
+    answers = window.workspace.sensitivity
+    run(
+        PATIENCE_S,
+        lambda: (
+            bool(watched.painted)
+            and window.workspace.is_settled
+            and (asked.hidden or answers.visibility is not None)
+        ),
+    )
     run(QUIET_S)
     drawn: list[tuple[int, Callable[[], Any]]] = []
     widget, start, reach = grip(window, asked.drag)

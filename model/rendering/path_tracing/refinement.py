@@ -17,6 +17,7 @@ from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.light_history import LightHistory
 from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 from model.rendering.raster import Raster
+from model.rendering.renderer import always
 from model.scene.inputs import SceneInputs
 
 MOST_SAMPLES = 1 << 14
@@ -224,9 +225,15 @@ class RefiningRenderer:
         return self._cleaning is not None
 
     def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        sample_distance: float | None = None,
+        *,
+        go_on: Callable[[], object] = always,
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
+        go_on()
         return drawn(
             self._tracer, inputs, size, self.samples, sample_distance, cleaning=self._cleaning
         ).rgba

@@ -27,6 +27,7 @@ from model.rendering.raycast.rays import Medium
 from model.rendering.raycast.scene_light import UNLIT, SceneLight
 from model.rendering.raycast.shading import NO_GRID
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
+from model.rendering.renderer import always
 from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -97,7 +98,7 @@ class RaycastRenderer:
             )
         self.sample_distance = sample_distance
         self.skip_empty = self.terminate_early = True
-        self._go_on: Callable[[], object] = _go_on
+        self._go_on: Callable[[], object] = always
         self._volume = volume
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="raycast"
@@ -124,25 +125,26 @@ class RaycastRenderer:
         return self._volume.scalar_range
 
     @contextmanager
-    def coarsely_lit(self, is_coarse: bool = True) -> Iterator[None]:
-        """Take soft light from a coarse grid meanwhile: an eighth of the time, for what moves."""
-        self._light.is_coarse = is_coarse
-        try:
-            yield
-        finally:
-            self._light.is_coarse = False
+    def asking(
+        self, go_on: Callable[[], object] = always, is_coarsely_lit: bool = False
+    ) -> Iterator[None]:
+        """Call this before each part of what is computed meanwhile; it may raise to give up.
 
-    @contextmanager
-    def asking(self, go_on: Callable[[], object]) -> Iterator[None]:
-        """Call this before each part of what is computed meanwhile; it may raise to give up."""
-        self._go_on = go_on
+        A coarse grid of soft light takes an eighth of the time, for what moves.
+        """
+        self._go_on, self._light.is_coarse = go_on, is_coarsely_lit
         try:
             yield
         finally:
-            self._go_on = _go_on
+            self._go_on, self._light.is_coarse = always, False
 
     def render(
-        self, inputs: SceneInputs, size: int | Raster, sample_distance: float | None = None
+        self,
+        inputs: SceneInputs,
+        size: int | Raster,
+        sample_distance: float | None = None,
+        *,
+        go_on: Callable[[], object] = always,
     ) -> NDArray[np.float32]:
         """Render one image.
 
@@ -159,7 +161,10 @@ class RaycastRenderer:
             RGBA in [0, 1]; colour premultiplied by opacity on black; row 0 at
             the top.
         """
-        return self._draw(inputs, size, sample_distance)
+        if go_on is always:
+            return self._draw(inputs, size, sample_distance)
+        with self.asking(go_on, self._light.is_coarse):
+            return self._draw(inputs, size, sample_distance)
 
     def frame(
         self, inputs: SceneInputs, size: int
@@ -487,7 +492,3 @@ class RaycastRenderer:
             opacity,
             inputs.is_nearest(self._volume),
         )
-
-
-def _go_on() -> None:
-    """Nothing is ever given up."""

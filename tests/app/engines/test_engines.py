@@ -1,6 +1,5 @@
 import math
 import threading
-from contextlib import nullcontext
 from dataclasses import replace
 from itertools import count
 
@@ -50,7 +49,7 @@ class FakeRenderer:
     def close(self):
         """Nothing is held."""
 
-    def render(self, inputs, size, sample_distance):
+    def render(self, inputs, size, sample_distance, go_on=None):
         FakeRenderer.now += self.seconds * size.rows * size.columns
         self.calls.append((size, sample_distance))
         image = np.ones((size.rows, size.columns, 4), dtype=np.float32)
@@ -150,7 +149,7 @@ class FakeVtk(FakeRenderer):
         self.threads.append(threading.current_thread())
         return self
 
-    def render(self, inputs, size, sample_distance):
+    def render(self, inputs, size, sample_distance, go_on=None):
         self.threads.append(threading.current_thread())
         return super().render(inputs, size, sample_distance)
 
@@ -429,10 +428,7 @@ def test_the_ray_caster_draws_in_one_thread_where_vtk_has_failed():
     class Fallback(FakeRenderer):
         by_raycast, sample_distance = False, 0.5
 
-        def asking(self, go_on):
-            return nullcontext()
-
-        def render(self, inputs, size, sample_distance):
+        def render(self, inputs, size, sample_distance, go_on=None):
             threads.append(threading.current_thread())
             self.by_raycast = True
             return super().render(inputs, size, sample_distance)

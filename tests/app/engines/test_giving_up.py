@@ -35,11 +35,11 @@ class SlowRenderer(RaycastRenderer):
         self.begun, self.may_end = threading.Semaphore(0), threading.Semaphore(0)
         self.renderings = 0
 
-    def render(self, inputs, size=0, *_, **__):
+    def render(self, inputs, size=0, *_, go_on=lambda: None):
         self.renderings += 1
         self.begun.release()
         assert self.may_end.acquire(timeout=PATIENCE_S)
-        self._go_on()
+        go_on()
         return np.ones((*Raster.of(size).shape, 4), np.float32)
 
 

@@ -47,7 +47,9 @@ def slow(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> Slow:
     """Have images and answers take long, without work for this machine."""
     slow, core = Slow(), threading.Lock()
 
-    def render(_self: Any, _inputs: Any, size: int | Raster, *_: Any) -> NDArray[np.float32]:
+    def render(
+        _self: Any, _inputs: Any, size: int | Raster, *_: Any, **_named: Any
+    ) -> NDArray[np.float32]:
         raster = Raster.of(size)
         with core:
             slow.widths.append(raster.width)

@@ -137,7 +137,7 @@ def test_by_a_coarse_grid_of_light_all_derivatives_are_of_the_same_image(volume,
     renderer = RaycastRenderer(volume, "soft", LIGHT, threads=1)
     inputs = replace(SceneInputs.of(VIEW, tf_of(TFS["random"], COLOR)), light=LIGHT)
     fine = region_sensitivity(renderer, inputs, SIZE, REGION)
-    with renderer.coarsely_lit():
+    with renderer.asking(is_coarsely_lit=True):
         coarse = region_sensitivity(renderer, inputs, SIZE, REGION)
         seen = renderer.render(inputs, SIZE)[PART][..., :3]
         moved = np.array([renderer.change(inputs, SIZE, edit)[PART] for edit in EDITS])
