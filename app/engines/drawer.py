@@ -14,7 +14,7 @@ import numpy as np
 from app.engines.pace import LONGEST_SECONDS, REST_SECONDS, SOON_SECONDS, Sizes
 from app.engines.requests import UNWATCHED, Array, Image, ImageRequest, Watch
 from model.rendering.raster import Raster
-from model.rendering.renderer import FallbackRenderer, Renderer, always
+from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
 
@@ -194,7 +194,7 @@ class VtkElsewhere:
         size: int | Raster,
         sample_distance: float | None = None,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> Array:
         """Render one image, and do not wait for it once it is no longer wanted."""
         vtk = self._opening.result()
@@ -218,7 +218,8 @@ def limits_of(request: ImageRequest, is_brief: bool = False) -> tuple[float, ...
     return SOON_SECONDS, REST_SECONDS, LONGEST_SECONDS
 
 
-def _awaited(coming: Future[_T], go_on: Callable[[], object]) -> _T:
+def _awaited(coming: Future[_T], go_on: Callable[[], object] | None) -> _T:
     while not wait([coming], PATIENCE_S).done:
-        go_on()
+        if go_on is not None:
+            go_on()
     return coming.result()

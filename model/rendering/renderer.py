@@ -18,10 +18,6 @@ from model.scene.volume import Volume
 SMOOTH = 5  # samples of the ray caster's final pictures for each one of VTK's
 
 
-def always() -> None:
-    """Let what is drawn go on."""
-
-
 class Renderer(Protocol):
     """Renders images of one volume under one lighting."""
 
@@ -33,13 +29,13 @@ class Renderer(Protocol):
         size: int | Raster,
         sample_distance: float | None = None,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render RGBA, float32 (rows, columns, 4) in [0, 1], premultiplied, row 0 at the top.
 
         The size is width and height in pixels, or the pixels of a wider image or of a part; the
-        sample distance, in voxels, is by default the renderer's own. What is called before each
-        part, in any thread, may raise to give the image up; VTK's is one part.
+        sample distance, in voxels, is by default the renderer's own. The ray caster calls
+        `go_on` before each part, in any thread; it may raise to give the image up.
         """
 
     def close(self) -> None:
@@ -142,7 +138,7 @@ class FallbackRenderer:
         size: int | Raster,
         sample_distance: float | None = None,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
         try:

@@ -33,7 +33,6 @@ from model.rendering.noise import LABEL_NOISE, noise_of
 from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster
-from model.rendering.renderer import always
 from model.rendering.scalars import renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -140,10 +139,9 @@ class VtkRenderer:
         size: int | Raster,
         sample_distance: float | None = None,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image."""
-        go_on()
         scalar_range = self._volume.scalar_range
         distance = sample_distance or self.sample_distance
         opacity = per_sample(inputs.opacity_tf.sample(scalar_range), distance)

@@ -17,7 +17,6 @@ from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.light_history import LightHistory
 from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 from model.rendering.raster import Raster
-from model.rendering.renderer import always
 from model.scene.inputs import SceneInputs
 
 MOST_SAMPLES = 1 << 14
@@ -230,10 +229,9 @@ class RefiningRenderer:
         size: int | Raster,
         sample_distance: float | None = None,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
-        go_on()
         return drawn(
             self._tracer, inputs, size, self.samples, sample_distance, cleaning=self._cleaning
         ).rgba

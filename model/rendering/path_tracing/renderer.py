@@ -35,7 +35,6 @@ from model.rendering.raycast.rays import Medium
 from model.rendering.raycast.renderer import NO_DEPTH, NOTHING_MISSING
 from model.rendering.raycast.scene_light import UNLIT
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, opacity_table
-from model.rendering.renderer import always
 from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -168,10 +167,9 @@ class PathTracer:
         sample_distance: float | None = None,
         samples: int = SAMPLES,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image of some samples of each pixel; see :mod:`model.rendering.renderer`."""
-        go_on()
         *_, last = self.refine(inputs, size, samples, sample_distance=sample_distance)
         return last.rgba
 

@@ -27,7 +27,6 @@ from model.rendering.raycast.rays import Medium
 from model.rendering.raycast.scene_light import UNLIT, SceneLight
 from model.rendering.raycast.shading import NO_GRID
 from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
-from model.rendering.renderer import always
 from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
@@ -98,7 +97,7 @@ class RaycastRenderer:
             )
         self.sample_distance = sample_distance
         self.skip_empty = self.terminate_early = True
-        self._go_on: Callable[[], object] = always
+        self._go_on: Callable[[], object] = lambda: None
         self._volume = volume
         self._executor = ThreadPoolExecutor(
             threads or os.cpu_count() or 1, thread_name_prefix="raycast"
@@ -126,17 +125,18 @@ class RaycastRenderer:
 
     @contextmanager
     def asking(
-        self, go_on: Callable[[], object] = always, is_coarsely_lit: bool = False
+        self, go_on: Callable[[], object] | None = None, is_coarsely_lit: bool = False
     ) -> Iterator[None]:
         """Call this before each part of what is computed meanwhile; it may raise to give up.
 
         A coarse grid of soft light takes an eighth of the time, for what moves.
         """
-        self._go_on, self._light.is_coarse = go_on, is_coarsely_lit
+        before = self._go_on, self._light.is_coarse
+        self._go_on, self._light.is_coarse = go_on or self._go_on, is_coarsely_lit
         try:
             yield
         finally:
-            self._go_on, self._light.is_coarse = always, False
+            self._go_on, self._light.is_coarse = before
 
     def render(
         self,
@@ -144,7 +144,7 @@ class RaycastRenderer:
         size: int | Raster,
         sample_distance: float | None = None,
         *,
-        go_on: Callable[[], object] = always,
+        go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image.
 
@@ -161,8 +161,6 @@ class RaycastRenderer:
             RGBA in [0, 1]; colour premultiplied by opacity on black; row 0 at
             the top.
         """
-        if go_on is always:
-            return self._draw(inputs, size, sample_distance)
         with self.asking(go_on, self._light.is_coarse):
             return self._draw(inputs, size, sample_distance)
 
