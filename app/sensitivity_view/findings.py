@@ -32,7 +32,7 @@ ROWS = 3  # most values, and most edits
 LEAST_SAID = 0.001
 """Smallest change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step."""
 
-VALUE_TIP = "Values, and their share of what is visible"
+VALUE_TIP = "Values {}: {} % of what is visible"
 EDIT_TIP = (
     "A mode of this opacity at {} to {} changes the region's pixels (0 to 1) by about this much,\n"
     "and by less where the image saturates. What if renders the edit."
@@ -165,8 +165,9 @@ def findings_of(
         title=asked.region_name,
         values_heading="Values visible" if asked.place is None else "Values at the clicked place",
         values=tuple(
-            Row((_reach(asker, one), f"{percent} %"), VALUE_TIP, share=one.share)
+            Row((reach, f"{percent} %"), VALUE_TIP.format(reach, percent), share=one.share)
             for one, percent in zip(values, percentages(values), strict=True)
+            for reach in (_reach(asker, one),)
         ),
         values_note="" if values else "nothing visible" if values_fresh else waiting,
         values_fresh=values_fresh,
