@@ -38,6 +38,10 @@ SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75
 OPAQUE_RAY = 0.5
 """Opacity from which a ray counts as one through what is shown, with the mode at its highest."""
 
+SURROUNDS, MOST_RIM = 1.05, 0.9
+"""Least share of the rim's peak at the rim, relative to its share in the volume, of what is around
+the object rather than the object, cut; and the share from which it is in any case."""
+
 RIM_FLANK = 0.2  # height at which the flank of the rim's peak ends, as a fraction of the peak's
 
 DISTINCT = 3.0
@@ -134,7 +138,10 @@ def _window_beyond_rim(volume: Volume, thinned: ThinnedVolume) -> Range:
     end = peak + int(np.argmax(np.append(flanks[peak:], True)))
     lo, hi = volume.scalar_range
     low, high = (lo + place * (hi - lo) / TF_SAMPLES for place in (start + 1, end))
-    if high <= window_lo or 2 * bins[start + 1 : end].sum() < bins.sum():
+    share = bins[start + 1 : end].sum() / max(bins.sum(), 1)
+    everywhere = thinned.levels[thinned.levels < LEVELS].astype(np.int64) * TF_SAMPLES // LEVELS
+    inside = np.mean((everywhere > start) & (everywhere < end))
+    if high <= window_lo or share < 0.5 or share < min(SURROUNDS * inside, MOST_RIM):
         return window_lo, window_hi
     center = lo + (peak + 0.5) * (hi - lo) / TF_SAMPLES
     if hi - center >= DISTINCT * (high - center):

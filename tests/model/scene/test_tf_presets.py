@@ -180,6 +180,14 @@ def test_grains_are_shown_without_the_resin_about_them(grains):
     assert opacity(grains + np.arange(-6, 7)).max() > 0.3
 
 
+def test_a_block_cut_out_of_a_solid_shows_the_solid():
+    random = np.random.default_rng(0)
+    coarse = random.choice([60.0, 100.0, 125.0], p=[0.15, 0.7, 0.15], size=(12, 12, 12))
+    values = np.kron(coarse, np.ones((4, 4, 4))) + random.normal(0, 3, (48, 48, 48))
+    opacity = default_transfer_function(Volume(values)).opacity
+    assert all(opacity(value + np.arange(-6, 7)).max() > 0.03 for value in (100.0, 125.0))
+
+
 @pytest.mark.parametrize("of_patient", [True, False])
 def test_the_best_for_the_kind_of_data_come_first_whatever_range_is_shown(of_patient):
     values = ct(np.random.default_rng(0))
