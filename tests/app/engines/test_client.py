@@ -1,10 +1,14 @@
+"""A client's states, and askers of one engine: each hears its own answers, the newest count."""
+
 import threading
 
+import numpy as np
 import pytest
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
+from app.engines import worker
 from app.engines.client import Channel, EngineClient, EngineState
-from app.engines.requests import IMAGES, VisibilityRequest
+from app.engines.requests import IMAGES, ImageRequest, VisibilityRequest
 from model.errors import CheckpointError, RenderError
 from model.scene.region import Region
 
@@ -130,3 +134,96 @@ def test_an_older_images_error_says_nothing_about_the_newest(qtbot, told):
     with qtbot.waitSignal(told.client.settled):
         gate.release()
     assert EngineState.FAILED not in told.states
+
+
+class Asking:
+    """A client whose engine waits in each image, two channels to it, and their answers."""
+
+    def __init__(self, qtbot):
+        self.client = EngineClient("test")
+        self.engine = FakeEngine(gate=threading.Semaphore(0))
+        self.one, self.other = (Channel(self.client, name, self.client) for name in ("one", "two"))
+        self.heard = {self.one: [], self.other: []}
+        for channel, heard in self.heard.items():
+            channel.answered.connect(heard.append)
+        with qtbot.waitSignal(self.client.engineReady):
+            self.client.start(lambda: self.engine, "Loading …")
+
+    def ask(self, channel):
+        """Ask for an image on a channel."""
+        image = make_request(0)
+        return channel.ask(ImageRequest(image.inputs, image.quality))
+
+    def begin(self, channel):
+        """Ask, and wait until it is being drawn."""
+        asked = self.ask(channel)
+        assert self.engine.started.acquire(timeout=PATIENCE_S)
+        return asked
+
+    def let_draw(self):
+        """Let the engine draw all that comes."""
+        assert self.engine.gate is not None
+        self.engine.gate.release(10)
+
+
+@pytest.fixture
+def asking(qtbot):
+    asking = Asking(qtbot)
+    yield asking
+    asking.let_draw()
+    asking.client.stop()
+    asking.client.join()
+
+
+def test_an_answer_goes_to_its_asker_alone(qtbot, asking):
+    first, second = asking.ask(asking.one), asking.ask(asking.other)
+    assert 0 < first.sequence < second.sequence
+    assert asking.one.is_pending and asking.other.is_pending
+    asking.let_draw()
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one] and asking.heard[asking.other]))
+    assert [result.request for result in asking.heard[asking.one]] == [first]
+    assert asking.heard[asking.one][0].request.sequence == first.sequence
+    assert [result.request.channel for result in asking.heard[asking.other]] == ["two"]
+    assert not asking.one.is_pending and not asking.other.is_pending
+    # The engine's own images are nobody else's.
+    assert asking.client.state.name == "LOADING"
+
+
+def test_what_is_called_off_is_not_answered(qtbot, asking):
+    asking.begin(asking.one)
+    asking.one.cancel()
+    assert not asking.one.is_pending
+    asking.ask(asking.other)
+    asking.let_draw()
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.other]))
+    assert not asking.heard[asking.one]
+    # What is asked from then on is.
+    asking.ask(asking.one)
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+
+
+def test_how_far_the_newest_answer_has_got_is_heard_by_its_asker(qtbot, asking, monkeypatch):
+    monkeypatch.setattr(worker, "PROGRESS_S", 0.0)
+    heard = []
+    asking.one.progressed.connect(heard.append)
+    asking.other.progressed.connect(lambda _part: pytest.fail("It asked for something else."))
+
+    def image(request, watch):
+        for part in (0.0, 0.5):
+            watch.note(part)
+        return np.zeros((8, 8, 4), np.float32)
+
+    asking.engine.image = image  # type: ignore[assignment]
+    asking.ask(asking.one)
+    qtbot.waitUntil(lambda: bool(asking.heard[asking.one]))
+    assert heard == [0.0, 0.5]
+
+
+def test_nothing_is_pending_any_more_once_the_engine_ends(asking):
+    asking.begin(asking.one)
+    asking.let_draw()
+    asking.client.stop()
+    assert not asking.one.is_pending
+    # Without an engine nothing is accepted.
+    asking.ask(asking.one)
+    assert not asking.one.is_pending

@@ -1,22 +1,22 @@
-"""Volumes over a range other than their voxels': interpolated first, clamped afterwards."""
+"""Volumes over a range other than their voxels', and on a logarithmic scale."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawing import drawn, rms
+from drawing import VIEW, drawn, rms
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.light import LightDirection
-from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
-from model.scene.view import View
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
 from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, render
 
 SIZE = 64
 KINDS = RaycastRenderer, VtkRenderer
-VIEW = View(35.0, 25.0, 7.0, 0.9)
 RANGES = [
     (40.0, 60.0),
     (49.75, 51.0),
@@ -127,3 +127,24 @@ def test_the_derivative_is_that_of_a_float64_ray_caster_over_a_narrow_range():
     assert energies[0] == pytest.approx((image(0) ** 2).sum(), rel=1e-3)
     assert gradients[0] @ edit == pytest.approx((image(0) * expected).sum(), rel=5e-3)
     renderer.close()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_image_is_that_of_the_natural_logarithm(kind):
+    values = np.exp(2.0 * np.random.default_rng(4).normal(size=(12, 13, 14)))
+    volume = Volume(values).on_scale("log")
+    lo, hi = volume.scalar_range
+    opacity = OpacityTF((lo, hi), (GaussianMode(0.4, 0.3, 0.4),), scale="log")
+    color = ColorTF((lo, hi), ((lo, 0.0, 0.2, 1.0), (hi, 1.0, 0.3, 0.0)))
+    found = drawn(kind, volume, SceneInputs(VIEW, opacity, color), 48, "direct")
+    # The same picture in nepers: everything is ln 10 times as large.
+    by = np.log(10.0)
+    plain = Volume(np.log(values))
+    ends = plain.scalar_range
+    nepers = replace(
+        opacity, scalar_range=ends, modes=(GaussianMode(0.4 * by, 0.3 * by, 0.4),), scale="linear"
+    )
+    colors = ColorTF(ends, ((ends[0], 0.0, 0.2, 1.0), (ends[1], 1.0, 0.3, 0.0)))
+    expected = drawn(kind, plain, SceneInputs(VIEW, nepers, colors), 48, "direct")
+    assert expected[..., 3].max() > 0.3
+    assert np.abs(found - expected).max() < 2e-3

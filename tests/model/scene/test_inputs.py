@@ -5,7 +5,14 @@ import numpy as np
 import pytest
 from ramp import make_tf, make_volume
 
-from model.scene.inputs import SceneInputs, draw_inputs, encode_inputs, outside_range, store_inputs
+from model.scene.inputs import (
+    SceneInputs,
+    draw_inputs,
+    encode_inputs,
+    outside_range,
+    rgb_to_lab,
+    store_inputs,
+)
 from model.scene.light import LightDirection
 from model.scene.orientation import home_view
 from model.scene.scene import Scene
@@ -102,3 +109,18 @@ def test_a_view_that_is_upside_down_is_told_with_the_axis():
     scene = Scene.of(make_volume(), 16, up="-z")
     text = outside_range(SceneInputs.of(View(30, 20), make_tf()), scene)
     assert "roll 180° (±10° with −z up)" in text.replace("roll -180", "roll 180")
+
+
+def test_known_colours():
+    # CIELAB of sRGB red under D65, from the standard's formulas: L 53.24, a 80.09, b 67.20.
+    red = rgb_to_lab(np.array([1.0, 0.0, 0.0], np.float32))
+    expected = [
+        53.24 / 50 - 1,
+        2 * (80.09 + 86.185) / 184.439 - 1,
+        2 * (67.20 + 107.863) / 202.345 - 1,
+    ]
+    np.testing.assert_allclose(red, expected, atol=1e-3)
+    # Those outside the cube are clipped, not NaN.
+    wild = np.array([[-3.0, 0.5, 7.0], [1.001, -1e-9, 0.2]], np.float32)
+    np.testing.assert_array_equal(rgb_to_lab(wild), rgb_to_lab(np.clip(wild, 0, 1)))
+    assert np.isfinite(rgb_to_lab(wild)).all()

@@ -9,6 +9,7 @@ import torch
 from torch import nn
 
 from model.errors import TrainingError
+from model.networks.generator_network import decode_unit
 from model.networks.size import NetworkSize
 from model.samples.sampling import draw_edits, draw_opacity_tfs
 from model.scene.scene import Scene
@@ -213,3 +214,21 @@ def test_parts_of_a_batch_have_an_even_number_of_samples(batch):
         assert [len(part) for part in batch.parts(parts)] == sizes
     joined = torch.cat([part.image for part in batch.parts(4)])
     assert torch.equal(joined, batch.image)
+
+
+def test_a_batch_keeps_shapes_ranges_and_meaning(store):
+    samples = store.read("train", range(6))
+    batch = encode_batch(samples, store.scene, 32)
+    assert batch.inputs.conditions.shape == (6, 5)
+    assert batch.inputs.opacity_tf.shape == (6, 256)
+    assert batch.inputs.color_tf.shape == (6, 3, 256)
+    assert batch.opacity_image.shape == (6, 1, 32, 32)
+    assert batch.image.shape == (6, 3, 64, 64)
+    for value in (*batch.inputs, batch.opacity_image, batch.image):
+        assert value.dtype == torch.float32
+        assert value.abs().max() <= 1 + 1e-6
+    blocks = samples.rgba[..., 3].reshape(6, 32, 2, 32, 2).mean(axis=(2, 4)) / 255
+    np.testing.assert_allclose(decode_unit(batch.opacity_image)[:, 0].numpy(), blocks, atol=1e-6)
+    assert decode_unit(batch.image)[2, 1, 40, 20].item() == pytest.approx(
+        samples.rgba[2, 40, 20, 1] / 255, abs=1e-6
+    )
