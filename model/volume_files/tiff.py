@@ -6,7 +6,7 @@ import math
 import re
 import struct
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -388,12 +388,9 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
 
     Returns shape (nz, ny, nx) or (nz, ny, nx, samples), in native byte order.
     """
-    import zarr
-
     nx, ny, nz = stack.dimensions
     values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
-    series: Any = stack.series
-    stored = zarr.open_array(series.aszarr(level=0, chunkmode="page", maxworkers=1), mode="r")
+    read = _plane_reader(stack.series)
     inner = "".join(letter for letter in stack.axes if letter in "YXS")
     order = [inner.index(letter) for letter in "YXS" if letter in inner]
     for target, z in zip(values, counted("slices read", range(nz)), strict=True):
@@ -401,5 +398,24 @@ def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np
             slice(None) if letter in "YXS" else z if k == stack.depth else index.get(k, 0)
             for k, letter in enumerate(stack.axes)
         )
-        target[...] = np.transpose(stored[place], order).reshape(target.shape)
+        target[...] = np.transpose(read(place), order).reshape(target.shape)
     return values if stack.samples > 1 else values[..., 0]
+
+
+def _plane_reader(series: Any) -> Callable[[tuple[Any, ...]], NDArray[Any]]:
+    """Return what reads a plane of a series: by itself where each page is one, else by zarr."""
+    outer = series.shape[: -len(series.keyframe.shape)]
+    if (
+        series.dataoffset is None
+        and series.shape == (*outer, *series.keyframe.shape)
+        and math.prod(outer) == len(series.pages)
+        and not {*series.axes[len(outer) :]} - {*"YXS"}
+    ):
+        # Importing zarr takes longer than most files.
+        return lambda place: series.pages[
+            int(np.ravel_multi_index(place[: len(outer)], outer)) if outer else 0
+        ].asarray(maxworkers=1)
+    import zarr
+
+    stored = zarr.open_array(series.aszarr(level=0, chunkmode="page", maxworkers=1), mode="r")
+    return lambda place: np.asarray(stored[place])
