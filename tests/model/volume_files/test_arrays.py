@@ -10,6 +10,7 @@ from scipy.io import netcdf_file
 from volume_writers import (
     check,
     refused,
+    said,
     scaled,
     voxels,
     write_mrc,
@@ -24,10 +25,6 @@ from model.volume_files import Choice, read_volume
 
 ARRAY = voxels("float32")
 TIMES = voxels("int16", (4, 6, 5, 7))
-
-
-def said(volume):
-    return " ".join(volume.notes)
 
 
 def hdf5(path, array):
@@ -90,38 +87,6 @@ def test_the_largest_of_several_arrays_that_is_no_mask(tmp_path):
     refused(
         path, "no array 'nothing'; there are values, small, mask", choice=Choice(array="nothing")
     )
-
-
-def test_fill_values_scaling_and_coordinates_of_netcdf_4(tmp_path):
-    path = tmp_path / "a.nc"
-    stored = voxels("int16")
-    stored[2, 3, 4], stored[0, 0, 0] = -999, 32000
-    with h5py.File(path, "w") as file:
-        values = file.create_dataset("temperature", data=stored)
-        values.attrs["_FillValue"] = np.array([-999], "i2")
-        values.attrs["valid_max"] = 31999
-        values.attrs["scale_factor"], values.attrs["add_offset"] = 0.5, 100.0
-        values.attrs["units"] = "K"
-        coordinates = {
-            "z": (np.arange(6) * 3.0 + 30, "mm"),
-            "y": (20 - np.arange(5) * 2.0, "mm"),
-            "x": (np.arange(7) * 500.0, "um"),
-        }
-        for k, (name, (numbers, unit)) in enumerate(coordinates.items()):
-            scale = file.create_dataset(name, data=numbers)
-            scale.attrs["units"] = unit
-            scale.make_scale(name)
-            values.dims[k].attach_scale(scale)
-    volume = read_volume(path)
-    expected = (stored * 0.5 + 100)[:, ::-1]
-    there = (stored > -999) & (stored < 32000)
-    np.testing.assert_allclose(volume.voxels[there[:, ::-1]], expected[there[:, ::-1]])
-    assert "missing by what the file says" in said(volume)
-    assert volume.units == "K"
-    assert volume.spacing == pytest.approx((500, 2000, 3000))
-    assert volume.origin == pytest.approx((0, 12000, 30000))
-    assert volume.file.spacing_unit == "um"
-    assert "y is read in reverse order" in said(volume)
 
 
 def test_voxel_sizes_in_attributes_of_hdf5(tmp_path):

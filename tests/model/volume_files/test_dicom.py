@@ -18,6 +18,7 @@ from volume_writers import (
     dataset,
     item,
     refused,
+    said,
     save_dicom,
     voxels,
     write_dicom,
@@ -28,10 +29,6 @@ from model.volume_files.dicom import dicom_slices, read_dicom
 
 CASES = Path(__file__).parent / "cases" / "dicom"
 HU = {"Modality": "CT", "RescaleSlope": 1, "RescaleIntercept": 0}
-
-
-def said(volume):
-    return " ".join(volume.notes)
 
 
 def itk(folder):
@@ -287,13 +284,6 @@ def test_many_frames_in_one_file(tmp_path, time):
     assert [f"{c.kind} {c.name}" for c in volume.file.contents] == ["time 1", "time 2", "time 3"]
 
 
-def test_frames_without_functional_groups(tmp_path):
-    array = voxels("uint16", (6, 5, 7))
-    tags = {"ImagePositionPatient": [1, 2, 3], "SpacingBetweenSlices": 4.0}
-    path = save_dicom(tmp_path / "a.dcm", dataset(array, frames=6, **tags))
-    check(read_volume(path), array, spacing=(0.5, 2, 4))
-
-
 @pytest.mark.parametrize(
     ("tags", "units"),
     [
@@ -400,23 +390,28 @@ def test_images_at_one_place_that_nothing_tells_apart(tmp_path):
     )
 
 
-def test_a_segmentation_of_one_bit(tmp_path):
-    array = voxels("uint8", (6, 5, 7)) > 100
-    packed = np.packbits(array.ravel(), bitorder="little")
-    packed = np.append(packed, np.zeros(len(packed) % 2, np.uint8))
-    ds = dataset(np.zeros((6, 5, 7), np.uint8), frames=6, ImagePositionPatient=[0, 0, 0])
-    ds.BitsAllocated, ds.BitsStored, ds.HighBit = 1, 1, 0
-    ds.PixelData = packed.tobytes()
-    check(read_volume(save_dicom(tmp_path / "a.dcm", ds)), array)
+PLACE = {"ImagePositionPatient": [1, 2, 3]}
+DOSE = {"DoseGridScaling": 0.001, "DoseUnits": "GY", "Modality": "RTDOSE"}
+OFFSETS = {"GridFrameOffsetVector": [0.0, 2.5, 5, 7.5, 10, 12.5]}
 
 
-def test_a_dose_has_its_units(tmp_path):
+@pytest.mark.parametrize(
+    ("tags", "factor", "facts"),
+    [
+        ({"SpacingBetweenSlices": 4.0}, 1, {"spacing": (0.5, 2, 4)}),
+        (DOSE | OFFSETS, 0.001, {"units": "Gy", "spacing": (0.5, 2, 2.5)}),
+        ({"BitsAllocated": 1, "BitsStored": 1, "HighBit": 0}, 1, {}),
+    ],
+)
+def test_frames_without_functional_groups(tmp_path, tags, factor, facts):
     array = voxels("uint16", (6, 5, 7))
-    tags = {"DoseGridScaling": 0.001, "DoseUnits": "GY", "Modality": "RTDOSE"}
-    tags |= {"ImagePositionPatient": [1, 2, 3]}
-    tags |= {"GridFrameOffsetVector": [0.0, 2.5, 5, 7.5, 10, 12.5]}
-    volume = read_volume(save_dicom(tmp_path / "a.dcm", dataset(array, frames=6, **tags)))
-    check(volume, array * 0.001, rtol=1e-5, units="Gy", spacing=(0.5, 2, 2.5))
+    ds = dataset(array, frames=6, **PLACE, **tags)
+    if "BitsAllocated" in tags:
+        # A segmentation, packed across its images.
+        array = array > 30000
+        packed = np.packbits(array.ravel(), bitorder="little")
+        ds.PixelData = np.append(packed, np.zeros(len(packed) % 2, np.uint8)).tobytes()
+    check(read_volume(save_dicom(tmp_path / "a.dcm", ds)), array * factor, rtol=1e-5, **facts)
 
 
 @pytest.mark.parametrize(

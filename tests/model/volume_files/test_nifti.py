@@ -131,13 +131,6 @@ def test_colours_are_components(tmp_path):
         check(read_volume(path, component=component), array[..., component])
 
 
-def test_units_of_length(tmp_path):
-    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
-    image.header.set_xyzt_units("micron")
-    nib.save(image, tmp_path / "a.nii")
-    assert read_volume(tmp_path / "a.nii").file.spacing_unit == "um"
-
-
 @pytest.mark.parametrize("words", ["mirror images", "turn the grid", "place the grid"])
 def test_a_qform_that_disagrees(tmp_path, words):
     other = AFFINE.copy()
@@ -154,30 +147,42 @@ def test_a_qform_that_disagrees(tmp_path, words):
     check(read_volume(tmp_path / "a.nii"), ARRAY, words, origin=ORIGIN)
 
 
-def test_a_left_handed_sform_is_not_shown_mirrored(tmp_path):
-    volume = read_volume(save(tmp_path / "a.nii", affine=AFFINE * [[-1], [1], [1], [1]]))
-    check(volume, ARRAY[::-1], "reverse order")
+FLAT = voxels("int16", (6, 1, 5, 7))
+
+
+def micron(path):
+    image = nib.Nifti1Image(np.ascontiguousarray(ARRAY.T), AFFINE)
+    image.header.set_xyzt_units("micron")
+    nib.save(image, path)
+    return path
+
+
+def longer(path):
+    """A stream with more behind the voxels."""
+    content = save(path).read_bytes() + b"more of it"
+    (path.parent / "b.nii.gz").write_bytes(gzip.compress(content))
+    return path.parent / "b.nii.gz"
+
+
+ODD = {
+    "left-handed": (lambda p: save(p, affine=AFFINE * [[-1], [1], [1], [1]]), ARRAY[::-1],
+        "reverse order", {}),
+    "times": (lambda p: save(p, FLAT), FLAT[:, 0], "calls its images time steps", {}),
+    "no offset": (lambda p: patched(save(p), {108: ("<f4", 0)}), ARRAY, "", {}),
+    "micron": (micron, ARRAY, "", {"spacing_unit": "um"}),
+    "longer": (longer, ARRAY, "", {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_odd_files(tmp_path, name):
+    write, array, said, facts = ODD[name]
+    volume = read_volume(write(tmp_path / "a.nii"))
+    check(volume, array, said, **facts)
     assert np.linalg.det(np.array(volume.file.directions)) > 0
-
-
-def test_slices_that_are_called_times(tmp_path):
-    array = voxels("int16", (6, 1, 5, 7))
-    path = save(tmp_path / "a.nii", array)
-    check(read_volume(path), array[:, 0], "calls its images time steps")
-
-
-def test_an_offset_that_is_left_out(tmp_path):
-    check(read_volume(patched(save(tmp_path / "a.nii"), {108: ("<f4", 0)})), ARRAY)
 
 
 def test_a_pair_without_its_half(tmp_path):
     path = save(tmp_path / "a.img", kind=nib.Nifti1Pair)
     (tmp_path / "a.hdr").unlink()
     refused(path, r"needs the file a\.hdr next to it")
-
-
-def test_a_stream_that_is_longer(tmp_path):
-    path = save(tmp_path / "a.nii.gz")
-    whole = gzip.decompress(path.read_bytes())
-    path.write_bytes(gzip.compress(whole + b"more of it"))
-    check(read_volume(path), ARRAY)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tifffile
-from volume_writers import SPACING, check, refused, voxels, write_tiff
+from volume_writers import SPACING, check, refused, said, voxels, write_tiff
 
 from model.volume_files import Choice, read_volume
 
@@ -20,10 +20,6 @@ def whole(path):
 def ome_text(path):
     with tifffile.TiffFile(path) as tiff:
         return tiff.ome_metadata
-
-
-def described(volume):
-    return " ".join(volume.notes)
 
 
 def test_calibrated_by_imagej(tmp_path):
@@ -47,7 +43,7 @@ def test_a_damaged_ome_header_is_said(tmp_path):
     path = tmp_path / "a.ome.tif"
     tifffile.imwrite(path, np.stack([voxels(), voxels()]), ome=True, metadata={"axes": "CZYX"})
     path.write_bytes(path.read_bytes().replace(b"</OME>", b"</OMX>"))
-    assert "OME header is damaged" in described(read_volume(path))
+    assert "OME header is damaged" in said(read_volume(path))
 
 
 BYTES = voxels("uint8")
@@ -101,7 +97,7 @@ def test_files_of_other_programs(file, spacing, unit, said):
         array = array.take(0, axis=int(np.argmin(array.shape)))
     less = 32768 if file.startswith("signed") else 0
     check(volume, array - less, said, spacing=spacing, spacing_unit=unit)
-    assert ("no voxel spacing" in described(volume)) == ("no voxel spacing" in said)
+    assert ("no voxel spacing" in " ".join(volume.notes)) == ("no voxel spacing" in said)
 
 
 @pytest.mark.parametrize("channel", [None, "0", "1"])
@@ -114,7 +110,7 @@ def test_a_channel_of_two(file, channel):
         ("channel", (28, 20, 12), channel != "1"),
         ("channel", (28, 20, 12), channel == "1"),
     ]
-    assert "Of 2 channels" in described(volume)
+    assert "Of 2 channels" in said(volume)
 
 
 def test_arrays_of_four_axes_are_several_volumes():
@@ -192,13 +188,13 @@ def test_a_declared_value_of_no_data_is_missing(tmp_path):
     nodata = (42113, 2, 0, "-9999", True)
     tifffile.imwrite(path, array, extratags=[nodata], photometric="minisblack")
     volume = read_volume(path)
-    assert "1 voxels are missing by what the file says" in described(volume)
+    assert "1 voxels are missing by what the file says" in said(volume)
     assert volume.data_range[0] > -9999
 
 
 def test_folders_of_slices():
     volume = read_volume(CASES / "folder" / "gap")
-    assert "Slices are missing: 7 and 8" in described(volume)
+    assert "Slices are missing: 7 and 8" in said(volume)
     assert volume.dimensions == (28, 20, 10)
     folder, names = CASES / "folder" / "two_channels", []
     for number in range(2):

@@ -234,15 +234,16 @@ def refused(path, match, **options):
         read_volume(path, **options)
 
 
+def said(volume):
+    """All notes of a volume."""
+    return " ".join(volume.notes)
+
+
 def check(volume, array, said="", *, spacing=None, origin=None, rtol=0.0, **facts):
     """Compare a volume with what was written.
 
-    Parameters
-    ----------
-    said : str or None
-        Words that its notes hold, apart by "|"; None for no notes.
-    facts
-        Attributes of the volume or of its file.
+    `said` has words that its notes hold, apart by "|", or None for no notes; `facts` are
+    attributes of the volume or of its file.
     """
     if rtol:
         np.testing.assert_allclose(volume.voxels, array, rtol=rtol)
