@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import socket
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -29,6 +30,7 @@ ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
 SCREENSHOT_PATIENCE_S = 300
 """Time after which a screenshot is taken even if an image is missing."""
 
+DISPLAY_PATIENCE_S = 5.0  # time within which a display answers
 _SIGNAL_TICK_MS = 200
 
 
@@ -57,6 +59,9 @@ def run_window(
         return 2
     if screenshot is not None:
         os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+        # A size is in pixels, whatever the screen's scale is.
+        os.environ["QT_SCALE_FACTOR"] = "1"
+        os.environ.pop("QT_SCREEN_SCALE_FACTORS", None)
         # The offscreen platform warns of every unsupported window-manager hint.
         os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     # With other busy threads, OpenMP's busy-waiting would slow down all of them.
@@ -157,10 +162,35 @@ def _application() -> QApplication:
 
 
 def _display_is_there() -> bool:
-    """Return True if there is a display; always on systems other than Linux."""
-    if not sys.platform.startswith("linux"):
+    """Return True if a display answers; always on systems other than Linux.
+
+    Qt would end the process at one that is gone.
+    """
+    if not sys.platform.startswith("linux") or os.environ.get("QT_QPA_PLATFORM"):
         return True
-    return any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"))
+    if wayland := os.environ.get("WAYLAND_DISPLAY"):
+        # An absolute name replaces the folder.
+        place = os.path.join(os.environ.get("XDG_RUNTIME_DIR", ""), wayland)  # noqa: PTH118
+        if _answers(socket.AF_UNIX, place):
+            return True
+    host, _, number = os.environ.get("DISPLAY", "").partition("/")[0].rpartition(":")
+    number = number.partition(".")[0]
+    if not number.isdecimal():
+        return False
+    if host in ("", "unix"):
+        local = f"/tmp/.X11-unix/X{number}"
+        return any(_answers(socket.AF_UNIX, place) for place in (local, f"\0{local}"))
+    return _answers(socket.AF_INET, (host, 6000 + int(number)))
+
+
+def _answers(family: socket.AddressFamily, place: str | tuple[str, int]) -> bool:
+    with socket.socket(family, socket.SOCK_STREAM) as end:
+        end.settimeout(DISPLAY_PATIENCE_S)
+        try:
+            end.connect(place)
+        except OSError:
+            return False
+        return True
 
 
 def _take_screenshot(application: QApplication, window: MainWindow, path: Path) -> int:

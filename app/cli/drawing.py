@@ -405,6 +405,10 @@ def _write_turntable(asked: Render, drawer: Drawer) -> None:
     middle = tuple((shown.min(axis=0) + shown.max(axis=0)) / 2)
     up = asked.up or volume.up or DEFAULT_UP
     views = turntable(drawer.inputs.view, count, up, volume.proportions, middle)
+    size = drawer.raster
+    if asked.out.suffix.lower() == ".mp4" and (size.width % 2 or size.height % 2):
+        even = f"{size.width // 2 * 2} x {size.height // 2 * 2}"
+        warn(f"{asked.out}: the sides of an MP4 are even numbers; it has {even} pixels.")
     with counting("Drawing pictures", count) as show:
 
         def frames() -> Iterator[NDArray[np.uint8]]:

@@ -169,11 +169,11 @@ def figure(
 
 
 def pixels_of(image: QImage) -> NDArray[np.uint8]:
-    """Return an opaque picture's pixels as uint8 (H, W, 3), of even height and width."""
+    """Return an opaque picture's pixels as uint8 (H, W, 3)."""
     rgb = image.convertToFormat(QImage.Format.Format_RGB888)
     stored = np.frombuffer(rgb.constBits(), np.uint8).reshape(rgb.height(), rgb.bytesPerLine())
     pixels = stored[:, : 3 * rgb.width()].reshape(rgb.height(), rgb.width(), 3)
-    return pixels[: rgb.height() // 2 * 2, : rgb.width() // 2 * 2].copy()
+    return pixels.copy()
 
 
 def difference_of(drawn: Image, truth: Image) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ SUFFIXES = (".mp4", ".gif")
 
 
 def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_second: float) -> Path:
-    """Write frames (H, W, 3), of even height and width, as a movie; return its path.
+    """Write frames (H, W, 3) as a movie, without an odd last row or column in MP4; return its path.
 
     Frames are taken one by one; whatever this raises ends the movie, of which nothing is left then.
     Raises :class:`RenderError` when the format is unknown, or the file cannot be written.
@@ -40,7 +40,8 @@ def write_movie(path: Path, frames: Iterable[NDArray[np.uint8]], frames_per_seco
         movie = imageio.get_writer(partial, **settings)
         try:
             for frame in frames:
-                movie.append_data(frame)
+                height, width = (n - n % 2 if suffix == ".mp4" else n for n in frame.shape[:2])
+                movie.append_data(frame[:height, :width])
         finally:
             # Its own context would leave it open after an error, and the encoder running.
             movie.close()

@@ -92,10 +92,15 @@ def test_an_error_is_in_the_picture_and_printed(builders, tmp_path, capsys, brok
 
 
 @pytest.mark.skipif(os.name != "posix", reason="only Linux can be without a display")
-def test_without_a_display_one_sentence_names_the_way_out(builders, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    "gone", [{}, {"DISPLAY": ":977.0"}, {"DISPLAY": "?"}, {"WAYLAND_DISPLAY": "gone-0"}]
+)
+def test_without_a_display_one_sentence_names_the_way_out(builders, monkeypatch, capsys, gone):
     monkeypatch.setattr("sys.platform", "linux")
     for variable in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
         monkeypatch.delenv(variable, raising=False)
+    for variable, value in gone.items():
+        monkeypatch.setenv(variable, value)
     assert run_window(WindowStart(Path("ramp")), "auto", None, builders.make()) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "--screenshot" in line
