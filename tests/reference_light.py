@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from model.rendering.noise import noise_of
 from model.rendering.raster import Raster
+from model.rendering.scalars import noise_of
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.volume import Volume
 from tests.reference_raycaster import (
     Array,

@@ -30,9 +30,8 @@ from model.generator.catalog import volume_for
 from model.networks.card import MODEL_FILE
 from model.networks.names import DeviceChoice
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.ranges import RangeChoice
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.view import View
 from model.volume_files.shipped import SCAN
 from model.volume_files.source import VolumeSource

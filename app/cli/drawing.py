@@ -28,10 +28,9 @@ from model.rendering.raster import Raster
 from model.rendering.scale_bar import DEPTH_TEXT, Scale
 from model.scene.hints import narrow_part
 from model.scene.inputs import SceneInputs, outside_range
-from model.scene.light import LightDirection
 from model.scene.orientation import line_distance, turntable
 from model.scene.ranges import fit_to_range, fit_to_volume
-from model.scene.scene import Lighting, RendererName, Scene
+from model.scene.scene import LightDirection, Lighting, RendererName, Scene
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF, Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at

@@ -15,8 +15,8 @@ from app.cli import values
 from app.cli.outputs import check_output_folder
 from model.networks.card import read_header
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.ranges import RangeChoice
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import axis_direction
 

@@ -13,8 +13,7 @@ from model.networks.names import DeviceChoice
 from model.rendering.raster import Raster
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.volume_files.source import VolumeSource

@@ -36,8 +36,14 @@ from model.kernel_cache import KernelGroup
 from model.rendering.renderer import Renderer, smooth_distance
 from model.rendering.scalars import KERNEL_TYPES, keeps_type
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import PATH_CURVES, PATH_FIELDS, Lighting, RendererName, Scene
+from model.scene.scene import (
+    PATH_CURVES,
+    PATH_FIELDS,
+    LightDirection,
+    Lighting,
+    RendererName,
+    Scene,
+)
 from model.scene.tf_perturbation import edit_over
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale

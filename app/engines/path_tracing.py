@@ -22,14 +22,13 @@ from app.engines.requests import (
     SupersededError,
     Watch,
 )
-from model.rendering.path_tracing.coarse_light import SIDE
+from model.rendering.path_tracing.moving_light import SIDE
 from model.rendering.path_tracing.refinement import MOST_SAMPLES, Refined, RefiningRenderer
 from model.rendering.path_tracing.renderer import questions
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import PATH_CURVES, PATH_FIELDS
+from model.scene.scene import PATH_CURVES, PATH_FIELDS, LightDirection
 from model.scene.volume import Volume
 
 MOVING, SAMPLE = "moving", "one sample of each pixel"

@@ -17,7 +17,7 @@ from app.image_view.image_canvas import ImageCanvas
 from app.state.crop_planes import WITHOUT_VOLUME, axis_name, least_length, voxel_at
 from app.state.viewer_state import ViewerState
 from model.scene.crop import CropBox
-from model.scene.projection import NEAREST_DEPTH, Projection
+from model.scene.view import NEAREST_DEPTH, Projection
 
 RADIUS, REACH = 6.0, 10.0  # of a handle, and how far from its middle it takes the mouse, in pixels
 LABEL_PLACE = QPointF(14.0, -12.0)  # lower left corner of a handle's label, from its middle

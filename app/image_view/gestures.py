@@ -16,8 +16,8 @@ from PySide6.QtWidgets import QWidget
 from app.image_view.image_canvas import ARROWS
 from app.state.view_navigation import ViewNavigation
 from app.state.viewer_state import ViewerState
-from model.scene.light import LightDirection, LightRange
 from model.scene.orientation import angles_in, view_in
+from model.scene.scene import LightDirection, LightRange
 from model.scene.view import DEFAULT_UP, View
 
 DEGREES_PER_PIXEL = 0.4

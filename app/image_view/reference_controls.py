@@ -33,8 +33,7 @@ from app.state.viewer_state import ViewerState
 from app.wheel_guard import WheelGuard
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.path_tracing import denoising
-from model.scene.light import LightDirection, LightRange
-from model.scene.scene import RENDERER_NAMES
+from model.scene.scene import RENDERER_NAMES, LightDirection, LightRange
 
 LIGHTINGS = {
     "auto": "Automatic: the model's light, else soft where that is fast",

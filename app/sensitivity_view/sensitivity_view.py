@@ -33,7 +33,7 @@ from app.state.sensitivity_answers import Answer
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
-from model.rendering.resizing import at_size_of
+from model.rendering.raster import at_size_of
 from model.scene.inputs import SceneInputs
 from model.scene.tf_perturbation import edit_over
 from model.scene.thinned_volume import ThinnedVolume

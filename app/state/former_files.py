@@ -9,7 +9,7 @@ from typing import Any
 
 from model.errors import TransferFunctionError
 from model.json_files import MalformedError, read_json
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 

@@ -11,8 +11,7 @@ from app.engines.messages import Result
 from app.engines.pace import FIRST_SIZE, FIRST_SLOW_SCALE
 from app.state.volume_memory import LightingChoice
 from model.rendering.raster import Raster
-from model.scene.light import LightDirection, LightRange
-from model.scene.scene import Lighting, Scene
+from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 
 SizeChoice = Literal["pane", "generator"] | int
 """As many pixels as the pane has, as the generator's image has, or a square of a size."""

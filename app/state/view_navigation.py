@@ -18,9 +18,16 @@ from model.scene.orientation import (
     standard_view,
     view_in,
 )
-from model.scene.projection import NEAREST_DEPTH, Projection, holding
 from model.scene.region import SQUARE, Reach
-from model.scene.view import DEFAULT_UP, View, axis_direction, axis_labelled
+from model.scene.view import (
+    DEFAULT_UP,
+    NEAREST_DEPTH,
+    Projection,
+    View,
+    axis_direction,
+    axis_labelled,
+    holding,
+)
 from model.scene.volume import Triple
 
 HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)

@@ -15,8 +15,8 @@ from app.state.edited_input import EditedInput
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
 from model.scene.ranges import fit_to_range
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
 

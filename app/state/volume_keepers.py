@@ -12,7 +12,7 @@ from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.volume_memory import VolumeMemory
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 
 
 class LightKeeper(QObject):

@@ -9,8 +9,7 @@ from msgspec import Meta
 
 from app.state.sensitivity_state import NamedRegion
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.view import View
 

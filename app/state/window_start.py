@@ -8,9 +8,8 @@ from pathlib import Path
 from app.engines.engines import Drawing
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.ranges import RangeChoice
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.value_scale import ValueScale
 from model.scene.view import View
 from model.volume_files.choice import Choice

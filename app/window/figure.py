@@ -22,7 +22,7 @@ from app.window.image_marks import (
     paint_scale_bar,
 )
 from model.errors import RenderError
-from model.rendering.resizing import at_size_of
+from model.rendering.raster import at_size_of
 from model.rendering.scale_bar import Scale
 from model.scene.inputs import SceneInputs
 from model.sensitivity.display import LEAST_DIFFERENCE, overlay, scale_of

@@ -306,10 +306,7 @@ def recipe_lines(study: Study, result: dict[str, Any]) -> list[str]:
         f"{name}={str(value).lower() if isinstance(value, bool) else f'{value:g}'}"
         for name, value in flattened(options.to_json()).items()
     )
-    return [
-        f"Recipe of all: {', '.join(settings)}.",
-        f"Changed by each: {changes}.",
-    ]
+    return [f"Recipe of all: {', '.join(settings)}.", f"Changed by each: {changes}."]
 
 
 def _changes(variant: Variant, options: TrainingOptions) -> list[str]:

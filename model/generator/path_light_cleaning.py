@@ -23,13 +23,12 @@ from model.networks.path_light_network import (
     network_inputs,
 )
 from model.rendering.path_tracing import denoising
-from model.rendering.path_tracing.cleaning import Cleaning, Denoiser, denoiser
-from model.rendering.path_tracing.denoising import denoise
+from model.rendering.path_tracing.denoising import Cleaning, Denoiser, denoise, denoiser
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.volume import Volume
 
 MOST_SAMPLES, MOST_PATHS = 8, 8 << 16
@@ -63,16 +62,11 @@ class NetworkCleaning:
     """Cleans path-traced pictures of one volume by the network behind the denoiser."""
 
     def __init__(
-        self,
-        network: PathLightNetwork,
-        volume: Volume,
-        light: LightDirection | None = None,
-        device: str = "auto",
-        threads: int | None = None,
+        self, network: PathLightNetwork, volume: Volume, light: LightDirection | None = None
     ) -> None:
-        self._device = choose_device(device)
+        self._device = choose_device("auto")
         self._network = place(network, self._device)
-        self._soft = RaycastRenderer(volume, "soft", light, threads=threads)
+        self._soft = RaycastRenderer(volume, "soft", light)
 
     def cleaner(self, inputs: SceneInputs, raster: Raster) -> FinishedPicture:
         """Return what finishes the estimates of a picture."""

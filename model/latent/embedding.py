@@ -1,7 +1,7 @@
 """Places of latent codes on a plane: principal components at once, t-SNE in its own process.
 
 The plane is for the eye: near codes are near one another, and far distances mean little. The
-process is ``python -m model.latent.embedding CODES PLACES SEED``.
+process is ``python -m model.latent.embedding CODES PLACES``.
 """
 
 from __future__ import annotations
@@ -35,9 +35,8 @@ class EmbeddingProcess:
     Raises :class:`LatentError` for codes that have no map, see :func:`standardized`.
     """
 
-    def __init__(self, codes: Codes, seed: int = 0) -> None:
+    def __init__(self, codes: Codes) -> None:
         self._scaled = standardized(codes)
-        self._seed = seed
         self._process: subprocess.Popen[str] | None = None
         self._cancelled = False
 
@@ -53,7 +52,7 @@ class EmbeddingProcess:
             np.save(source, self._scaled)
             command = [
                 sys.executable, "-u", "-m", "model.latent.embedding",
-                str(source), str(target), str(self._seed),
+                str(source), str(target),
             ]  # fmt: skip
             root = Path(__file__).parents[2]
             errors = Path(folder) / "errors.txt"
@@ -122,7 +121,7 @@ def normalized(places: NDArray[np.floating]) -> Places:
     return ((places - (lowest + highest) / 2) / half).astype(np.float32)
 
 
-def main(source: str, target: str, seed: str) -> None:
+def main(source: str, target: str) -> None:
     """Compute the map of a `.npy` file of standardized codes (n, d), and write that of places.
 
     scikit-learn prints its progress every 50 iterations.
@@ -136,12 +135,12 @@ def main(source: str, target: str, seed: str) -> None:
     start[:, : len(axes[:2])] = codes @ axes[:2].T
     start *= 1e-4 / max(float(start[:, 0].std()), 1e-12)
     if not start[:, 1].any():
-        start[:, 1] = np.random.default_rng(int(seed)).normal(0, 1e-6, len(codes))
+        start[:, 1] = np.random.default_rng(0).normal(0, 1e-6, len(codes))
     tsne = TSNE(
         perplexity=min(PERPLEXITY, (len(codes) - 1) / 3),
         init=start.astype(np.float32),
         max_iter=ITERATIONS,
-        random_state=int(seed),
+        random_state=0,
         verbose=2,
         n_jobs=-1,
     )

@@ -16,36 +16,26 @@ from numpy.typing import NDArray
 
 from model.compilation import compiled
 from model.rendering.brightness import LIT_BRIGHTNESS, brighten
-from model.rendering.raycast.camera import camera_array
-from model.rendering.raycast.rays import make_ray
+from model.rendering.raycast.rays import camera_array, make_ray
 from model.rendering.scalars import shown_voxels
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
 
-OVERVIEW_SIZE = 24
-"""Width and height of the tiny pictures, in pixels."""
+OVERVIEW_SIZE = 24  # width and height of the tiny pictures, in pixels
 
 MOST_SAMPLES = 320
 """Samples along the volume's diagonal; in large volumes they are further apart than voxels."""
 
-OPAQUE = 1 - 1e-4
-"""Largest opacity of a voxel's length, so that its logarithm is finite."""
-
-NOTHING = 0.01
-"""Opacity, or brightness, below which a pixel shows nothing."""
+OPAQUE = 1 - 1e-4  # largest opacity of a voxel's length, so that its logarithm is finite
+NOTHING = 0.01  # opacity, or brightness, below which a pixel shows nothing
 
 SOLID_OPACITY, SOLID_SHARE = 0.9, 0.97
 """A solid block: the share of the volume's pixels that are at least as opaque."""
 
-SHOWN_SHARE = 0.1
-"""Share of what is seen that a band of scalar values needs to count as shown."""
-
-PEAK_WIDTH = 4.0
-"""Standard deviation in bins by which shares are smoothed to find the largest."""
-
-AMBIENT = 0.1
-"""Light that a surface reflects which is seen from its side."""
+SHOWN_SHARE = 0.1  # share of what is seen that a band of scalar values needs to count as shown
+PEAK_WIDTH = 4.0  # standard deviation in bins by which shares are smoothed to find the largest
+AMBIENT = 0.1  # light that a surface reflects which is seen from its side
 
 BRIGHT, BRIGHT_SHARE = 0.8, 0.01
 """An exposed picture: the brightness that this share of its content exceeds."""
@@ -56,8 +46,7 @@ LEAST_CONTENT = 0.1, 0.006
 MOST_EXPOSED = 16.0
 """Largest factor of an exposure: what needs a larger one is too faint for a picture."""
 
-DIFFERING = 16
-"""Number of TFs that differ most."""
+DIFFERING = 16  # number of TFs that differ most
 
 COMPONENTS, CLUSTERS = 20, 40
 """Numbers of the pictures that are compared, and groups of like pictures."""
@@ -65,8 +54,7 @@ COMPONENTS, CLUSTERS = 20, 40
 SETTLED = 1.0
 """Change of the pictures' mean distance from their groups' centers that ends the search."""
 
-LEAST_GROUP = 0.006
-"""Share of the pictures that a group needs: odd ones alone stand for nothing."""
+LEAST_GROUP = 0.006  # share of the pictures that a group needs: odd ones alone stand for nothing
 
 DIFFERENT = 0.065
 """Root mean square difference of two tiny pictures whose larger ones look different."""
@@ -74,36 +62,26 @@ DIFFERENT = 0.065
 _SAMPLED = 300
 """Pictures that span the components: on a busy machine, twice as many take ten times as long."""
 
-_PART = 500
-"""TFs that a thread draws at a time."""
+_PART = 500  # TFs that a thread draws at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """Tiny pictures of n TFs in one view.
-
-    Attributes
-    ----------
-    opacity : ndarray of float32, shape (n,)
-        Mean opacity of the image, in [0, 1].
-    is_empty, is_faint, is_solid : ndarray of bool, shape (n,)
-        Whether no pixel shows anything; whether even exposure does not make much of it bright;
-        whether nearly all of the volume's pixels are opaque.
-    shares : ndarray of float32, shape (n, 256)
-        Share of each scalar value's bin in what is seen, 0 for empty images.
-    dominant : ndarray of int64, shape (n,)
-        Bin that most is seen of, with its neighbours.
-    pictures : ndarray of uint8, shape (n, pixels, 3)
-        The tiny pictures, exposed.
-    """
+    """Tiny pictures of n TFs in one view."""
 
     opacity: NDArray[np.float32]
+    """Mean opacity of the image, in [0, 1]. Shape (n,)."""
     is_empty: NDArray[np.bool_]
     is_faint: NDArray[np.bool_]
     is_solid: NDArray[np.bool_]
+    """Whether no pixel shows anything; whether even exposure does not make much of it bright;
+    whether nearly all of the volume's pixels are opaque. Shape (n,)."""
     shares: NDArray[np.float32]
+    """Share of each scalar value's bin in what is seen, 0 for empty images. Shape (n, 256)."""
     dominant: NDArray[np.int64]
+    """Bin that most is seen of, with its neighbours. Shape (n,)."""
     pictures: NDArray[np.uint8]
+    """The tiny pictures, exposed. Shape (n, pixels, 3)."""
 
     @property
     def shows_something(self) -> NDArray[np.bool_]:
@@ -126,16 +104,9 @@ class Overview:
     def most_different(self, wanted: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Return which TFs show the most different things, typical ones of their kind.
 
-        Parameters
-        ----------
-        wanted : ndarray of bool, shape (n,)
-            TFs to choose from. Empty ones are left out, and faint ones and solid blocks where
-            others suffice.
-
-        Returns
-        -------
-        ndarray of int64, shape (:data:`DIFFERING`,) or fewer
-            Row by row of a square on which like pictures are near each other.
+        Of those wanted (n,), empty ones are left out, and faint ones and solid blocks where others
+        suffice. They are :data:`DIFFERING` or fewer, row by row of a square on which like pictures
+        are near each other.
         """
         found = np.flatnonzero(wanted & self.shows_something & ~self.is_faint)
         if len(found) < DIFFERING:
@@ -158,16 +129,9 @@ def overview_of(
     size: int = OVERVIEW_SIZE,
     distance: float | None = None,
 ) -> Overview:
-    """Return what opacity TFs show in the view, crop box and colours of some inputs.
+    """Return what opacity TFs (n, 256) show in the view, crop box and colours of some inputs.
 
-    Parameters
-    ----------
-    tfs : ndarray, shape (n, 256)
-        Opacities over the scalar range.
-    size : int
-        Width and height of the tiny pictures.
-    distance : float, optional
-        Between samples, in voxel lengths; by default one, or more in a large volume.
+    Samples are by default a voxel apart, or more in a large volume.
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -206,13 +170,9 @@ def overview_of(
 
 
 def exposures(pictures: NDArray[np.floating], usual: float) -> NDArray[np.float32]:
-    """Brightness (n,) at which faint pictures show as much as others.
+    """Brightness (n,) at which faint pictures (n, pixels, 3) show as much as others.
 
-    Parameters
-    ----------
-    pictures : ndarray, shape (n, pixels, 3)
-    usual : float
-        Brightness of those that are bright enough, see :mod:`model.rendering.brightness`.
+    `usual` is that of those that are bright enough, see :mod:`model.rendering.brightness`.
     """
     largest = np.maximum(np.maximum(pictures[..., 0], pictures[..., 1]), pictures[..., 2])
     content = (largest > NOTHING / usual).sum(axis=1)
@@ -260,14 +220,8 @@ def _samples(
 ) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.float32]]:
     """Return what the rays of a view meet in what the crop box leaves, whatever the TF.
 
-    Returns
-    -------
-    first : ndarray, shape (pixels + 1,)
-        First sample of each ray, row by row from the top, and the number of samples.
-    bins : ndarray, shape (samples,)
-        Scalar values, by bins of the scalar range.
-    light : ndarray, shape (samples,)
-        Light that is reflected to the eye.
+    That is the first sample of each ray, row by row from the top, and the number of samples; then
+    each sample's bin of the scalar range, and the light that it reflects to the eye.
     """
     from scipy.ndimage import map_coordinates
 
@@ -364,15 +318,7 @@ def _distances(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.flo
 def _far_apart(
     places: NDArray[np.float32], first: NDArray[np.int64], among: NDArray[np.int64], least: float
 ) -> NDArray[np.int64]:
-    """Add to some places those of others that are farthest from all, to :data:`DIFFERING`.
-
-    Parameters
-    ----------
-    first, among : ndarray of int64
-        Numbers of the first places, and of those to choose from.
-    least : float
-        Squared distance from the others that an added place has at least.
-    """
+    """Add other places that are farthest from all, and so far at least, to :data:`DIFFERING`."""
     chosen = first
     while len(chosen) < DIFFERING:
         apart = _distances(places[among], places[chosen]).min(axis=1)

@@ -18,18 +18,11 @@ def usual_brightness(lighting: Lighting) -> float:
 
 
 def brighten(colors: NDArray[np.float32], brightness: float) -> None:
-    """Make colours brighter or darker in place: dark ones by a factor, bright ones by less.
+    """Make colours (..., 3) in [0, 1] brighter or darker in place, dark ones by more.
 
-    Black stays black, full stays full and hues stay as they are. So a bright surface keeps its
+    Black stays black, full stays full and hues stay as they are: by a brightness b, a colour whose
+    largest component is m is multiplied by b / (1 + (b - 1) m). So a bright surface keeps its
     shape, where a mere factor would burn it out.
-
-    Parameters
-    ----------
-    colors : ndarray of float32, shape (..., 3)
-        In [0, 1].
-    brightness : float
-        Factor b of dark colours; one whose largest component is m is multiplied by
-        b / (1 + (b - 1) m).
     """
     if brightness == 1:
         return

@@ -1,4 +1,4 @@
-"""The pixels of an image, or of a part of it."""
+"""The pixels of an image, or of a part of it, and images of more or fewer pixels."""
 
 from __future__ import annotations
 
@@ -120,3 +120,39 @@ def middle_square(image: NDArray[_Number]) -> NDArray[_Number]:
     side = min(height, width)
     top, left = (height - side) // 2, (width - side) // 2
     return image[top : top + side, left : left + side]
+
+
+def resized(image: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Interpolate an image (h, w, channels) linearly to other rows and columns."""
+    for axis, want in enumerate(shape):
+        have = image.shape[axis]
+        if have == want:
+            continue
+        last = have - 1
+        at = np.clip((np.arange(want) + 0.5) * have / want - 0.5, 0, last)
+        before = np.minimum(at.astype(np.intp), max(last - 1, 0))
+        part = (at - before).astype(np.float32)
+        part = part.reshape((-1, 1, 1) if axis == 0 else (1, -1, 1))
+        after = np.minimum(before + 1, last)
+        image = np.take(image, before, axis) * (1 - part) + np.take(image, after, axis) * part
+    return image
+
+
+def at_size_of(
+    field: NDArray[np.float32], image: NDArray[np.float32], sampled: bool = False
+) -> NDArray[np.float32]:
+    """Return an image (h, w, 3) with as many pixels as a field of it or of its square.
+
+    Pixels are means over their areas or, if `sampled`, what the image shows in their middle, as if
+    it were rendered with as few.
+    """
+    if field.shape == image.shape:
+        return image
+    # Imported here: the window starts without it.
+    from skimage.transform import resize
+
+    rows, columns, _ = field.shape
+    shown = middle_square(image) if rows == columns else image
+    order = 3 if sampled else 1
+    resized = resize(shown, field.shape, order=order, anti_aliasing=not sampled)
+    return np.asarray(resized, dtype=np.float32)

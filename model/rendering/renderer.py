@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from model.errors import CannotDrawError
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting, RendererName
+from model.scene.scene import LightDirection, Lighting, RendererName
 from model.scene.volume import Volume
 
 SMOOTH = 5  # samples of the ray caster's final pictures for each one of VTK's

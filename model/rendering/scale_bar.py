@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
 from model.scene.orientation import WHOLE
-from model.scene.projection import NEAREST_DEPTH, Projection
-from model.scene.view import VIEW_ANGLE, View
+from model.scene.view import NEAREST_DEPTH, VIEW_ANGLE, Projection, View
 from model.scene.volume import Triple, Volume
 from model.volume_files.grid import METRES
 

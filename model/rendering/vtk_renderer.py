@@ -29,15 +29,13 @@ from vtkmodules.vtkRenderingCore import (
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkOpenGLGPUVolumeRayCastMapper
 
 from model.errors import CannotDrawError, RenderError
-from model.rendering.noise import LABEL_NOISE, noise_of
 from model.rendering.opacity_correction import per_sample
 from model.rendering.opengl import drawing_errors, offscreen_window
 from model.rendering.raster import Raster
-from model.rendering.scalars import renderable_scalars
+from model.rendering.scalars import LABEL_NOISE, noise_of, renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume

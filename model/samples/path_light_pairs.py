@@ -70,9 +70,9 @@ class Pairs:
 class PairDrawer:
     """Draws pairs of one volume."""
 
-    def __init__(self, volume: Volume, many: int = MANY, size: int = SIZE) -> None:
-        self._volume, self._many, self._size = volume, many, size
-        self._scene = Scene.of(volume, size, "path", renderer="raycast", movable_light=True)
+    def __init__(self, volume: Volume, many: int = MANY) -> None:
+        self._volume, self._many = volume, many
+        self._scene = Scene.of(volume, SIZE, "path", renderer="raycast", movable_light=True)
         self._lit = {name: RaycastRenderer(volume, name) for name in ("direct", "soft")}
 
     def block(self, seed: int, number: int) -> Pairs | None:
@@ -117,9 +117,9 @@ class PairDrawer:
     def _part(self, rng: np.random.Generator) -> Raster:
         """Draw a part of a larger picture."""
         scale = int(rng.integers(LARGEST)) + 1
-        left, top = rng.integers((scale - 1) * self._size + 1, size=2).tolist()
-        whole = scale * self._size
-        return Raster(whole, whole, left, top, self._size, self._size)
+        left, top = rng.integers((scale - 1) * SIZE + 1, size=2).tolist()
+        whole = scale * SIZE
+        return Raster(whole, whole, left, top, SIZE, SIZE)
 
     def _pair(
         self, inputs: SceneInputs, part: Raster, few: PathTracer, many: PathTracer

@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection, LightRange
 from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, LightRange, Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
 from model.scene.view import VIEW_PARAMETERS, View, upright_frame
 from model.scene.volume import Volume

@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 
 from model.errors import ViewError
 from model.scene.crop import CropBox
-from model.scene.projection import Projection, holding
 from model.scene.region import SQUARE, Reach
 from model.scene.view import (
     AXES,
     DEFAULT_UP,
     FAR_DISTANCE_RADII,
     VIEW_ANGLE,
+    Projection,
     View,
     axis_direction,
+    holding,
     upright_frame,
 )
 from model.scene.volume import Triple

@@ -13,8 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from model.scene.light import LightDirection, LightRange
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, LightRange, Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
 from model.scene.view import View, ViewRange, upright_frame
 

@@ -1,10 +1,9 @@
 """Opacity and colour transfer functions (TFs), and the file format of a pair.
 
-All scalar values are in the data's own units, or their logarithms on a
-logarithmic scale. For a renderer or a network a TF is sampled at 256 values
-spread evenly over the volume's scalar range, both ends included (the paper's
-t_o and t_c, section 4). Only in files, values may be fractions of whatever
-range a volume has.
+All scalar values are in the data's own units, or their logarithms on a logarithmic scale. For a
+renderer or a network a TF is sampled at 256 values spread evenly over the volume's scalar range,
+both ends included (the paper's t_o and t_c, section 4). Only in files, values may be fractions of
+whatever range a volume has.
 """
 
 from __future__ import annotations
@@ -25,9 +24,7 @@ from model.files import write_atomically
 from model.json_files import MalformedError, build, read_json
 from model.scene.value_scale import ValueScale
 
-TF_SAMPLES = 256
-"""Resolution at which TFs are sampled, the paper's n_t."""
-
+TF_SAMPLES = 256  # resolution at which TFs are sampled, the paper's n_t
 FILE_VERSION = 1
 
 Range = tuple[float, float]
@@ -37,19 +34,11 @@ Stop = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class GaussianMode:
-    """Gaussian mode of an opacity TF: ``amplitude * exp(-(s - mean)^2 / width^2)``.
-
-    Attributes
-    ----------
-    mean, width : float
-        In the data's own units; width > 0 (there is no 1/2 in the exponent).
-    amplitude : float
-        Opacity at the mean, 0..1.
-    """
+    """Gaussian mode of an opacity TF: ``amplitude * exp(-(s - mean)^2 / width^2)``."""
 
     mean: float
-    width: float
-    amplitude: float
+    width: float  # in the data's own units; width > 0 (there is no 1/2 in the exponent)
+    amplitude: float  # opacity at the mean, 0..1
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.mean):
@@ -68,31 +57,19 @@ class GaussianMode:
 class OpacityTF:
     """Opacity as a function of the scalar value: Gaussian modes or a free curve.
 
-    Attributes
-    ----------
-    scalar_range : tuple of float
-        The range the TF was made for, lowest first.
-    modes : tuple of GaussianMode
-        Opacity is ``min(1, sum of the modes)``. Modes narrower than one bin
-        (1/256 of the range) are drawn one bin wide, so that sampling misses none; over a
-        narrower range they are what they are.
-    points : tuple of (value, opacity)
-        A free curve, linear between the points and constant outside them;
-        used instead of modes if not empty.
-    scale : {"linear", "log"}
-        Scale of all its values and widths, see :mod:`model.scene.value_scale`.
-
-    Raises
-    ------
-    TransferFunctionError
-        For a range that is not increasing, points that are not sorted or
-        opacities outside 0..1, or modes and points given together.
+    Raises :class:`TransferFunctionError` for a range that is not increasing, points that are not
+    sorted or opacities outside 0..1, or modes and points given together.
     """
 
-    scalar_range: Range
+    scalar_range: Range  # the range the TF was made for, lowest first
     modes: tuple[GaussianMode, ...] = ()
+    """Opacity is ``min(1, sum of the modes)``. Modes narrower than one bin (1/256 of the range)
+    are drawn one bin wide, so that sampling misses none; over a narrower range they are what
+    they are."""
     points: tuple[Point, ...] = ()
-    scale: ValueScale = "linear"
+    """A free curve, linear between the points and constant outside them; used instead of modes if
+    not empty."""
+    scale: ValueScale = "linear"  # scale of all its values and widths, see `value_scale`
 
     def __post_init__(self) -> None:
         check_range(self.scalar_range)
@@ -127,12 +104,7 @@ class OpacityTF:
     def sample(
         self, scalar_range: Range | None = None, count: int = TF_SAMPLES
     ) -> NDArray[np.float32]:
-        """Sample evenly over a scalar range (the TF's own by default), both ends included.
-
-        Returns
-        -------
-        ndarray of float32, shape (count,), in [0, 1]
-        """
+        """Sample (count,) evenly over a range (the TF's own by default), both ends included."""
         return self(np.linspace(*(scalar_range or self.scalar_range), count)).astype(np.float32)
 
 
@@ -140,21 +112,12 @@ class OpacityTF:
 class ColorTF:
     """Colour as a function of the scalar value: stops, linear in RGB between them.
 
-    Attributes
-    ----------
-    scalar_range : tuple of float
-        The range the TF was made for, lowest first.
-    stops : tuple of (value, r, g, b)
-        Sorted by value, components in 0..1; constant outside the stops.
-
-    Raises
-    ------
-    TransferFunctionError
-        For no stops, stops that are not sorted, or components outside 0..1.
+    Raises :class:`TransferFunctionError` for no stops, stops that are not sorted, or components
+    outside 0..1.
     """
 
-    scalar_range: Range
-    stops: tuple[Stop, ...]
+    scalar_range: Range  # the range the TF was made for, lowest first
+    stops: tuple[Stop, ...]  # sorted by value, components in 0..1; constant outside the stops
 
     def __post_init__(self) -> None:
         check_range(self.scalar_range)
@@ -176,12 +139,7 @@ class ColorTF:
     def sample(
         self, scalar_range: Range | None = None, count: int = TF_SAMPLES
     ) -> NDArray[np.float32]:
-        """Sample evenly over a scalar range (the TF's own by default), both ends included.
-
-        Returns
-        -------
-        ndarray of float32, shape (count, 3), in [0, 1]
-        """
+        """Sample (count, 3) evenly over a range (the TF's own by default), both ends included."""
         return self(np.linspace(*(scalar_range or self.scalar_range), count)).astype(np.float32)
 
 
@@ -189,22 +147,14 @@ class ColorTF:
 class TransferFunction:
     """An opacity TF and a colour TF over one scalar range.
 
-    Attributes
-    ----------
-    is_relative : bool
-        Whether the values are not scalars, but fractions of any volume's scalar range. The TF
-        shows nothing meaningful before :func:`model.scene.ranges.fit_to_range` has made
-        scalars of them.
-
-    Raises
-    ------
-    TransferFunctionError
-        For a relative TF with values outside 0..1.
+    Raises :class:`TransferFunctionError` for a relative TF with values outside 0..1.
     """
 
     opacity: OpacityTF
     color: ColorTF
     is_relative: bool = False
+    """Whether the values are not scalars, but fractions of any volume's scalar range. The TF shows
+    nothing meaningful before :func:`model.scene.ranges.fit_to_range` has made scalars of them."""
 
     def __post_init__(self) -> None:
         if not self.is_relative:
@@ -257,10 +207,7 @@ class TransferFunction:
     def from_json(cls, data: Any) -> TransferFunction:
         """Build the pair from a file's content; without a range it is relative.
 
-        Raises
-        ------
-        TransferFunctionError
-            When the content is not a TF of this version.
+        Raises :class:`TransferFunctionError` when the content is not a TF of this version.
         """
         if not isinstance(data, dict) or "tfscope_tf" not in data:
             raise TransferFunctionError("It is not a tfscope TF: the key 'tfscope_tf' is missing.")
@@ -293,13 +240,7 @@ class TransferFunction:
 
     @classmethod
     def load(cls, path: Path) -> TransferFunction:
-        """Read a file written by :meth:`save`.
-
-        Raises
-        ------
-        TransferFunctionError
-            When the file is missing or does not hold a valid TF.
-        """
+        """Read a file of :meth:`save`; raise :class:`TransferFunctionError` for any other."""
         try:
             return cls.from_json(read_json(path))
         except OSError as error:
@@ -312,8 +253,7 @@ class TransferFunction:
             raise TransferFunctionError(f"{path}: {error}") from error
 
 
-MOST_HANDLES = 10_000
-"""Largest number of modes, points or stops of a file."""
+MOST_HANDLES = 10_000  # largest number of modes, points or stops of a file
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import math
 import re
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,21 +56,6 @@ class FileFacts:
 
 
 Triple = tuple[float, float, float]
-
-
-class Geometry(Protocol):
-    """Geometry of values on a regular grid, so many of them along x, y and z; a `Volume` is one."""
-
-    @property
-    def dimensions(self) -> tuple[int, int, int]: ...  # noqa: D102
-    @property
-    def spacing(self) -> Triple: ...  # noqa: D102
-    @property
-    def extent(self) -> Triple: ...  # noqa: D102
-    @property
-    def radius(self) -> float: ...  # noqa: D102
-    @property
-    def voxel_size(self) -> float: ...  # noqa: D102
 
 
 LARGEST_VALUE = 1e300

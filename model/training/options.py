@@ -138,10 +138,10 @@ class TrainingOptions:
             raise TrainingError("A stage's share of the budget must be between 0 and 1.")
 
     @classmethod
-    def faithful(cls, seed: int = 0) -> TrainingOptions:
+    def faithful(cls) -> TrainingOptions:
         """Return the paper's recipe, without additions; both of its stages see as many samples."""
         return replace(
-            cls(seed=seed),
+            cls(),
             opacity=StageOptions(64, 2e-4, 30 / 5),
             translation=StageOptions(50, 8e-5, 30 / 8),
             decoded_tf_weight=1.0,

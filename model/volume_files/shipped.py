@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.scene.default_tf import AIR_HU, TISSUE_HU, body_range, default_transfer_function
-from model.scene.light import LightDirection
 from model.scene.ranges import fit_to_range, stretch_to_range
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.tf_presets import looks_like_hu
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.volume import Volume

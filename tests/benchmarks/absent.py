@@ -109,7 +109,7 @@ def probe(path: Path, size: int) -> dict[str, Any]:
 
     from model.rendering.raster import Raster
     from model.scene.crop import CropBox
-    from model.scene.light import LightDirection
+    from model.scene.scene import LightDirection
     from tests.benchmarks.rows import timed
 
     known = replace(volume, missing=np.zeros(volume.voxels.shape, dtype=bool))

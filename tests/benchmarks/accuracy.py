@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.metrics import rmse
+from model.rendering.raster import resized
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.resizing import resized
 from model.scene.inputs import SceneInputs
 from tests.benchmarks.rows import options, print_machine, print_rows, scenes, timed, volumes
 

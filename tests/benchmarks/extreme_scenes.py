@@ -15,7 +15,7 @@ from model.errors import TfscopeError
 from model.rendering.raster import Raster
 from model.scene.crop import LEAST_LENGTH, CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Point
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -14,15 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.generator.path_light_cleaning import cleaning_of
-from model.rendering.path_tracing.cleaning import Cleaning, denoiser
+from model.rendering.path_tracing.denoising import Cleaning, denoiser
 from model.rendering.path_tracing.estimate import Estimate
 from model.rendering.path_tracing.refinement import drawn, refined
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.default_tf import default_transfer_function
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.view import View
 from model.scene.volume import Volume
 from tests.benchmarks.rows import options, print_machine, print_rows, timed, volumes

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from model.rendering.raster import Raster
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, Range
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -1,4 +1,4 @@
-"""Denoising of path-traced pictures by Intel's Open Image Denoise.
+"""Denoising of path-traced pictures by Intel's Open Image Denoise, and their error then.
 
 The package is not there for every machine, as processors by ARM: without it :func:`available` says
 no, and pictures stay as they were drawn.
@@ -6,16 +6,21 @@ no, and pictures stay as they were drawn.
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict
+from collections.abc import Callable
 from functools import lru_cache
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import TfscopeError
+from model.rendering.path_tracing.estimate import Estimate
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
 
 MOST_FILTERS = 4
 """Filters that are kept, each for one size: it takes as long to make one as to denoise twice."""
@@ -52,23 +57,10 @@ def available() -> bool:
 def denoise(
     color: NDArray[np.float32], albedo: NDArray[np.float32] | None = None, quick: bool = False
 ) -> NDArray[np.float32]:
-    """Denoise radiance; see :class:`model.rendering.path_tracing.estimate.Estimate` for both.
+    """Denoise radiance (rows, columns, 3), not cut at 1, guided by unlit colours in [0, 1].
 
-    It may be called from any thread; calls wait for one another.
-
-    Parameters
-    ----------
-    color : ndarray of float32, shape (rows, columns, 3)
-        Radiance, 0 or more, not cut at 1.
-    albedo : ndarray of float32, shape (rows, columns, 3), optional
-        What guides it: unlit colours in [0, 1].
-    quick : bool
-        Whether it takes half the time, and errs by up to 3 % more: for what is finished afterwards.
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns, 3)
-        Not cut at 1.
+    It may be called from any thread; calls wait for one another. A quick one takes half the time,
+    and errs by up to 3 % more: for what is finished afterwards.
     """
     if not available():
         raise DenoisingError("There is no denoiser for this machine; choose pictures without one.")
@@ -138,3 +130,67 @@ class _Filter:
 @lru_cache(maxsize=1)
 def _denoiser() -> _Denoiser:
     return _Denoiser(_package())
+
+
+class Cleaner(Protocol):
+    """Takes the noise out of the estimates of one picture."""
+
+    doubling: float  # factor of a clean picture's error for twice the samples, on average
+
+    def clean(
+        self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
+    ) -> NDArray[np.float32]:
+        """Return radiance (rows, columns, 3) without noise, not cut at 1.
+
+        It is the estimate's, or that of some of its samples.
+        """
+        ...
+
+    def deed(self, samples: int) -> str:
+        """Say in a word or two what is done to a picture of so many samples."""
+        ...
+
+
+Cleaning = Callable[[SceneInputs, Raster], Cleaner]
+"""Returns what cleans the estimates of a picture."""
+
+
+class Denoiser:
+    """Open Image Denoise alone, guided by the unlit colours, which have no noise."""
+
+    doubling = 0.88  # the mean of five volumes, 1 to 32 samples
+
+    def clean(
+        self, radiance: NDArray[np.float32], estimate: Estimate, samples: int
+    ) -> NDArray[np.float32]:
+        """See :meth:`Cleaner.clean`; one sample is denoised quickly, as more follow."""
+        return denoise(radiance, estimate.albedo, quick=samples == 1)
+
+    def deed(self, samples: int) -> str:
+        """See :meth:`Cleaner.deed`."""
+        return "denoised"
+
+
+def denoiser(inputs: SceneInputs, raster: Raster) -> Cleaner:
+    """Return the denoiser, which cleans all pictures alike."""
+    return Denoiser()
+
+
+def squared_error_of(
+    clean: NDArray[np.float32], before: Estimate, estimate: Estimate
+) -> tuple[float, float] | None:
+    """Estimate the squared error of a clean picture by the samples that were drawn since then.
+
+    These are in two halves whose noise is independent of the picture and of each other: the product
+    of its differences to both is the square of its error on average. Returns the mean square over
+    all pixels and colours, which may be negative, and its standard error; None where there is but
+    one more sample.
+    """
+    more = (estimate.counts - before.counts)[:, None, None, None]
+    if not more.all():
+        return None
+    sums = estimate.halves * estimate.counts[:, None, None, None]
+    first, second = (sums - before.halves * before.counts[:, None, None, None]) / more
+    # Of each pixel, which are independent.
+    pixels = ((clean - first) * (clean - second)).mean(axis=2, dtype=np.float64)
+    return float(pixels.mean()), float(pixels.std()) / math.sqrt(pixels.size)

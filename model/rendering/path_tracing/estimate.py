@@ -20,32 +20,22 @@ it prepares itself for each size, and works on blocks of pixels."""
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """A picture as far as it is drawn.
-
-    Attributes
-    ----------
-    rgba : ndarray of float32, shape (rows, columns, 4)
-        As renderers return it.
-    samples : int
-        Of each pixel.
-    error : float
-        Estimated standard error of the colours: root mean square over all pixels, from the
-        difference of two independent halves of the samples; infinite after the first.
-    radiance : ndarray of float32, shape (rows, columns, 3)
-        Colours before they are cut at 1, times opacity: what a denoiser needs.
-    albedo : ndarray of float32, shape (rows, columns, 3)
-        Unlit colours, times opacity. They have no noise.
-    halves : ndarray of float32, shape (2, rows, columns, 3)
-        Radiance of the even and of the odd samples, independent of each other; after the first
-        sample the second is 0.
-    """
+    """A picture as far as it is drawn."""
 
     rgba: NDArray[np.float32]
-    samples: int
+    """As renderers return it. Shape (rows, columns, 4)."""
+    samples: int  # of each pixel
     error: float
+    """Estimated standard error of the colours: root mean square over all pixels, from the
+    difference of two independent halves of the samples; infinite after the first."""
     radiance: NDArray[np.float32]
+    """Colours before they are cut at 1, times opacity: what a denoiser needs. Shape (rows, columns,
+    3)."""
     albedo: NDArray[np.float32]
+    """Unlit colours, times opacity. They have no noise. Shape (rows, columns, 3)."""
     halves: NDArray[np.float32]
+    """Radiance of the even and of the odd samples, independent of each other; after the first
+    sample the second is 0. Shape (2, rows, columns, 3)."""
 
     @property
     def counts(self) -> NDArray[np.int64]:
@@ -78,11 +68,7 @@ class Estimate:
         )
 
 
-def estimate_of(
-    sums: NDArray[np.float32],
-    unlit: NDArray[np.float32],
-    samples: int,
-) -> Estimate:
+def estimate_of(sums: NDArray[np.float32], unlit: NDArray[np.float32], samples: int) -> Estimate:
     """Return the estimate from sums over samples."""
     counts = (samples + 1) // 2, samples // 2
     radiance = (sums[0] + sums[1]) / np.float32(samples)

@@ -17,27 +17,15 @@ import numpy as np
 
 from model.compilation import compiled, inlined
 from model.rendering.path_tracing.estimate import LEAST
-from model.rendering.path_tracing.random_numbers import (
-    joined,
-    number_of,
-    spread,
-)
-from model.rendering.path_tracing.scattering import (
-    TWO,
-    about,
-    dot,
-    phase,
-    phase_cosine,
-    surface_at,
-)
+from model.rendering.path_tracing.random_numbers import joined, number_of, spread
+from model.rendering.path_tracing.scattering import TWO, about, dot, phase, phase_cosine, surface_at
 from model.rendering.path_tracing.tracking import CLEAREST, track
 from model.rendering.raycast.batch import BATCH, HALF, fetch, stack_batch
 from model.rendering.raycast.compositing import GROUP
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.trilinear import clamp
 
-CERTAIN = 2
-"""Collisions after which paths end at random, the sooner the darker they are."""
+CERTAIN = 2  # collisions after which paths end at random, the sooner the darker they are
 
 
 @compiled

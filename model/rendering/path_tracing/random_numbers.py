@@ -13,9 +13,7 @@ import numpy as np
 
 from model.compilation import inlined
 
-SPREAD = 6
-"""Numbers of a sample that are spread evenly over the samples of a pixel."""
-
+SPREAD = 6  # numbers of a sample that are spread evenly over the samples of a pixel
 _SCALE = np.float32(2.0**-24)
 
 
@@ -63,12 +61,7 @@ def following(state: Any) -> Any:
 def spread(pixel: Any, index: Any, dimension: int) -> Any:
     """Return a number in [0, 1) of the sample `index` of a pixel, spread over its samples.
 
-    Parameters
-    ----------
-    pixel : uint32
-        Hash of pixel, seed and half.
-    dimension : int
-        0 to :data:`SPREAD` - 1.
+    The pixel is a hash of itself, seed and half; there are :data:`SPREAD` dimensions.
     """
     shift = joined(pixel, dimension)
     return number_of(np.uint32(shift + np.uint32(np.uint32(index) * RECURRENCES[dimension])))

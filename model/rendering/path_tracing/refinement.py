@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -11,42 +10,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.path_tracing.cleaning import Cleaner, Cleaning, squared_error_of
-from model.rendering.path_tracing.coarse_light import APART, coarse, light_of, relit
+from model.rendering.path_tracing.denoising import Cleaner, Cleaning, squared_error_of
 from model.rendering.path_tracing.estimate import Estimate
-from model.rendering.path_tracing.light_history import LightHistory
+from model.rendering.path_tracing.moving_light import APART, LightHistory, coarse, light_of, relit
 from model.rendering.path_tracing.renderer import SAMPLES, PathTracer
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
-MOST_SAMPLES = 1 << 14
-"""Of each pixel of a picture that goes on until it is good enough."""
-
-TINY = 1e-40
-"""Variance of a picture that has none."""
+MOST_SAMPLES = 1 << 14  # of each pixel of a picture that goes on until it is good enough
+TINY = 1e-40  # variance of a picture that has none
 
 
 @dataclass(frozen=True, eq=False)
 class Refined:
-    """A picture as far as it is drawn.
-
-    Attributes
-    ----------
-    rgba : ndarray of float32, shape (rows, columns, 4)
-        As renderers return it.
-    samples : int
-        Of each pixel.
-    error : float
-        Estimated error of the colours, root mean square over all pixels; infinite after the first
-        sample.
-    deed : str
-        What was done to take the noise out, such as "denoised"; empty where nothing was.
-    """
+    """A picture as far as it is drawn."""
 
     rgba: NDArray[np.float32]
-    samples: int
+    """As renderers return it. Shape (rows, columns, 4)."""
+    samples: int  # of each pixel
     error: float
-    deed: str
+    """Estimated error of the colours, root mean square over all pixels; infinite after the first
+    sample."""
+    deed: str  # what was done to take the noise out, such as "denoised"; empty where nothing was
 
 
 class _Picture:
@@ -123,10 +108,7 @@ def refined(
 ) -> Iterator[Refined]:
     """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
-    Parameters
-    ----------
-    error : float
-        Estimated error from which no more samples are drawn; 0 for as many as were asked for.
+    No more are drawn from an estimated error on, unless it is 0.
     """
     picture = _Picture(inputs, Raster.of(size), cleaning)
     for estimate in tracer.refine(inputs, size, samples, wanted, sample_distance):
@@ -145,20 +127,13 @@ def drawn(
     *,
     cleaning: Cleaning | None,
     error: float = 0.0,
-    seconds: float | None = None,
 ) -> Refined:
     """Draw a whole picture; see :func:`refined`.
 
-    Unless an error is aimed at, or a time is kept, none but the last two are cleaned.
-
-    Parameters
-    ----------
-    seconds : float, optional
-        That it may take: as many samples as there is time for, one at least.
+    Unless an error is aimed at, none but the last two are cleaned.
     """
-    if error > 0 or seconds is not None:
-        begun = time.perf_counter()
-        coming = refined(
+    if error > 0:
+        *_, found = refined(
             tracer,
             inputs,
             size,
@@ -167,13 +142,6 @@ def drawn(
             cleaning=cleaning,
             error=error,
         )
-        found = next(coming)
-        # The next one has twice the samples.
-        while seconds is None or 2 * (time.perf_counter() - begun) <= seconds:
-            following = next(coming, None)
-            if following is None:
-                break
-            found = following
         return found
     last = _last(tracer, inputs, size, samples, sample_distance=sample_distance, cleaning=cleaning)
     assert last is not None
@@ -202,13 +170,7 @@ def _last(
 
 
 class RefiningRenderer:
-    """A path tracer as a renderer whose pictures are as they are shown; see :func:`drawn`.
-
-    Parameters
-    ----------
-    samples : int
-        Of each pixel in :meth:`render`.
-    """
+    """A path tracer as a renderer whose pictures are as they are shown; see :func:`drawn`."""
 
     def __init__(
         self, tracer: PathTracer, cleaning: Cleaning | None, samples: int = SAMPLES
@@ -259,7 +221,7 @@ class RefiningRenderer:
         """Draw a picture while something moves; None if it is no longer wanted meanwhile.
 
         Where pictures are cleaned, light comes from fewer pixels and from the pictures before;
-        see :mod:`.coarse_light` and :mod:`.light_history`. Else it is one of one sample.
+        see :mod:`.moving_light`. Else it is one of one sample.
         """
         raster = Raster.of(size)
         if self._cleaning is None:

@@ -13,9 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.noise import LABEL_NOISE, noise_of
 from model.rendering.path_tracing.estimate import Estimate, estimate_of
-from model.rendering.path_tracing.extinction import ExtinctionClassifier
 from model.rendering.path_tracing.paths import trace_rows
 from model.rendering.path_tracing.scattering import (
     Optics,
@@ -23,28 +21,29 @@ from model.rendering.path_tracing.scattering import (
     shares,
     single_scattering_albedo,
 )
-from model.rendering.path_tracing.tracking import Scatterer
+from model.rendering.path_tracing.tracking import ExtinctionClassifier, Scatterer
 from model.rendering.raster import Raster
 from model.rendering.raycast.batch import CLOSE
-from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
-from model.rendering.raycast.classification import LARGEST_ERROR
-from model.rendering.raycast.cpu import draw_rows
-from model.rendering.raycast.illumination import travel_direction
-from model.rendering.raycast.rays import Medium
+from model.rendering.raycast.classification import (
+    LARGEST_ERROR,
+    LEVELS_PER_BIN,
+    color_table,
+    opacity_table,
+)
+from model.rendering.raycast.illumination import UNLIT, travel_direction
+from model.rendering.raycast.marching import draw_rows
+from model.rendering.raycast.rays import Medium, camera_array
 from model.rendering.raycast.renderer import NO_DEPTH, NOTHING_MISSING
-from model.rendering.raycast.scene_light import UNLIT
-from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, opacity_table
-from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
+from model.rendering.scalars import KERNEL_TYPES, LABEL_NOISE, noise_of, renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_ANGLE
 from model.scene.volume import Volume
 
-SAMPLES = 64
-"""Samples of each pixel where no number is asked for."""
+SAMPLES = 64  # samples of each pixel where no number is asked for
 
 PIXELS_PER_TASK, PATHS_PER_TASK = 1024, 4096
 """So that a pass ends soon after it is no longer wanted."""
@@ -65,36 +64,17 @@ LABEL_STEEPNESS = 6.0
 
 @dataclass(frozen=True)
 class Lamp:
-    """Light of a scene, and how it scatters.
+    """Light of a scene, and how it scatters."""
 
-    Attributes
-    ----------
-    key : float
-        Radiance of a white surface that faces the light.
-    sky : float
-        Radiance from all directions; a white surface that faces the light has both.
-    radius : float
-        Angular radius of the light in degrees, above 0.
-    asymmetry : float
-        Mean cosine of the phase function, above -1 and below 1; 0 is isotropic.
-    gloss : float
-        Share of the light that surfaces mirror.
-    sharpness : float
-        Exponent of the gloss.
-    surfaces : bool
-        Whether steep gradients, and the faces of what is shown, are surfaces.
-    bounces : int
-        Most collisions of a path; light that has more is missing.
-    """
-
-    key: float = 0.75
-    sky: float = 0.25
-    radius: float = 8.0
+    key: float = 0.75  # radiance of a white surface that faces the light
+    sky: float = 0.25  # radiance from all directions; a white surface that faces the light has both
+    radius: float = 8.0  # angular radius of the light in degrees, above 0
     asymmetry: float = 0.0
-    gloss: float = 0.04
-    sharpness: float = 30.0
-    surfaces: bool = True
-    bounces: int = 32
+    """Mean cosine of the phase function, above -1 and below 1; 0 is isotropic."""
+    gloss: float = 0.04  # share of the light that surfaces mirror
+    sharpness: float = 30.0  # exponent of the gloss
+    surfaces: bool = True  # whether steep gradients, and the faces of what is shown, are surfaces
+    bounces: int = 32  # most collisions of a path; light that has more is missing
 
 
 class _Seen(NamedTuple):
@@ -113,18 +93,9 @@ class _Seen(NamedTuple):
 class PathTracer:
     """Renders one volume under a distant light and an even sky, scattered many times.
 
-    Opacity and silhouette are the ray caster's.
-
-    Parameters
-    ----------
-    light : LightDirection, optional
-        Default direction of the light relative to the view, for inputs without one.
-    sample_distance : float
-        Distance between the samples along view rays, in voxels.
-    seed : int
-        0 to 2^30; another one gives other random numbers.
-    threads : int, optional
-        One per processor by default; pictures do not depend on it.
+    Opacity and silhouette are the ray caster's. The light is that of inputs without one; the
+    distance of samples along view rays is in voxels; seeds are 0 to 2^30. There is a thread per
+    processor by default, on which pictures do not depend.
     """
 
     def __init__(
@@ -185,20 +156,10 @@ class PathTracer:
     ) -> Iterator[Estimate]:
         """Draw a picture with ever more samples, and yield it after 1, 2, 4, 8 ... and the last.
 
-        Parameters
-        ----------
-        samples : int
-            1 or more.
-        wanted : callable
-            Asked every few milliseconds, from any thread; nothing more is yielded once it
-            returns False.
-        sample_distance : float, optional
-            In voxels; the renderer's own by default.
-        depth : ndarray of float32, shape (rows, columns), optional
-            Output: distance from the eye at which something is seen, in world units; infinite
-            where nothing is.
-        at_rest : bool
-            Whether there is time for surfaces of large voxels that are smooth.
+        `wanted` is asked every few milliseconds, from any thread; nothing more is yielded once it
+        returns False. The depth (rows, columns) is filled with the distance from the eye, in world
+        units, at which something is seen; infinite where nothing is. Surfaces of large voxels are
+        smooth at rest.
         """
         raster = Raster.of(size)
         seen = self._seen(inputs, raster, sample_distance, at_rest)
@@ -229,13 +190,7 @@ class PathTracer:
         wanted: Callable[[], bool] = lambda: True,
         sample_distance: float | None = None,
     ) -> NDArray[np.float32] | None:
-        """Draw what the paths begin at: the TF's colours, in no light, and the opacity.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns, 4), or None
-            None if it is no longer wanted.
-        """
+        """Draw unlit colours and opacity, at which paths begin; None if no longer wanted."""
         raster = Raster.of(size)
         seen = self._seen(inputs, raster, sample_distance, at_rest=False)
         return self._unlit(inputs, seen, raster, wanted)

@@ -20,66 +20,36 @@ from model.rendering.raycast.shading import gradient, nearness
 
 TURN = np.float32(2 * math.pi)
 QUARTER, TWO = np.float32(0.25), np.float32(2)
-ROUND = np.float32(1e-4)
-"""Asymmetry below which a phase function counts as isotropic."""
-
-
-DARKEST = 0.6
-"""Colour below which all that is darker scatters alike after its first collision."""
+ROUND = np.float32(1e-4)  # asymmetry below which a phase function counts as isotropic
+DARKEST = 0.6  # colour below which all that is darker scatters alike after its first collision
 
 
 class Optics(NamedTuple):
-    """Light of a scene, and how it scatters.
+    """Light of a scene, and how it scatters."""
 
-    Attributes
-    ----------
-    towards : tuple of 3 float32
-        Unit vector to the middle of the light.
-    cone : float32
-        Cosine of the light's angular radius.
-    key : float32
-        Radiance of a white surface that faces the light.
-    sky : float32
-        Radiance that comes from everywhere else.
-    asymmetry : float32
-        Mean cosine of the phase function, -1 to 1.
-    gloss : float32
-        Share of the light that surfaces mirror, whatever their colour is.
-    power : float32
-        Exponent of the gloss.
-    steepness : tuple of 3 float32
-        Factors of differences between voxels along each axis: a gradient of 1 makes a surface with
-        a probability of 63 %, where all is opaque.
-    noise : float32
-        Fourth power of the difference of voxels of which half counts as noise.
-    slope : tuple of 3 float32
-        Factors that convert differences between voxels to the gradient's direction.
-    faces : float32
-        Probability that an opaque face of what is shown is a surface.
-    bounces : int
-        Most collisions of a path.
-    solid : ndarray of float32, shape (levels,)
-        Probability that what is steep enough is a surface, at each level.
-    surfaces, media : ndarray of float32, shape (4 levels,)
-        Of the light that collides at each level the share that goes on: by colour at the first
-        collision, then one for all colours at any other. See :func:`shares`.
-    """
-
-    towards: Any
-    cone: Any
-    key: Any
-    sky: Any
-    asymmetry: Any
-    gloss: Any
-    power: Any
+    towards: Any  # tuple of 3 float32: unit vector to the middle of the light
+    cone: Any  # float32: cosine of the light's angular radius
+    key: Any  # float32: radiance of a white surface that faces the light
+    sky: Any  # float32: radiance that comes from everywhere else
+    asymmetry: Any  # float32: mean cosine of the phase function, -1 to 1
+    gloss: Any  # float32: share of the light that surfaces mirror, whatever their colour is
+    power: Any  # float32: exponent of the gloss
     steepness: Any
-    noise: Any
+    """Tuple of 3 float32: factors of differences between voxels along each axis: a gradient of 1
+    makes a surface with a probability of 63 %, where all is opaque."""
+    noise: Any  # float32: fourth power of the difference of voxels of which half counts as noise
     slope: Any
-    faces: Any
-    bounces: Any
+    """Tuple of 3 float32: factors that convert differences between voxels to the gradient's
+    direction."""
+    faces: Any  # float32: probability that an opaque face of what is shown is a surface
+    bounces: Any  # int: most collisions of a path
     solid: Any
+    """Float32, shape (levels,): probability that what is steep enough is a surface, at each
+    level."""
     surfaces: Any
     media: Any
+    """Float32, shape (4 levels,): of the light that collides at each level the share that goes on:
+    by colour at the first collision, then one for all colours at any other. See :func:`shares`."""
 
 
 def single_scattering_albedo(
@@ -110,22 +80,13 @@ def facet_albedo(color: NDArray[np.floating]) -> NDArray[np.float64]:
 def shares(
     color: NDArray[np.floating], reflects: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 ) -> NDArray[np.float32]:
-    """Shares of the light that go on at a collision, such that many of them give a colour in all.
+    """Shares (..., 4) of the light that go on at a collision, such that many of them give a colour.
 
-    A grey piece needs the same share at each collision. Of a coloured one the brightest colour has
+    Red, green and blue at the first collision, and of all colours at any other. A grey piece needs
+    the same share at each collision. Of a coloured one (..., 3 or more) the brightest colour has
     that, and the others their part of it at the first collision alone: its hue is the TF's however
-    often light is scattered. Dark pieces have :data:`DARKEST`'s share at all but the first, as
-    they would be too bright where light is scattered but once.
-
-    Parameters
-    ----------
-    color : ndarray, shape (..., 3 or more)
-        Red, green and blue in [0, 1].
-
-    Returns
-    -------
-    ndarray of float32, shape (..., 4)
-        Red, green and blue at the first collision; of all colours at any other.
+    often light is scattered. Dark pieces have :data:`DARKEST`'s share at all but the first, as they
+    would be too bright where light is scattered but once.
     """
     color = np.asarray(color, dtype=np.float64)[..., :3]
     brightest = np.maximum(color.max(axis=-1, keepdims=True), DARKEST)

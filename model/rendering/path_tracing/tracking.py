@@ -1,4 +1,4 @@
-"""Tracking: where a ray in the volume collides, and how much light comes along one.
+"""Tracking: where a ray in the volume's extinction collides, and how much light comes along.
 
 Cells have a majorant, the greatest extinction in them. Collisions drawn with it are real with the
 share that the extinction has of it (delta tracking); a transmittance is the product of one minus
@@ -9,23 +9,21 @@ voxels; lengths along a ray are in voxel sizes, the reference length of opacitie
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.compilation import inlined
 from model.rendering.path_tracing.random_numbers import following, hashed, number_of
 from model.rendering.raycast.batch import HALF, level_of
+from model.rendering.raycast.cells import MinMaxCells
+from model.rendering.raycast.classification import LEVELS, LEVELS_PER_BIN, NOTHING, opacity_table
 from model.rendering.raycast.rays import HUGE, ONE, ZERO, inverse_step
-from model.rendering.raycast.tables import NOTHING
-from model.rendering.raycast.trilinear import (
-    blend,
-    clamp,
-    halves,
-    load_pair,
-    locate,
-    nearest_of,
-)
+from model.rendering.raycast.trilinear import blend, clamp, halves, load_pair, locate, nearest_of
+from model.scene.transfer_function import OpacityTF, Range
 
 ADVANCE = np.float32(1e-3)
 """Least step from cell to cell, in voxel sizes, so that rounding stops no ray."""
@@ -42,28 +40,15 @@ CLEAREST = np.float32(0.01)
 
 
 class Scatterer(NamedTuple):
-    """A volume that scatters light under an opacity TF.
-
-    Attributes
-    ----------
-    medium : Medium
-        What view rays read. Its cells' distances are of extinction.
-    majorants : ndarray of float32, 1-D
-        Greatest extinction in each cell, per voxel size.
-    extinctions : ndarray of float32, shape (levels,)
-        Extinction at each level, per voxel size.
-    low, high : tuple of 3 float32
-        Least and greatest corner of what is shown, in voxels.
-    scaling : tuple of 3 float32
-        Voxels per voxel size along each axis.
-    """
+    """A volume that scatters light under an opacity TF."""
 
     medium: Any
-    majorants: Any
-    extinctions: Any
+    """Medium: what view rays read. Its cells' distances are of extinction."""
+    majorants: Any  # float32, 1-D: greatest extinction in each cell, per voxel size
+    extinctions: Any  # float32, shape (levels,): extinction at each level, per voxel size
     low: Any
-    high: Any
-    scaling: Any
+    high: Any  # tuple of 3 float32: least and greatest corner of what is shown, in voxels
+    scaling: Any  # tuple of 3 float32: voxels per voxel size along each axis
 
 
 @inlined
@@ -162,3 +147,40 @@ def track(scatterer: Any, place: Any, direction: Any, state: Any, transmits: boo
                 if number_of(hashed(state)) < share:
                     return np.int32(level), t, ONE
     return np.int32(-1), min(t, HUGE), through
+
+
+@dataclass(frozen=True, eq=False)
+class Extinction:
+    """A volume's extinction under one opacity TF."""
+
+    levels: NDArray[np.float32]
+    """Per voxel size, at each level of scalar values. Shape (LEVELS,)."""
+    majorants: NDArray[np.float32]  # greatest extinction in each cell
+    cells: NDArray[np.int8]  # distance of each cell to the nearest one where something is visible
+
+
+class ExtinctionClassifier:
+    """Finds extinctions in one volume; the newest are kept."""
+
+    def __init__(self, cells: MinMaxCells, scalar_range: Range, distance: float) -> None:
+        self._cells, self._range, self._distance = cells, scalar_range, distance
+        self.classified = lru_cache(maxsize=4)(self._classified)
+
+    def _classified(self, opacity_tf: OpacityTF) -> Extinction:
+        opacity = opacity_table(opacity_tf, self._range, self._distance)
+        levels = -np.log1p(-np.minimum(opacity, 1 - CLEAREST)) / self._distance
+        in_bin = levels[:LEVELS:LEVELS_PER_BIN]
+        return Extinction(
+            levels.astype(np.float32),
+            self._cells.greatest(in_bin),
+            self._cells.distances(_touched(in_bin)),
+        )
+
+
+def _touched(values: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Return which bins are visible, or next to a visible one: values between both are, too."""
+    shown = values > 0
+    wide = shown.copy()
+    wide[1:] |= shown[:-1]
+    wide[:-1] |= shown[1:]
+    return wide

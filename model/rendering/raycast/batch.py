@@ -20,8 +20,8 @@ from numba import carray, types
 from numba.extending import intrinsic
 
 from model.compilation import inlined
+from model.rendering.raycast.classification import LEVELS, NOTHING
 from model.rendering.raycast.compositing import GROUP
-from model.rendering.raycast.tables import LEVELS, NOTHING
 from model.rendering.raycast.trilinear import (
     blend,
     halves,
@@ -32,8 +32,7 @@ from model.rendering.raycast.trilinear import (
     weight_of,
 )
 
-BATCH = 32
-"""Samples of a ray that are interpolated together: two AVX-512 vectors, or four of AVX2."""
+BATCH = 32  # samples of a ray that are interpolated together: two AVX-512 vectors, or four of AVX2
 
 CLOSE = 0.125
 """Sample distance, in voxels, up to which the volume is read at every fourth sample only."""
@@ -42,32 +41,22 @@ ZERO, HALF, ONE = np.float32(0), np.float32(0.5), np.float32(1)
 
 HIGHEST = np.float32(LEVELS - 1)
 
-SHORT = np.float32(1e-6)
-"""Part of a step by which can be divided."""
+SHORT = np.float32(1e-6)  # part of a step by which can be divided
 
 
 class Staging(NamedTuple):
-    """Intermediate arrays passed between the loops of a batch.
+    """Intermediate arrays passed between the loops of a batch."""
 
-    Attributes
-    ----------
-    place : ndarray of uint64
-        Index of the voxel before the sample along each axis.
-    x, y, z : ndarray of float32
-        Interpolation weights of the next voxel along each axis.
-    near, above, behind, both : ndarray
-        Pairs of voxels along x: at `place`, in the next row, in the next
-        layer, and in the next row of the next layer.
-    """
-
-    place: Any
+    place: Any  # uint64 array: index of the voxel before the sample along each axis
     x: Any
     y: Any
-    z: Any
+    z: Any  # float32 array: interpolation weights of the next voxel along each axis
     near: Any
     above: Any
     behind: Any
     both: Any
+    """Array: pairs of voxels along x: at `place`, in the next row, in the next layer, and in the
+    next row of the next layer."""
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -11,11 +11,8 @@ from scipy.ndimage import distance_transform_cdt
 
 from model.scene.transfer_function import TF_SAMPLES
 
-SHIFT = 3
-"""Base-2 logarithm of a cell's edge in voxels: cells of 8 x 8 x 8."""
-
-FARTHEST = 127
-"""Largest distance stored, in cells; larger ones are clipped to it."""
+SHIFT = 3  # base-2 logarithm of a cell's edge in voxels: cells of 8 x 8 x 8
+FARTHEST = 127  # largest distance stored, in cells; larger ones are clipped to it
 
 ROUNDING = 3e-6
 """Relative error allowed for interpolation in float32, by which it may exceed the voxels."""

@@ -1,4 +1,4 @@
-"""Classification: opacities of a volume's samples under an opacity transfer function (TF)."""
+"""Classification: opacities and colours of a volume's samples under transfer functions (TFs)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,54 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.opacity_correction import per_sample_derivative
+from model.rendering.opacity_correction import per_sample, per_sample_derivative
 from model.rendering.raycast.cells import MinMaxCells
-from model.rendering.raycast.tables import LEVELS_PER_BIN, opacity_table
-from model.scene.transfer_function import TF_SAMPLES, OpacityTF
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.volume import Volume
+
+LEVELS_PER_BIN = 16
+LEVELS = (TF_SAMPLES - 1) * LEVELS_PER_BIN + 1
+"""Number of look-up table entries, several per bin of the TF; the nearest one is used."""
+
+NOTHING = LEVELS  # an additional, transparent entry for samples beyond the end of a ray
+
+
+def opacity_table(
+    opacity_tf: OpacityTF, scalar_range: Range, sample_distance: float
+) -> NDArray[np.float32]:
+    """Return a sample's opacity at each level, corrected at the bins and linear between them."""
+    return level_table(per_sample(opacity_tf.sample(scalar_range), sample_distance))
+
+
+def level_table(bins: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Interpolate values of 256 bins at each level, shape (LEVELS + 1,); 0 for :data:`NOTHING`."""
+    table = np.zeros(LEVELS + 1, dtype=np.float32)
+    table[:LEVELS] = np.interp(_levels(), np.arange(TF_SAMPLES), bins)
+    return table
+
+
+def color_table(
+    color_tf: ColorTF, scalar_range: Range, opacity: NDArray[np.float32] | None = None
+) -> NDArray[np.float32]:
+    """Return a sample's RGBA at each level, premultiplied if its opacity is given.
+
+    It is flat: red, green, blue and opacity (else 1) of the first level, then of the next ones.
+    """
+    bins = color_tf.sample(scalar_range)
+    levels, every = _levels(), np.arange(TF_SAMPLES)
+    table = np.zeros((LEVELS + 1, 4), dtype=np.float32)
+    for channel in range(3):
+        table[:LEVELS, channel] = np.interp(levels, every, bins[:, channel])
+    table[:LEVELS, 3] = 1
+    if opacity is not None:
+        table *= opacity[:, None]
+    return table.ravel()
+
+
+def _levels() -> NDArray[np.float64]:
+    """Positions of the levels, in TF bins."""
+    return np.linspace(0, TF_SAMPLES - 1, LEVELS)
+
 
 LARGEST_ERROR = 1 / 510
 """Largest error of a pixel by skipping and early termination together: half an 8-bit step."""
@@ -20,27 +63,15 @@ LARGEST_ERROR = 1 / 510
 
 @dataclass(frozen=True, eq=False)
 class Classification:
-    """A volume's samples under one opacity TF.
+    """A volume's samples under one opacity TF."""
 
-    Attributes
-    ----------
-    distance : float
-        Between two samples of a ray, in voxels.
-    opacity : ndarray of float32, shape (LEVELS,)
-        Of a sample, at each level of scalar values.
-    cells : ndarray of int8
-        Distance of each cell to the nearest one where something is visible.
-    brightest : float
-        How bright a pixel can be, 0 to 1.
-    derivative : ndarray of float64, shape (256,)
-        Of a sample's opacity by the TF's, at each bin.
-    """
-
-    distance: float
+    distance: float  # between two samples of a ray, in voxels
     opacity: NDArray[np.float32]
-    cells: NDArray[np.int8]
-    brightest: float
+    """Of a sample, at each level of scalar values. Shape (LEVELS,)."""
+    cells: NDArray[np.int8]  # distance of each cell to the nearest one where something is visible
+    brightest: float  # how bright a pixel can be, 0 to 1
     derivative: NDArray[np.float64]
+    """Of a sample's opacity by the TF's, at each bin. Shape (256,)."""
 
 
 class Classifier:

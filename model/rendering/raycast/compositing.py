@@ -9,8 +9,7 @@ from numba import types
 from numba.extending import intrinsic
 
 FAST = ("contract", "reassoc", "nsz", "arcp")
-GROUP = 4
-"""Samples that are first composited among themselves, to shorten chains of dependencies."""
+GROUP = 4  # samples that are first composited among themselves, to shorten chains of dependencies
 
 
 @intrinsic  # type: ignore[untyped-decorator]

@@ -1,16 +1,15 @@
 """Derivatives of image windows by the opacity of samples at each bin of the TF; on CPU threads.
 
-A pixel is composited from samples front to back, with transparency T_i in
-front of sample i and colour B_{i+1} composited behind it:
+A pixel is composited from samples front to back, with transparency T_i in front of sample i and
+colour B_{i+1} composited behind it:
 
     d I / d alpha_i = T_i (c_i - B_{i+1}).
 
-B is computed back to front. There is no division by 1 - alpha_i, so that the
-derivative also holds at opaque samples. Transparent samples are included, since an
-edit may make them visible. Under direct light c_i is the colour under that light, which
-does not depend on the TF. In soft light it does: the pixel's derivative by the light of its
-samples is added up at the nodes of the light's grid, and taken back from there for all pixels at
-once, by the sweeps' adjoint.
+B is computed back to front. There is no division by 1 - alpha_i, so that the derivative also holds
+at opaque samples. Transparent samples are included, since an edit may make them visible. Under
+direct light c_i is the colour under that light, which does not depend on the TF. In soft light it
+does: the pixel's derivative by the light of its samples is added up at the nodes of the light's
+grid, and taken back from there for all pixels at once, by the sweeps' adjoint.
 
 One walk along each ray gives a pixel's slopes, by bin and channel. From these come the derivative
 of the windows' energy, or the squared change of the windows by every edit of a family. Edits are
@@ -26,58 +25,39 @@ from numpy.typing import NDArray
 
 from model.compilation import compiled, inlined
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
+from model.rendering.raycast.classification import LEVELS_PER_BIN, NOTHING
 from model.rendering.raycast.marching import opacity_of_part, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.shading import corner_of, light_place, received, reflect
-from model.rendering.raycast.tables import LEVELS_PER_BIN, NOTHING
 from model.scene.transfer_function import TF_SAMPLES
 
-NEGLIGIBLE = np.float32(1e-6)
-"""Transparency below which further samples are neglected."""
+NEGLIGIBLE = np.float32(1e-6)  # transparency below which further samples are neglected
 
 BAND = 16
 """Largest number of edits that change one bin; a constant, so that it fills vector registers."""
 
 
 class Path(NamedTuple):
-    """Record of a view ray's samples, to be traversed back to front.
+    """Record of a view ray's samples, to be traversed back to front."""
 
-    Attributes
-    ----------
-    levels : ndarray of int32, shape (n,)
-    clear : ndarray of float32, shape (n,)
-        Transparency in front of each sample.
-    colors : ndarray of float32, shape (n, 3)
-        Lit, not premultiplied.
-    weights : ndarray of float32, shape (n,)
-        Of each sample's colour in the pixel.
-    beams : ndarray of float32, shape (n, 3)
-        In soft light, the derivative of the pixel by the light of samples.
-    """
-
-    levels: Any
-    clear: Any
-    colors: Any
-    weights: Any
+    levels: Any  # int32, shape (n,)
+    clear: Any  # float32, shape (n,): transparency in front of each sample
+    colors: Any  # float32, shape (n, 3): lit, not premultiplied
+    weights: Any  # float32, shape (n,): of each sample's colour in the pixel
     beams: Any
+    """Float32, shape (n, 3): in soft light, the derivative of the pixel by the light of samples."""
 
 
 class Edits(NamedTuple):
-    """Edits of the opacity TF, of which no more than :data:`BAND` change one bin.
-
-    Attributes
-    ----------
-    by_bin : ndarray of float32, shape (256, BAND)
-        Change of the opacity of a sample at each bin by edits after one another.
-    begin : ndarray of int64, shape (256,)
-        The first of these edits.
-    turns : LightGrid
-        Change of soft light by each edit, (nodes, n); its nodes may be others than the light's.
-    """
+    """Edits of the opacity TF, of which no more than :data:`BAND` change one bin."""
 
     by_bin: Any
-    begin: Any
+    """Float32, shape (256, BAND): change of the opacity of a sample at each bin by edits after one
+    another."""
+    begin: Any  # int64, shape (256,): the first of these edits
     turns: Any
+    """LightGrid: change of soft light by each edit, (nodes, n); its nodes may be others than the
+    light's."""
 
 
 @inlined
@@ -244,14 +224,7 @@ def _look(
 
 
 @inlined
-def _slopes_by_bin(
-    medium: Any,
-    least: Any,
-    ray: Any,
-    path: Any,
-    count: int,
-    slopes: Any,
-) -> Any:
+def _slopes_by_bin(medium: Any, least: Any, ray: Any, path: Any, count: int, slopes: Any) -> Any:
     """Add a pixel's derivative to zeros (257, 3); return the first and the last bin."""
     red = green = blue = ZERO
     first: Any = TF_SAMPLES

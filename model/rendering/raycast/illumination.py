@@ -1,21 +1,22 @@
-"""Illumination: parameters of gradient shading, and soft light.
+"""Illumination: a scene's light as kernels take it, by gradient shading or from a grid.
 
-Soft light follows the paper (section 6): one distant light and ambient light,
-attenuated by the volume's extinction. The light that reaches each point, from the
-distant light and from all directions, is computed by sweeps over a coarse grid of
-the extinction.
+Soft light follows the paper (section 6): one distant light and ambient light, attenuated by the
+volume's extinction. The light that reaches each point, from the distant light and from all
+directions, is computed by sweeps over a coarse grid of the extinction.
 """
 
 from __future__ import annotations
 
 import itertools
 from concurrent.futures import Executor
-from typing import Any
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from model.rendering.opacity_correction import NEARLY_OPAQUE
+from model.rendering.raycast.classification import Classification
 from model.rendering.raycast.light_sweeps import (
     NODE_LEVELS,
     Sweep,
@@ -26,12 +27,14 @@ from model.rendering.raycast.light_sweeps import (
     sweep_change,
     sweep_layers,
 )
-from model.rendering.raycast.shading import Light, LightGrid
+from model.rendering.raycast.shading import NO_GRID, NO_LIGHT, Light, LightGrid
+from model.rendering.scalars import LABEL_NOISE, noise_of
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
+from model.scene.inputs import SceneInputs
+from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import View
-from model.scene.volume import Geometry
+from model.scene.volume import Volume
 
 DIFFUSE, SPECULAR, POWER = 0.9, 0.2, 20
 """Coefficients of gradient shading, equal to the reference renderer's."""
@@ -41,11 +44,8 @@ NOISE = 3.0
 
 The difference of two voxels has 1.4 of them along each axis, less between voxels."""
 
-AMBIENT, DISTANT = 0.4, 0.65
-"""Soft light: unoccluded ambient light and distant light."""
-
-LONGEST_AXIS = 64
-"""Nodes along the longest axis of the light grid."""
+AMBIENT, DISTANT = 0.4, 0.65  # soft light: unoccluded ambient light and distant light
+LONGEST_AXIS = 64  # nodes along the longest axis of the light grid
 
 NO_CLEARNESS = np.empty((0, 0, 0), dtype=np.float32)
 """Given to a sweep whose transparencies are not asked for."""
@@ -66,7 +66,7 @@ def travel_direction(view: View, light: LightDirection) -> NDArray[np.float64]:
 def gradient_light(
     view: View,
     light: LightDirection,
-    volume: Geometry,
+    volume: Volume,
     crop: CropBox | None = None,
     noise: float = 0.0,
     dim: float = 1.0,
@@ -101,7 +101,7 @@ class Illumination:
         self,
         scalars: NDArray[Any],
         bins: tuple[float, float],
-        volume: Geometry,
+        volume: Volume,
         executor: Executor,
         longest: int = LONGEST_AXIS,
         missing: NDArray[np.bool_] | None = None,
@@ -294,3 +294,62 @@ class Illumination:
 
     def _course(self, direction: NDArray[np.float64]) -> Sweep:
         return Sweep.along(direction / self._spacing)
+
+
+COARSE = 32  # nodes along the longest axis of a coarse grid of soft light
+
+
+class Lit(NamedTuple):
+    """A scene's light."""
+
+    gradient: Light | None  # of surfaces by their gradient; None where they reflect nothing
+    soft: LightGrid | None  # soft light at the nodes of a grid; None under another one
+
+    @property
+    def filled(self) -> tuple[Light, LightGrid]:
+        """The same for kernels that one version of serves all lights."""
+        return self.gradient or NO_LIGHT, self.soft or NO_GRID
+
+
+UNLIT = Lit(None, None)
+
+
+class SceneLight:
+    """Lights the scenes of one volume; from a coarse grid where `is_coarse`, as for what moves."""
+
+    def __init__(
+        self,
+        volume: Volume,
+        scalars: NDArray[np.generic],
+        lighting: Lighting,
+        default: LightDirection,
+        light_grid: partial[Illumination],
+    ) -> None:
+        self._volume, self._lighting, self._default = volume, lighting, default
+        self._noise = noise_of(scalars) if lighting == "direct" else 0.0
+        self._grid = light_grid() if lighting == "soft" else None
+        self.is_coarse = False
+        self.coarse_grid = lru_cache(lambda: light_grid(longest=COARSE))
+
+    @property
+    def grid(self) -> Illumination | None:
+        """The grid of soft light; None under another one."""
+        return self.coarse_grid() if self._grid is not None and self.is_coarse else self._grid
+
+    def of(self, inputs: SceneInputs, classification: Classification) -> Lit:
+        """Return the light of a scene."""
+        light = inputs.light or self._default
+        gradient, soft = None, None
+        if self._lighting == "direct":
+            noise = LABEL_NOISE if inputs.is_nearest(self._volume) else self._noise
+            gradient = gradient_light(
+                inputs.view, light, self._volume, inputs.crop, noise, classification.brightest
+            )
+        if self.grid is not None:
+            soft = self.grid.grid(*self.soft_inputs(inputs), inputs.crop, classification.brightest)
+        return Lit(gradient, soft)
+
+    def soft_inputs(self, inputs: SceneInputs) -> tuple[View, LightDirection, NDArray[np.float32]]:
+        """Return what soft light depends on apart from the crop box: view, light and opacities."""
+        opacities = inputs.opacity_tf.sample(self._volume.scalar_range)
+        return inputs.view, inputs.light or self._default, opacities

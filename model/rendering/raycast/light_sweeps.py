@@ -16,36 +16,22 @@ from numpy.typing import NDArray
 from model.compilation import compiled, inlined
 from model.scene.transfer_function import TF_SAMPLES
 
-DARK, DARKEST = np.float32(1e-20), np.float32(-46)
-"""Light that counts as none, and its logarithm."""
-
-VOXELS = 4
-"""Voxels along each axis that stand for those around a node."""
-
-NODE_LEVELS = VOXELS**3
-"""Voxels that stand for those around a node."""
-
+DARK, DARKEST = np.float32(1e-20), np.float32(-46)  # light that counts as none, and its logarithm
+VOXELS = 4  # voxels along each axis that stand for those around a node
+NODE_LEVELS = VOXELS**3  # voxels that stand for those around a node
 ZERO = np.float32(0)
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Way of a distant light through a grid.
-
-    Attributes
-    ----------
-    axes : tuple of 3 int
-        Axes of an array (nz, ny, nx), the one that is swept layer by layer first.
-    step : {1, -1}
-        Along the first one.
-    slope : tuple of float
-        Displacement along the other two between adjacent layers, in grid steps, at most 1 in
-        magnitude; and the world length of the way between these layers.
-    """
+    """Way of a distant light through a grid."""
 
     axes: tuple[int, int, int]
-    step: int
+    """Axes of an array (nz, ny, nx), the one that is swept layer by layer first."""
+    step: int  # along the first one
     slope: tuple[float, float, np.float32]
+    """Displacement along the other two between adjacent layers, in grid steps, at most 1 in
+    magnitude; and the world length of the way between these layers."""
 
     @classmethod
     def along(cls, steps: NDArray[np.float64]) -> Sweep:

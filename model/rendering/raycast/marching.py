@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from model.compilation import inlined
-from model.rendering.raycast.batch import BATCH, fetch
+from model.compilation import compiled, inlined
+from model.rendering.raycast.batch import BATCH, fetch, stack_batch, stack_pixel
+from model.rendering.raycast.classification import NOTHING
 from model.rendering.raycast.compositing import GROUP, composite_group
-from model.rendering.raycast.rays import ONE, TINY, ZERO, skip_empty
+from model.rendering.raycast.rays import ONE, TINY, ZERO, make_ray, skip_empty
 from model.rendering.raycast.shading import received, reflect
-from model.rendering.raycast.tables import NOTHING
 
 VISIBLE = np.float32(1 / 255)
 """Accumulated opacity at which a ray counts as having met something visible."""
@@ -183,17 +183,7 @@ def shade(medium: Any, light: Any, glow: Any, ray: Any, k: Any) -> Any:
 
 @inlined
 def show(image: Any, depth: Any, row: int, column: int, total: Any, t: Any) -> None:
-    """Write one pixel of an image, and of its depth.
-
-    Parameters
-    ----------
-    image : ndarray of float32, shape (rows, columns, 4)
-        RGBA.
-    depth : ndarray of float32, shape (rows, columns)
-        Empty where it is not asked for.
-    total : ndarray of float32, shape (4,)
-        RGBA.
-    """
+    """Write one pixel of an image (rows, columns, 4), and of its depth, empty if not asked for."""
     for channel in range(4):
         image[row, column, channel] = total[channel]
     if len(depth) > 0:
@@ -208,3 +198,29 @@ def _first_visible(alphas: Any, levels: Any, through: Any) -> int:
         if through <= ONE - VISIBLE:
             return m
     return len(levels) - 1
+
+
+@compiled
+def draw_rows(
+    medium: Any,
+    colors: Any,
+    light: Any,
+    glow: Any,
+    opaque: Any,
+    camera: Any,
+    step: float,
+    rows: Any,
+    image: Any,
+    depth: Any,
+    close: bool,
+) -> None:
+    """Draw some rows of an image; see :func:`model.rendering.raycast.marching.march`."""
+    size = image.shape[1]
+    levels, staging = stack_batch(medium.voxels, GROUP * BATCH if close else BATCH)
+    total, piece = stack_pixel(), stack_pixel()
+    for row in range(rows[0], rows[1]):
+        for column in range(size):
+            ray, distance = make_ray(camera, step, column, row, size)
+            first = march(medium, colors, light, glow, ray, opaque, levels, staging, total, piece)
+            visible = distance + min(first, ray.last) * step if first >= 0 else np.inf
+            show(image, depth, row, column, total, visible)

@@ -1,4 +1,4 @@
-"""Rays: the part of each inside the volume, its samples, and the empty space that they skip.
+"""Rays from the camera: the part in the volume, its samples, and empty space that they skip.
 
 Positions are in voxels, with voxel (0, 0, 0) at the origin, x first. A ray is divided into
 steps from where it enters the volume, the last one ending at the exit and therefore shorter.
@@ -12,74 +12,85 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from model.compilation import inlined
+from model.rendering.raster import Raster
+from model.scene.crop import CropBox
+from model.scene.view import VIEW_ANGLE, View
+from model.scene.volume import Volume
+
+
+def camera_array(
+    view: View, volume: Volume, raster: Raster | None = None, crop: CropBox | None = None
+) -> NDArray[np.float64]:
+    """Return the camera (24,) of a view and the pixels to draw, for :func:`make_ray`.
+
+    In voxels, with voxel (0, 0, 0) at the origin: the eye (3), the forward direction (3), and the
+    offsets to the right (3) and upper (3) edge of a square image. Then the near plane's distance in
+    world units, and the square of the tangent of half the view angle. Then offset and scale of the
+    pixels' places to the right (2) and upwards (2), and the least (3) and greatest (3) corner of
+    what is shown.
+    """
+    right, up, back = view.basis()
+    spacing = np.array(volume.spacing)
+    distance = view.camera_distance(volume.radius)
+    # From the first voxel, not from the origin, which may be far away.
+    eye = np.array(volume.extent) / 2 + distance * back
+    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+    raster = raster or Raster(1, 1)
+    # The kernels count both columns and rows in halves of the raster's width, from its upper edge.
+    (x, y), (half_width, half_height) = raster.center, raster.half_size
+    crop = crop or CropBox()
+    last = np.array(volume.dimensions) - 1
+    return np.concatenate(
+        [
+            eye / spacing,
+            -back / spacing,
+            tangent * right / spacing,
+            tangent * up / spacing,
+            [view.near_distance(volume.radius), tangent**2],
+            [x - view.pan_x, half_width, y + half_height - half_width - view.pan_y, half_width],
+            np.array(crop.low) * last,
+            np.array(crop.high) * last,
+        ]
+    )
+
 
 TINY, HUGE = np.float32(1e-30), np.float32(1e30)
 ZERO, ONE = np.float32(0), np.float32(1)
 
 
 class Medium(NamedTuple):
-    """A volume as kernels read it, under one opacity TF.
+    """A volume as kernels read it, under one opacity TF."""
 
-    Attributes
-    ----------
-    voxels : ndarray, 1-D
-        x fastest.
-    shape : tuple of 3 int
-        Voxels along x, y and z.
-    scale : tuple of 2 float32
-        Lowest scalar value, and levels of the tables per unit of scalar value.
-    missing : ndarray of uint8, 1-D
-        Not 0 for voxels that are transparent under any TF; empty where there are none.
-    cells : ndarray of int8, 1-D
-        Distance of each cell to the nearest one where something is visible, in cells.
-    cell_shape : tuple of 3 int
-        Cells along x, y and z.
-    shift : int
-        Base-2 logarithm of a cell's edge in voxels.
-    alphas : ndarray of float32, shape (levels,)
-        Opacity of a sample at each level.
-    is_nearest : bool
-        Whether samples have the value of the nearest voxel, as labels have nothing in between.
-    """
-
-    voxels: Any
-    shape: Any
+    voxels: Any  # array, 1-D: x fastest
+    shape: Any  # tuple of 3 int: voxels along x, y and z
     scale: Any
+    """Tuple of 2 float32: lowest scalar value, and levels of the tables per unit of scalar
+    value."""
     missing: Any
+    """Uint8, 1-D: not 0 for voxels that are transparent under any TF; empty where there are
+    none."""
     cells: Any
-    cell_shape: Any
-    shift: Any
-    alphas: Any
+    """Int8, 1-D: distance of each cell to the nearest one where something is visible, in cells."""
+    cell_shape: Any  # tuple of 3 int: cells along x, y and z
+    shift: Any  # int: base-2 logarithm of a cell's edge in voxels
+    alphas: Any  # float32, shape (levels,): opacity of a sample at each level
     is_nearest: Any
+    """Bool: whether samples have the value of the nearest voxel, as labels have nothing in
+    between."""
 
 
 class Ray(NamedTuple):
-    """The part of a ray inside the volume.
+    """The part of a ray inside the volume."""
 
-    Attributes
-    ----------
-    start : tuple of 3 float32
-        Position of the first sample.
-    step : tuple of 3 float32
-        Vector from one sample to the next.
-    inverse : tuple of 3 float32
-        Reciprocal of `step`; :data:`HUGE` where that is 0.
-    count : int
-        Number of samples.
-    last : float32
-        Position of the last sample, in steps behind the first one.
-    rest : float32
-        Length of the last step, as a fraction of the others, above 0 and up to 1.
-    """
-
-    start: Any
-    step: Any
-    inverse: Any
-    count: Any
-    last: Any
-    rest: Any
+    start: Any  # tuple of 3 float32: position of the first sample
+    step: Any  # tuple of 3 float32: vector from one sample to the next
+    inverse: Any  # tuple of 3 float32: reciprocal of `step`; `HUGE` where that is 0
+    count: Any  # int: number of samples
+    last: Any  # float32: position of the last sample, in steps behind the first one
+    rest: Any  # float32: length of the last step, as a fraction of the others, above 0 and up to 1
 
 
 @inlined

@@ -18,19 +18,22 @@ from model.errors import RenderError
 from model.rendering.opacity_correction import least_transparency
 from model.rendering.raster import Raster
 from model.rendering.raycast.batch import CLOSE
-from model.rendering.raycast.camera import camera_array
 from model.rendering.raycast.cells import SHIFT, MinMaxCells
-from model.rendering.raycast.classification import LARGEST_ERROR, Classification, Classifier
-from model.rendering.raycast.cpu import draw_rows
-from model.rendering.raycast.illumination import Illumination
-from model.rendering.raycast.rays import Medium
-from model.rendering.raycast.scene_light import UNLIT, SceneLight
+from model.rendering.raycast.classification import (
+    LARGEST_ERROR,
+    LEVELS_PER_BIN,
+    Classification,
+    Classifier,
+    color_table,
+    level_table,
+)
+from model.rendering.raycast.illumination import UNLIT, Illumination, SceneLight
+from model.rendering.raycast.marching import draw_rows
+from model.rendering.raycast.rays import Medium, camera_array
 from model.rendering.raycast.shading import NO_GRID
-from model.rendering.raycast.tables import LEVELS_PER_BIN, color_table, level_table
 from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Lighting
+from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, Range
 from model.scene.volume import Volume
 
@@ -51,34 +54,12 @@ NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
 
 
 class RaycastRenderer:
-    """Renders one volume under one lighting, on CPU threads.
+    """Renders one volume under no, direct or soft light, on CPU threads.
 
-    Parameters
-    ----------
-    volume : Volume
-        TFs lie over its scalar range, that of the voxels or a chosen one; what is interpolated
-        beyond it looks as its ends do.
-    lighting : {"none", "direct", "soft"}
-        Emission-absorption only, with gradient shading, or with shadows and
-        ambient light from a grid.
-    light : LightDirection, optional
-        Default direction of the distant light relative to the view, for inputs
-        without a light; ignored when unlit.
-    sample_distance : float
-        Default distance between samples along a ray, in voxels.
-    threads : int, optional
-        Number of CPU threads, one per processor by default.
-
-    Attributes
-    ----------
-    skip_empty, terminate_early : bool
-        Empty-space skipping and early ray termination, both enabled by default;
-        can be disabled for measurements.
-
-    Raises
-    ------
-    RenderError
-        For path-traced light.
+    TFs lie over the volume's scalar range; what is interpolated beyond it looks as its ends do. The
+    light is that of inputs without one. Distances between samples are in voxels; there is a thread
+    per processor by default. Raises :class:`RenderError` for path-traced light. `skip_empty` and
+    `terminate_early` can be switched off for measurements.
     """
 
     def __init__(
@@ -146,21 +127,7 @@ class RaycastRenderer:
         *,
         go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
-        """Render one image.
-
-        Parameters
-        ----------
-        size : int or Raster
-            Width and height in pixels, or the pixels of a wider image or of a part.
-        sample_distance : float, optional
-            In voxels; the renderer's own by default.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns, 4)
-            RGBA in [0, 1]; colour premultiplied by opacity on black; row 0 at
-            the top.
-        """
+        """Render one image; see :class:`model.rendering.renderer.Renderer`."""
         with self.asking(go_on, self._light.is_coarse):
             return self._draw(inputs, size, sample_distance)
 
@@ -175,27 +142,14 @@ class RaycastRenderer:
         return self._draw(inputs, size, depth=depth), depth
 
     def differentiate(
-        self,
-        inputs: SceneInputs,
-        size: int | Raster,
-        windows: NDArray[np.int64],
+        self, inputs: SceneInputs, size: int | Raster, windows: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Differentiate windows of the image by the opacity TF.
+        """Differentiate windows (n, 4) of the image by the opacity TF.
 
-        Parameters
-        ----------
-        size : int or Raster
-            Width and height of the image in pixels, or the pixels of a wider one.
-        windows : ndarray of int64, shape (n, 4)
-            First row, row after the last, first column, column after the last.
-
-        Returns
-        -------
-        gradients : ndarray of float64, shape (n, 256)
-            Sum of I dI / dt over the window's pixels and colour channels, t
-            being the TF's opacity (per voxel length) at 256 scalar values.
-        energies : ndarray of float64, shape (n,)
-            Sum of I squared over the window's pixels and colour channels.
+        Each window has its first row, row after the last, first column and column after the last.
+        Returns gradients (n, 256), the sums of I dI / dt over a window's pixels and colour
+        channels, t being the TF's opacity (per voxel length) at 256 scalar values; and energies
+        (n,), the sums of I squared.
         """
         if self._light.grid is None:
             return self._differentiated(inputs, size, windows)[:2]
@@ -206,16 +160,9 @@ class RaycastRenderer:
     def differentiate_together(
         self, inputs: SceneInputs, size: int | Raster, windows: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], float]:
-        """Differentiate windows that are one region, whose derivatives are added up.
+        """Sum the derivatives (256,), and the energies, of windows that are one region.
 
-        Parameters
-        ----------
-        inputs, size, windows
-            See :meth:`differentiate`. In soft light this is much faster than one by one.
-
-        Returns
-        -------
-        gradient : ndarray of float64, shape (256,)
+        See :meth:`differentiate`; in soft light this is much faster than one by one.
         """
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
@@ -252,19 +199,12 @@ class RaycastRenderer:
         windows: NDArray[np.int64],
         edits: NDArray[np.floating],
     ) -> NDArray[np.float64]:
-        """Sum of the squared changes of windows of the image by each of several edits.
+        """Sum of the squared changes (n,) of windows of the image by edits (n, 256).
 
-        Parameters
-        ----------
-        edits : ndarray, shape (n, 256)
-            Differences of opacity (per voxel length) over the scalar range. The edits that
-            change one bin must follow one another, as those around increasing values do, and be
-            no more than :data:`model.rendering.raycast.differentiation.BAND`.
-
-        Returns
-        -------
-        ndarray of float64, shape (n,)
-            Sum of dI squared over the windows' pixels and colour channels.
+        It is over the windows' pixels and colour channels. Edits are differences of opacity (per
+        voxel length) over the scalar range; those that change one bin must follow one another, as
+        those around increasing values do, and be no more than
+        :data:`model.rendering.raycast.differentiation.BAND`.
         """
         from model.rendering.raycast.differentiation import (
             BAND,
@@ -295,18 +235,9 @@ class RaycastRenderer:
     def change(
         self, inputs: SceneInputs, size: int | Raster, edit: NDArray[np.floating]
     ) -> NDArray[np.float32]:
-        """Change of the image per unit of an edit of the opacity TF: its exact derivative.
+        """Exact derivative (rows, columns, 3) of the image by an edit of the opacity TF.
 
-        Parameters
-        ----------
-        size : int or Raster
-            Width and height of the image in pixels, or the pixels of a wider one.
-        edit : ndarray, shape (256,)
-            Differences of opacity (per voxel length) over the scalar range.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns, 3)
+        The edit (256,) is a difference of opacity (per voxel length) over the scalar range.
         """
         from model.rendering.raycast.tangents import change_rows
 
@@ -342,12 +273,7 @@ class RaycastRenderer:
     ) -> NDArray[np.float64]:
         """Sum of T_i a_i over the samples of windows at each of 256 scalar values.
 
-        It does not depend on the lighting.
-
-        Returns
-        -------
-        ndarray of float64, shape (256,)
-            They add up to the sum of the windows' opacities.
+        Whatever the light, they add up to the sum of the windows' opacities.
         """
         from model.rendering.raycast.tangents import add_visibility
 
@@ -369,19 +295,9 @@ class RaycastRenderer:
     def value_visibility(
         self, inputs: SceneInputs, size: int | Raster, weights: NDArray[np.floating]
     ) -> NDArray[np.float32]:
-        """Sum of T_i a_i w_i over the samples of each pixel: how much of it shows some values.
+        """How much of each pixel shows some values, whatever the light: the sum of T_i a_i w_i.
 
-        It does not depend on the lighting.
-
-        Parameters
-        ----------
-        weights : ndarray, shape (256,)
-            Of the scalar values, 0 to 1.
-
-        Returns
-        -------
-        ndarray of float32, shape (rows, columns)
-            With weights of 1 it is the pixels' opacity.
+        With weights (256,), in [0, 1], of 1 it is the opacity (rows, columns).
         """
         gray = [(float(w),) * 3 for w in np.clip(weights, 0.0, 1.0)]
         places = np.linspace(*self._volume.scalar_range, TF_SAMPLES).tolist()
@@ -421,11 +337,7 @@ class RaycastRenderer:
         return np.clip(image, 0, 1, out=image)
 
     def _run(
-        self,
-        draw: Any,
-        arguments: tuple[Any, ...],
-        image: NDArray[np.float32],
-        *others: Any,
+        self, draw: Any, arguments: tuple[Any, ...], image: NDArray[np.float32], *others: Any
     ) -> None:
         """Fill an image on this renderer's threads, a few rows at a time."""
         size, go_on = len(image), self._go_on

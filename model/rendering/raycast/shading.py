@@ -14,62 +14,39 @@ ZERO, HALF, ONE, TWO = np.float32(0), np.float32(0.5), np.float32(1), np.float32
 
 
 class Light(NamedTuple):
-    """Parameters of gradient shading by a distant white light, as in VTK.
+    """Parameters of gradient shading by a distant white light, as in VTK."""
 
-    Attributes
-    ----------
-    travel : tuple of 3 float32
-        Unit vector in world coordinates in which the light travels.
-    spacing : tuple of 3 float32
-        Voxel spacing along x, y and z.
-    slope : tuple of 3 float32
-        Factors that convert differences between voxels to the gradient.
-    diffuse, specular : float32
-        Coefficients; like VTK, there is no ambient term for a distant light.
-    power : int
-        Of the gloss; even.
-    low, high : tuple of 3 float32
-        Least and greatest corner of what is shown, in voxels: its faces are surfaces, too.
-    noise : float32
-        Fourth power of the gradient, in differences of voxels, at which its direction counts for
-        a half; 0 where every one counts.
-    dim : float32
-        How bright the image can be, 0 to 1, see
-        :meth:`model.rendering.raycast.renderer.RaycastRenderer`: in a faint one fainter samples
-        count.
-    shines : bool
-        Whether there is this light; some kernels take one of the same type where there is none.
-    """
-
-    travel: Any
-    spacing: Any
+    travel: Any  # tuple of 3 float32: unit vector in world coordinates in which the light travels
+    spacing: Any  # tuple of 3 float32: voxel spacing along x, y and z
     slope: Any
+    """Tuple of 3 float32: factors that convert differences between voxels to the gradient."""
     diffuse: Any
-    specular: Any
-    power: Any
+    specular: Any  # float32: coefficients; like VTK, there is no ambient term for a distant light
+    power: Any  # int: of the gloss; even
     low: Any
     high: Any
+    """Tuple of 3 float32: least and greatest corner of what is shown, in voxels: its faces are
+    surfaces, too."""
     noise: Any
+    """Float32: fourth power of the gradient, in differences of voxels, at which its direction
+    counts for a half; 0 where every one counts."""
     dim: Any
+    """Float32: how bright the image can be, 0 to 1, see
+    :meth:`model.rendering.raycast.renderer.RaycastRenderer`: in a faint one fainter samples
+    count."""
     shines: Any
+    """Bool: whether there is this light; some kernels take one of the same type where there is
+    none."""
 
 
 class LightGrid(NamedTuple):
-    """Light that reaches the points of the volume, on a coarse grid.
-
-    Attributes
-    ----------
-    grid : ndarray of float32, 1-D
-        Factors of the colour, in [0, 1], x fastest; empty where there is no such light.
-    shape : tuple of 3 int
-        Number of grid nodes along x, y and z.
-    scale : tuple of 3 float32
-        Grid steps per voxel along x, y and z.
-    """
+    """Light that reaches the points of the volume, on a coarse grid."""
 
     grid: Any
-    shape: Any
-    scale: Any
+    """Float32, 1-D: factors of the colour, in [0, 1], x fastest; empty where there is no such
+    light."""
+    shape: Any  # tuple of 3 int: number of grid nodes along x, y and z
+    scale: Any  # tuple of 3 float32: grid steps per voxel along x, y and z
     dim: Any
 
 

@@ -17,11 +17,11 @@ import numpy as np
 
 from model.compilation import compiled
 from model.rendering.raycast.batch import BATCH, fetch, stack_batch
+from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.differentiation import NEGLIGIBLE
 from model.rendering.raycast.marching import FAINT, opacity_of_part, slope_of_part
 from model.rendering.raycast.rays import ONE, ZERO, make_ray, skip_empty
 from model.rendering.raycast.shading import received, reflect
-from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.transfer_function import TF_SAMPLES
 
 _1, _2 = np.uint64(1), np.uint64(2)
@@ -105,12 +105,7 @@ def change_rows(
 
 @compiled
 def add_visibility(
-    medium: Any,
-    camera: Any,
-    step: float,
-    size: int,
-    windows: Any,
-    visible: Any,
+    medium: Any, camera: Any, step: float, size: int, windows: Any, visible: Any
 ) -> None:
     """Add the weight T_i a_i of each sample in windows to its two adjacent bins."""
     levels, staging = stack_batch(medium.voxels, BATCH)

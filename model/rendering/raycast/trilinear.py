@@ -58,21 +58,10 @@ def halves(array: Any, both: Any) -> Any:
 
 @inlined
 def locate(shape: Any, x: Any, y: Any, z: Any) -> Any:
-    """Return the voxel before a position along each axis, and the weights of the next.
+    """Return the index of the voxel before a place along each axis, and the weights of the next.
 
-    Parameters
-    ----------
-    shape : tuple of 3 int
-        Number of voxels along x, y and z.
-    x, y, z : float32
-        0 to length - 1; positions outside by rounding errors are extrapolated.
-
-    Returns
-    -------
-    place : uint64
-        Index of the voxel; unsigned, as Numba checks signed indices for negative ones.
-    fx, fy, fz : float32
-        Interpolation weights of the next voxel along each axis.
+    The place is 0 to length - 1 along each; outside by rounding errors, it is extrapolated. The
+    index is unsigned, as Numba checks signed ones for negative numbers.
     """
     i = min(np.int32(x), np.int32(shape[0] - 2))
     j = min(np.int32(y), np.int32(shape[1] - 2))
@@ -102,14 +91,7 @@ def weight_of(is_nearest: Any, f: Any) -> Any:
 
 @inlined
 def blend(near: Any, above: Any, behind: Any, both: Any, fx: Any, fy: Any, fz: Any) -> Any:
-    """Interpolate between four pairs of neighbours along x, in float32.
-
-    Parameters
-    ----------
-    near, above, behind, both : tuple of 2 float32
-        In the nearest row, the next row, the next layer, and the next row of
-        that one.
-    """
+    """Interpolate between pairs along x: of the nearest row, next row, layer, and both."""
     v0 = near[0] + fx * (near[1] - near[0])
     v1 = above[0] + fx * (above[1] - above[0])
     w0 = behind[0] + fx * (behind[1] - behind[0])
@@ -121,13 +103,7 @@ def blend(near: Any, above: Any, behind: Any, both: Any, fx: Any, fy: Any, fz: A
 
 @inlined
 def interpolate(voxels: Any, shape: Any, x: Any, y: Any, z: Any) -> Any:
-    """Interpolate at a position inside the grid; see :func:`locate`.
-
-    Parameters
-    ----------
-    voxels : ndarray, 1-D
-        x fastest.
-    """
+    """Interpolate at a position inside a flat grid, x fastest; see :func:`locate`."""
     place, fx, fy, fz = locate(shape, x, y, z)
     row, layer = np.uint64(shape[0]), np.uint64(shape[0] * shape[1])
     return blend(

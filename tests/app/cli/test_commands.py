@@ -22,8 +22,7 @@ from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sample_store import SampleStore
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.training.options import TrainingJob, TrainingOptions

@@ -15,7 +15,7 @@ from app.state.volume_memory import VolumeMemory
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.volume_files import read_volume

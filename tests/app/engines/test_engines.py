@@ -31,8 +31,8 @@ from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.light import LightDirection
 from model.scene.region import Outline
+from model.scene.scene import LightDirection
 from model.scene.tf_perturbation import edit_around
 from model.scene.view import View
 from model.sensitivity.exact import region_responses

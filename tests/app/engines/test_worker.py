@@ -21,8 +21,8 @@ from app.engines.worker import EngineWorker
 from model.errors import RenderError
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.light import LightDirection
 from model.scene.region import Region
+from model.scene.scene import LightDirection
 
 
 class Harness:

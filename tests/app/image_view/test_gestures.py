@@ -40,8 +40,8 @@ from app.image_view.gestures import (
 from app.image_view.image_canvas import ImageCanvas
 from app.image_view.reference_controls import light_at
 from app.state.viewer_state import HOME_VIEW
-from model.scene.light import LightDirection, LightRange
 from model.scene.orientation import angles_in, view_in
+from model.scene.scene import LightDirection, LightRange
 from model.scene.view import AXES, VIEW_ANGLE, View, axis_direction
 
 

@@ -12,7 +12,7 @@ from app.state.brightness import BRIGHTEST, DARKEST, Brightness
 from app.state.preferences import Preferences
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
-from model.scene.light import LightDirection, LightRange
+from model.scene.scene import LightDirection, LightRange
 
 
 def test_slider_and_brightness_follow_one_another(qtbot):

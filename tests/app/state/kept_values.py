@@ -8,8 +8,8 @@ from app.state.sensitivity_state import NamedRegion
 from app.state.settings import FigureSettings, Settings
 from app.state.volume_memory import VolumeMemory
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.region import Outline
+from model.scene.scene import LightDirection
 from model.scene.view import View
 
 

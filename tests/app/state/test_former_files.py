@@ -15,8 +15,8 @@ from app.state.session import Session
 from app.state.settings import SessionSettings, Settings
 from app.state.volume_memory import VolumeMemory
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.region import Outline
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 

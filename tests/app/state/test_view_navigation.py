@@ -12,8 +12,7 @@ from app.state.viewer_state import ViewerState
 from model.errors import ViewError
 from model.scene.crop import CropBox
 from model.scene.orientation import STANDARD_VIEWS, WHOLE, corners, home_view
-from model.scene.projection import Projection
-from model.scene.view import View
+from model.scene.view import Projection, View
 
 BOX = (0.8, 0.48, 0.36)
 

@@ -8,7 +8,7 @@ from ramp import make_tf
 
 from app.state.viewer_state import ViewerState
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.tf_editing import recolor_stop
 from model.scene.view import View
 

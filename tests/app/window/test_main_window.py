@@ -21,8 +21,7 @@ from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
 from model.errors import CheckpointError, RenderError
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Scene
 from model.scene.view import View
 from model.scene.volume import Volume
 from model.volume_files.shipped import shipped_volumes, title_of

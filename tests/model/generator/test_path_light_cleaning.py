@@ -14,7 +14,7 @@ from model.networks.path_light_network import (
     save_path_light,
 )
 from model.rendering.path_tracing import denoising
-from model.rendering.path_tracing.cleaning import denoiser
+from model.rendering.path_tracing.denoising import denoiser
 from model.rendering.path_tracing.refinement import refined
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster

@@ -10,7 +10,7 @@ from model.rendering.path_tracing.renderer import Lamp, PathTracer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import FileFacts, Volume

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from model.rendering.resizing import resized
+from model.rendering.raster import resized
 
 
 @pytest.mark.parametrize("shape", [(7, 9), (20, 31), (5, 40)])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from drawing import VIEW, drawn, rms
 
+from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, GaussianMode, OpacityTF
 from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, render

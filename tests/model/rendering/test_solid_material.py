@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from drawing import constant, drawn, rms, slab
 
-from model.rendering.noise import noise_of
 from model.rendering.renderer import open_renderer
+from model.rendering.scalars import noise_of
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -13,9 +13,8 @@ from model.scene.inputs import (
     rgb_to_lab,
     store_inputs,
 )
-from model.scene.light import LightDirection
 from model.scene.orientation import home_view
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Scene
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import AXES, View, axis_direction
 

@@ -6,10 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from model.rendering.raycast.camera import camera_array
+from model.rendering.raycast.rays import camera_array
 from model.scene.orientation import turntable
-from model.scene.projection import NEAREST_DEPTH, Projection
-from model.scene.view import AXES, View, axis_direction
+from model.scene.view import AXES, NEAREST_DEPTH, Projection, View, axis_direction
 from model.scene.volume import Volume
 
 VOLUME = Volume(np.arange(6 * 5 * 4, dtype=np.float32).reshape(6, 5, 4), spacing=(1.0, 2.0, 0.5))

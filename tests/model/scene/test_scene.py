@@ -8,11 +8,10 @@ from ramp import make_volume
 
 from model.errors import TfscopeError
 from model.scene.crop import CropBox
-from model.scene.light import LightDirection
 from model.scene.orientation import standard_view, view_in
 from model.scene.ranges import RangeChoice
 from model.scene.region import Region
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Scene
 from model.scene.view import View, ViewRange
 
 GOOD = {

@@ -12,11 +12,11 @@ from test_exact import COLOR, RANGE, REGION, SIZE, VIEW, random_opacity, small_v
 
 from model.rendering.raycast import renderer as ray_caster
 from model.rendering.raycast import scene_light
+from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.tf_perturbation import edit_around
 from model.scene.volume import Volume
 from model.sensitivity.display import cosine

@@ -8,8 +8,8 @@ from ramp import make_tf, make_volume
 
 from model.errors import RenderError
 from model.rendering.raster import Raster, middle_square
+from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.raycast.tables import LEVELS_PER_BIN
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline, Region, windows_of
 from model.scene.tf_perturbation import edit_around, response_to_edits

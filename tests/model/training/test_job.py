@@ -12,8 +12,7 @@ from model.networks.card import load_card
 from model.samples.sample_rendering import render_store
 from model.samples.sample_store import SampleStore
 from model.samples.sampling import draw_sample
-from model.scene.light import LightDirection
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Scene
 from model.training.options import TrainingJob
 from model.training.trainer import run_job
 from model.volume_files.source import VolumeSource

@@ -19,8 +19,7 @@ from model.networks.card import load_card
 from model.networks.checkpoint import load_model
 from model.networks.generator_network import LatentCodec
 from model.samples.sample_store import SampleBatch, SampleStore
-from model.scene.light import LightDirection, LightRange
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, LightRange, Scene
 from model.training import trainer
 from model.training.options import Budget, StageOptions
 from model.training.plan import WarmStart

@@ -23,7 +23,7 @@ from scipy.ndimage import map_coordinates
 from model.rendering.path_tracing.renderer import Lamp
 from model.rendering.path_tracing.scattering import single_scattering_albedo
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume

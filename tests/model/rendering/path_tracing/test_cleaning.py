@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from model.rendering.path_tracing.cleaning import denoiser
-from model.rendering.path_tracing.denoising import available, denoise
+from model.rendering.path_tracing.denoising import available, denoise, denoiser
 from model.rendering.path_tracing.refinement import refined
 from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.raster import Raster

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from model.rendering.path_tracing.cleaning import denoiser
-from model.rendering.path_tracing.coarse_light import coarse, light_of, relit
-from model.rendering.path_tracing.denoising import available
+from model.rendering.path_tracing.denoising import available, denoiser
+from model.rendering.path_tracing.moving_light import coarse, light_of, relit
 from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.path_tracing.renderer import PathTracer
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, resized
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.rendering.resizing import resized
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View

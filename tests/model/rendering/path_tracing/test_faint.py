@@ -12,8 +12,7 @@ from model.rendering.path_tracing.renderer import PathTracer
 from model.rendering.path_tracing.tracking import track
 from model.rendering.raster import Raster
 from model.rendering.raycast.batch import BATCH, stack_batch
-from model.rendering.raycast.camera import camera_array
-from model.rendering.raycast.rays import make_ray
+from model.rendering.raycast.rays import camera_array, make_ray
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View

@@ -7,7 +7,7 @@ from model.rendering.path_tracing import renderer
 from model.rendering.path_tracing.renderer import Lamp, PathTracer
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

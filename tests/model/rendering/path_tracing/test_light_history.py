@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from model.rendering.path_tracing.light_history import MOST, LightHistory
+from model.rendering.path_tracing.moving_light import MOST, LightHistory
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs

@@ -8,8 +8,7 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs
-from model.scene.light import LightDirection
-from model.scene.scene import Scene
+from model.scene.scene import LightDirection, Scene
 from model.scene.transfer_function import OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from drawing import MODES, RAINBOW
 
-from model.rendering.raycast.camera import camera_array
-from model.rendering.raycast.rays import make_ray
+from model.rendering.raycast.rays import camera_array, make_ray
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.view import View

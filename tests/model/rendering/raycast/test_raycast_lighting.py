@@ -12,7 +12,7 @@ from model.rendering.raycast import illumination
 from model.rendering.raycast.illumination import AMBIENT, DIFFUSE, DISTANT, Illumination
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
-from model.scene.light import LightDirection
+from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume

@@ -1,8 +1,12 @@
-"""Light of the pictures before, found again where the same places are seen now.
+"""Light of few pixels on the colours of many: path-traced pictures while something moves.
 
-A few paths of each pixel leave noise, which changes as the view turns: it flickers. The light of
-the last pictures, taken from where each place was seen then, makes it steadier and nearer to what
-many paths would bring.
+What a scene shows without light is computed for every pixel in a few milliseconds, and has no
+noise. Light changes slowly from pixel to pixel, and is what takes the time: it is traced, cleaned
+and finished for every fourth pixel, and what it makes of the unlit colours there is interpolated.
+
+A few paths of each pixel leave noise, which flickers as the view turns. The light of the pictures
+before, taken from where each place was seen then, makes it steadier and nearer to what many paths
+would bring.
 """
 
 from __future__ import annotations
@@ -13,14 +17,52 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, resized
 from model.scene.inputs import SceneInputs
-from model.scene.projection import NEAREST_DEPTH, Projection
-from model.scene.view import VIEW_ANGLE, View
+from model.scene.view import NEAREST_DEPTH, VIEW_ANGLE, Projection, View
 from model.scene.volume import Volume
 
-MOST = 4
-"""Pictures that light is the mean of at most: a new one counts one part in so many."""
+SIDE = 2  # pixels along either side that share light
+
+APART = 2.0
+"""Factor of the distance between samples along the view rays that light is traced for. The unlit
+colours keep theirs: rings of far samples would flicker."""
+
+FAINT = np.float32(0.02)
+"""Colour up to which light says less and less: where nothing is, there is none."""
+
+MOST_LIGHT = np.float32(4.0)  # largest factor of an unlit colour
+
+
+def coarse(raster: Raster) -> Raster:
+    """Return the pixels that light is traced for, for a whole picture."""
+    return raster.scaled(1 / SIDE)
+
+
+def light_of(lit: NDArray[np.float32], unlit: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the factors that light has colours times."""
+    return np.clip((lit + FAINT) / (unlit + FAINT), 0, MOST_LIGHT)
+
+
+def relit(
+    unlit: NDArray[np.float32], light: NDArray[np.float32], unlit_there: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Return a picture's unlit colours (rows, columns, 4) under the light of one of fewer pixels.
+
+    Light and unlit colours there (fewer rows, fewer columns, 3) make factors; the opacity stays.
+    """
+    shape = unlit.shape[:2]
+    weights = unlit_there + FAINT
+    # Weighted by the colours: a silhouette has the light of what is inside.
+    factors = resized(light * weights, shape)
+    factors /= resized(weights, shape)
+    picture = unlit.copy()
+    picture[..., :3] = factors * (unlit[..., :3] + FAINT) - FAINT
+    picture[unlit[..., 3] <= 0] = 0
+    return np.clip(picture, 0, 1, out=picture)
+
+
+MOST = 4  # pictures that light is the mean of at most: a new one counts one part in so many
 
 SAME_PLACE = 0.03
 """Difference of two distances, in radii of the volume, up to which the same place is seen."""
