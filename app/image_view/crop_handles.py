@@ -68,10 +68,7 @@ class _Edge:
 
 
 class CropHandles(QObject):
-    """Shows the crop box over a canvas while it is active, and moves its planes by the mouse.
-
-    It takes the mouse before those that were made for the canvas earlier, at its handles only.
-    """
+    """Shows the crop box over a canvas while it is active, and moves its planes by the mouse."""
 
     def __init__(self, canvas: ImageCanvas, state: ViewerState) -> None:
         super().__init__(canvas)

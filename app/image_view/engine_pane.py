@@ -295,12 +295,7 @@ TITLE = "Opacity image"
 
 
 class OpacityInset(QObject):
-    """Paints how opaque each pixel is: white is opaque, black transparent.
-
-    A generator draws this image first, and its colours from it; a renderer computes it with the
-    colours. While something covers the pane's image, such as a field of sensitivities, it is
-    left out.
-    """
+    """Paints how opaque each pixel is, white for opaque, unless something covers the image."""
 
     def __init__(self, pane: EnginePane) -> None:
         super().__init__(pane)

@@ -231,10 +231,10 @@ class TradePopover(QFrame):
 
 
 class ExactnessSlider(QWidget):
-    """Chooses between speed and accuracy, and says what both are here.
+    """Chooses between speed and accuracy, and has measured figures of both.
 
-    Its figures are measured: they are those of the last image while something moved, compared
-    with the one at rest. Each choice draws both. A click on them measures those of all stops.
+    They are those of the last image while something moved, compared with the one at rest. Each
+    choice draws both. A click on them measures those of all stops.
     """
 
     def __init__(self, work: ReferenceWork) -> None:

@@ -26,10 +26,7 @@ NEAREST, FARTHEST = 0.25, 1.5  # limits of the distance for zooming
 
 
 def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
-    """Return the view after orbiting the volume by a mouse movement in pixels, right and down.
-
-    It turns about the up axis, whose poles are a limit.
-    """
+    """Return the view turned about the up axis by a mouse movement in pixels, right and down."""
     azimuth, elevation, turned = angles_in(up, view)
     sin_r, cos_r = math.sin(math.radians(turned)), math.cos(math.radians(turned))
     across = dx * cos_r + dy * sin_r
@@ -46,10 +43,7 @@ def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
 
 
 def tumble(view: View, dx: float, dy: float) -> View:
-    """Return the view after turning the volume freely about the image's own axes.
-
-    The movement of the mouse is in pixels, to the right and down.
-    """
+    """Return the view turned about the image's own axes by a movement in pixels, right and down."""
     length = math.hypot(dx, dy)
     if length == 0.0:
         return view

@@ -59,11 +59,7 @@ class _Face:
 
 
 class OrientationCube(QWidget):
-    """Shows the view's direction in the upper right corner of its parent.
-
-    Dragging turns the volume, a click on a face looks from there. Other mouse events, and
-    all outside the cube, are its parent's.
-    """
+    """Shows the view's direction in the upper right corner of its parent."""
 
     def __init__(self, state: ViewerState, parent: QWidget) -> None:
         super().__init__(parent)

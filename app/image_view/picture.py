@@ -28,23 +28,11 @@ def compose(
     background: Background | None,
     brightness: float = 1.0,
 ) -> QImage:
-    """Put a rendering over a background.
+    """Put a rendering (H, W, 4) of premultiplied colours, 0..1 or 0..255, over a background.
 
-    Parameters
-    ----------
-    rgba : ndarray of float32 or uint8, shape (H, W, 4)
-        Colour premultiplied with opacity: 0..1, values outside are clipped and NaN is 0; or
-        0..255.
-    background : tuple of int, "gradient" or None
-        None for a transparent one: of format RGBA8888_Premultiplied, which looks the same as the
-        rendering when it is put on black. Else the picture is RGB888.
-    brightness : float
-        See :func:`model.rendering.brightness.brighten`.
-
-    Raises
-    ------
-    RenderError
-        When there is not enough memory.
+    Without a background the picture is transparent, of format RGBA8888_Premultiplied, else RGB888.
+    Brightness: see :func:`model.rendering.brightness.brighten`. Raises RenderError when there is
+    not enough memory.
     """
     height, width = rgba.shape[:2]
     if background == "gradient":

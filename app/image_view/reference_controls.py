@@ -111,10 +111,7 @@ class BrightnessSlider(QWidget):
 
 
 class ReferenceControls(QObject):
-    """Shows and changes how the reference image is drawn.
-
-    The button says which light there is; its menu has the others.
-    """
+    """Shows and changes how the reference image is drawn."""
 
     def __init__(
         self,
@@ -181,11 +178,9 @@ FIXED = (
 
 
 class LightBall(QWidget):
-    """Shows the light's direction, which can be changed by dragging, or by a click.
+    """Shows the light's direction, which a drag or a click changes where the light is movable.
 
-    A drag moves the light by more pixels than the ball has, so that a hand can set it. Where a
-    model was trained with a fixed light, the ball is there but cannot be moved; without light,
-    it is hidden.
+    A drag moves the light by more pixels than the ball has, so that a hand can set it.
     """
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:

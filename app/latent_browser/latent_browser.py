@@ -205,10 +205,7 @@ LEAST_SIDE = 0.01  # least side of a brush that a wheel's turn leads to
 
 
 class LatentBrowser(QWidget):
-    """Shows the TFs that differ most, or the map next to the grid of its cells.
-
-    What the mouse is over on the map shows in the reference's pane.
-    """
+    """Shows the TFs that differ most, or the map next to the grid of its cells."""
 
     resized = Signal()  # when another width suits it, see width_for
     problem = Signal(str)

@@ -142,19 +142,7 @@ def paint_bar(
     measure: Shown,
     text: str,
 ) -> None:
-    """Paint a colour bar into the lower left corner of an image.
-
-    Parameters
-    ----------
-    rect : QRect
-        The image.
-    right : int
-        Where the text has to end.
-    measure : {"change", "signed", "visible"}
-        Whose colours it has.
-    text : str
-        Says above the bar what its ends are; in two lines where one is too long.
-    """
+    """Paint a colour bar into an image's lower left corner, with a text that ends at `right`."""
     bar = _shades(measure)
     x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()
     painter.drawImage(QRectF(x, y, BAR.width(), BAR.height()), bar)

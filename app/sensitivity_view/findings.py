@@ -127,10 +127,7 @@ class Peaks:
 
 @dataclass(frozen=True)
 class Findings:
-    """All that the panel says; what is not fresh is of another image, and dim.
-
-    `effects` say what each edit does: on its flag, and in words.
-    """
+    """All that the panel says; what is not fresh is of another image, and dim."""
 
     title: str
     values_heading: str

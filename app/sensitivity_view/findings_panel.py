@@ -49,10 +49,7 @@ EMPHASES: tuple[tuple[Emphasis, str, int, str], ...] = (
 
 
 class AddButton(QToolButton):
-    """Adds a mode when clicked; the menu next to it has the same in another colour.
-
-    `add` is called with whether the mode shall have a colour that stands out.
-    """
+    """Adds a mode when clicked; the menu next to it has the same in another colour."""
 
     def __init__(self, place: str, add: Callable[[bool], object]) -> None:
         super().__init__()
@@ -72,9 +69,8 @@ class AddButton(QToolButton):
 class PanelRow(QWidget):
     """A line of texts, and buttons that are drawn while the mouse or the focus is on the row.
 
-    The first row of a list has its buttons while no other one is pointed at. By Tab all are
-    reached, drawn or not. Of the two texts, one has a width in pixels, and the other, with width 0,
-    what is left.
+    The first row has its buttons while no other one is pointed at. Of the two texts, the one with a
+    width of 0 has what is left.
     """
 
     def __init__(self, widths: tuple[int, int], buttons: Sequence[QAbstractButton]) -> None:
@@ -315,10 +311,7 @@ class FindingsPanel(QFrame):
             self.refresh()
 
     def refresh(self) -> None:
-        """Show the present values and edits.
-
-        While something moves it rests: nobody reads it, and the images have the time.
-        """
+        """Show the present values and edits, unless something moves: the images have the time."""
         asker, layer = self._asker, self._layer
         if asker.state.live:
             return

@@ -35,11 +35,7 @@ HINT_PLACE = QPointF(60, 60)  # their place on the canvas: below its caption, ne
 
 
 class RegionLayer(QObject):
-    """Shows the regions over a canvas and edits the active one.
-
-    A region is moved by its edge, a rectangle resized by its corners; inside a region the
-    mouse turns the view, as everywhere else.
-    """
+    """Shows the regions over a canvas and edits the active one."""
 
     def __init__(
         self,
@@ -280,11 +276,7 @@ class RegionLayer(QObject):
 def name_corners(
     regions: Sequence[QRectF], plates: Sequence[QRectF], covered: Sequence[QRectF] = ()
 ) -> list[QPointF]:
-    """Return where the names of regions begin, so that no name lies over another.
-
-    A name stands above its region, where there is room, else below; at its left, else at its
-    right, else further down.
-    """
+    """Return where the names of regions begin, so that no name lies over another."""
     taken = list(covered)
     corners = []
     for region, plate in zip(regions, plates, strict=True):

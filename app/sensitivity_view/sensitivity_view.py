@@ -45,11 +45,7 @@ TABLE_SIZE = 520, 480  # of the dialog with the curve's numbers, in pixels
 
 
 class SensitivityView(QObject):
-    """Puts the sensitivity's widgets into the panes and into the TF editor, and refreshes them.
-
-    The reference pane shows exact fields, the generator's learned ones; where there is only
-    one of the two, both show it.
-    """
+    """Puts the sensitivity's widgets into the panes and into the TF editor, and refreshes them."""
 
     def __init__(
         self,
@@ -241,11 +237,7 @@ class SensitivityView(QObject):
             self._asked.keep(best[0].value)
 
     def escape(self) -> bool:
-        """End the last of what is under way; return False if nothing is.
-
-        That is a region that is to be drawn, a kept band, an edit that is tried, a clicked
-        place, a region, or the open panel.
-        """
+        """End the last of what is under way; return False if nothing is."""
         asked = self._asked
         if asked.tool is not None:
             asked.set_tool(None)
@@ -328,10 +320,7 @@ class SensitivityView(QObject):
 def _shown_result(
     asker: SensitivityAsker, image: NDArray[np.float32] | None, units: str
 ) -> SensitivityResult | None:
-    """Return what is shown: the field of the band if there is one, else the region's responses.
-
-    It is None as long as there is no answer about the present image, of which this is the picture.
-    """
+    """Return what is shown: the field of the band if there is one, else the region's responses."""
     state, band = asker.state, asker.asked.band
     if band is not None and not band.effect:
         # Where values are visible is no sensitivity.

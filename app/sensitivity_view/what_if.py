@@ -54,10 +54,7 @@ class Trial:
 
 
 class HeldButton(QPushButton):
-    """Asks for something to be shown as long as it is held; a click lasts until the next one.
-
-    Whoever shows it checks the button, and unchecks it when it is no longer shown.
-    """
+    """Asks for something to be shown as long as it is held; a click lasts until the next one."""
 
     def __init__(self, text: str, turn: Callable[[bool], object]) -> None:
         super().__init__(text)
@@ -83,17 +80,7 @@ class HeldButton(QPushButton):
 
 
 class WhatIfQuestion(QObject):
-    """Has an edit rendered while its button is on, and follows the band of values with it.
-
-    Attributes
-    ----------
-    edit_text : str
-        Size, place and width of the edit that was asked about last, in words.
-    result : str
-        What the edit changes, in a sentence; empty if nothing was asked.
-    shown : Trial or None
-        The newest answer while it is asked.
-    """
+    """Has an edit rendered while its button is on, and follows the band of values with it."""
 
     def __init__(
         self,
@@ -111,7 +98,8 @@ class WhatIfQuestion(QObject):
         """Region and edit that were asked about last."""
         self._answers: dict[str, Trial] = {}
         self.shown: Trial | None = None
-        self.edit_text = self._at = self.result = ""
+        self.edit_text = self._at = ""  # of the edit that was asked about last, in words
+        self.result = ""  # what the edit changes, in a sentence
         self.button = HeldButton("What if  W", lambda on: self.start() if on else self.end())
         self.button.setAccessibleName("What if")
         self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
@@ -267,10 +255,7 @@ class EditActions:
             self._add((band.low + band.high) / 2, width, striking)
 
     def emphasize(self, found: Contribution, how: Emphasis) -> None:
-        """Raise or lower the opacity of values, or show them alone, opaque enough to be seen.
-
-        Raising and lowering are each other's inverse, as long as nothing else is changed.
-        """
+        """Raise or lower the opacity of values, or show them alone, opaque enough to be seen."""
         tf, value, width = self._state.transfer_function, found.value, self._width
         if how == "isolate":
             alone = isolate_value(tf.opacity, value, width, found.reach)

@@ -36,10 +36,7 @@ _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifie
 
 
 class DragHandle(QGraphicsObject):
-    """A draggable mark of constant size in pixels, placed in the plot's coordinates.
-
-    It does not move by itself: it calls its owner's functions, which move it.
-    """
+    """A draggable mark of constant size in pixels, placed in the plot's coordinates."""
 
     def __init__(
         self,
@@ -69,11 +66,7 @@ class DragHandle(QGraphicsObject):
         self.adds = False  # whether it was pressed with Shift or Ctrl, to be selected with others
 
     def set_look(self, fill: QColor, selected: bool, *, ringed: bool | None = None) -> None:
-        """Set the fill colour, and highlight the handle if it is selected.
-
-        A ring around it says that keys act on it; by default, all selected ones but squares
-        have it.
-        """
+        """Set fill and highlight; a ring, by default of all selected but squares, is for keys."""
         if ringed is None:
             ringed = selected and self._shape != "square"
         if self._look != (fill, selected, ringed):

@@ -141,11 +141,10 @@ class HistogramLayer:
 
 
 def without_comb(counts: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Close the gaps of a histogram that is a comb.
+    """Close the gaps of a histogram that is a comb; other counts (bins,) stay.
 
-    Data that were stretched to a wider range leave out some whole numbers; drawn as they are,
-    their histogram is a comb whose teeth hide its shape. A tooth is spread over half of the gap
-    on either side. Where there are few narrow gaps, or wide ones only, the counts (bins,) stay.
+    Data that were stretched to a wider range leave out some whole numbers. A tooth is spread over
+    half of the gap on either side, so that the shape is seen.
     """
     teeth = np.flatnonzero(counts)
     gaps = np.diff(teeth)

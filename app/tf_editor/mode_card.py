@@ -40,8 +40,7 @@ OPACITY_MEANING = "Light lost over one voxel length: 0 is transparent, 1 is opaq
 class ModeCard(QFrame):
     """Value, width, opacity and colour of the selected handle, to be read and typed.
 
-    It stands near the handle, inside the plot, and covers neither flags nor handles nor the
-    curve. It hides while a handle is dragged, which then has its numbers alone.
+    It covers neither flags nor handles nor the curve, and hides while a handle is dragged.
     """
 
     def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:

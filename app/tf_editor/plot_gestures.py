@@ -17,10 +17,7 @@ from model.scene import tf_editing as edits
 
 
 class PlotGestures(QObject):
-    """Zooms the axis by Ctrl and the wheel, pans it by the middle button, selects with Shift.
-
-    A frame drawn with Shift selects the modes or points in it, or else the colour stops.
-    """
+    """Zooms the axis by Ctrl and the wheel, pans it by the middle button, selects with Shift."""
 
     def __init__(
         self, area: PlotArea, opacity: OpacityLayer, color: ColorLayer, selection: Selection
@@ -172,10 +169,7 @@ class EditorKeys(QObject):
         self._moves.add_opacity((lo + hi) / 2, NEW_HEIGHT)
 
     def _nudge(self, right: int, up: int) -> None:
-        """Move the selected handles by bins of the range and hundredths of opacity.
-
-        With a flank reached by Tab, the width of its mode changes instead.
-        """
+        """Move the selected handles by bins of the range and hundredths of opacity."""
         opacity, index = self._moves.tf.opacity, self._selection.index("opacity")
         shift, flank = right * opacity.bin_width, self._selection.flank
         if flank is None or index is None or opacity.points:

@@ -32,11 +32,7 @@ _TIP = (
 
 
 class RangeLine(DragHandle):
-    """A vertical line as high as the plot, with a grip at its top, outside the range.
-
-    There it is in sight where a mode or point lies at the end of the range. Outwards is -1 for
-    the line at the left end, 1 for that at the right.
-    """
+    """A vertical line as high as the plot, with a grip at its top, outside the range."""
 
     def __init__(
         self,

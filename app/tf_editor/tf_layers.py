@@ -223,10 +223,7 @@ class ColorLayer(QObject):
         return self._choose(self._moves.tf.color, index)
 
     def choose_selected(self) -> None:
-        """Open the colour dialog for the selected stop, or for the value of a mode or point.
-
-        Where that has no stop, it gets one.
-        """
+        """Open the colour dialog for the selected stop, or for the value of a mode or point."""
         tf, handle = self._moves.tf, self._selection.index("opacity")
         stop = self._selection.index("color")
         if handle is not None:

@@ -197,11 +197,7 @@ _MARKED = {0.001: "", 0.01: ".01", 0.1: ".1"}
 
 @dataclass(frozen=True)
 class OpacityScale:
-    """Maps opacities to heights in the plot, and back.
-
-    On the logarithmic scale, small opacities get as much room as large ones: it is an inverse
-    hyperbolic sine.
-    """
+    """Maps opacities to heights in the plot and back; logarithmic by an inverse hyperbolic sine."""
 
     logarithmic: bool = False
 

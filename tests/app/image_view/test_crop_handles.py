@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 
+import mouse_events
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -66,11 +67,8 @@ def pixel(handles: CropHandles, axis: int, side: int) -> QPointF:
 
 
 def drag(canvas: ImageCanvas, start: QPointF, by: QPointF) -> None:
-    QTest.mousePress(canvas, LEFT, PLAIN, start.toPoint())
     # Half the way first, as a hand does.
-    for share in (0.5, 1.0):
-        QTest.mouseMove(canvas, (start + share * by).toPoint())
-    QTest.mouseRelease(canvas, LEFT, PLAIN, (start + by).toPoint())
+    mouse_events.drag(canvas, *((start + share * by).toPoint() for share in (0.0, 0.5, 1.0)))
 
 
 def draw(name: RendererName, inputs: SceneInputs, raster: Raster) -> NDArray[np.float32]:

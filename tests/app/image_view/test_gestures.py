@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from mouse_events import drag, wheel
 from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import (
@@ -20,7 +21,6 @@ from PySide6.QtGui import (
     QNativeGestureEvent,
     QPointingDevice,
     QShortcut,
-    QWheelEvent,
 )
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
@@ -56,22 +56,10 @@ def canvas(qtbot, state):
     state.finish_view()
 
 
-def drag(
-    widget: QWidget,
-    points: list[tuple[int, int]],
-    button: Qt.MouseButton = Qt.MouseButton.LeftButton,
-    keys: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
-) -> None:
-    QTest.mousePress(widget, button, keys, QPoint(*points[0]))
-    for point in points[1:]:
-        QTest.mouseMove(widget, QPoint(*point))
-    QTest.mouseRelease(widget, button, keys, QPoint(*points[-1]))
-
-
 def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
     signals = [state.viewChanged, state.viewChanged, state.viewChangeFinished]
     with qtbot.waitSignals(signals, order="strict"):
-        drag(canvas, [(100, 100), (110, 100), (110, 120)])
+        drag(canvas, QPoint(100, 100), QPoint(110, 100), QPoint(110, 120))
     assert state.view == orbit(orbit(HOME_VIEW, 10, 0), 0, 20)
 
 
@@ -83,33 +71,19 @@ def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
     ],
 )
 def test_a_quarter_turn_about_the_centre_rolls_by_90_degrees(state, canvas, button, keys):
-    drag(canvas, [(100, 50), (150, 100)], button, keys)
+    drag(canvas, QPoint(100, 50), QPoint(150, 100), button=button, keys=keys)
     assert state.view.roll == pytest.approx(90.0)
     # Where the volume is.
     state.set_view(View(pan_x=0.5, pan_y=0.5))
-    drag(canvas, [(150, 20), (180, 50)], button, keys)
+    drag(canvas, QPoint(150, 20), QPoint(180, 50), button=button, keys=keys)
     assert state.view.roll == pytest.approx(90.0)
-
-
-def scroll(widget: QWidget, at: QPointF, *, angle: int = 0, pixels: int = 0) -> None:
-    event = QWheelEvent(
-        at,
-        widget.mapToGlobal(at),
-        QPoint(0, pixels),
-        QPoint(0, angle),
-        Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase,
-        False,
-    )
-    QApplication.sendEvent(widget, event)
 
 
 def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
     with qtbot.waitSignal(state.viewChangeFinished):
         # Parts of a notch, as wheels of high resolution send them.
         for _ in range(4):
-            scroll(canvas, QPointF(150, 75), angle=30)
+            wheel(canvas, QPointF(150, 75), 0.25)
         assert state.live
     expected = zoom(HOME_VIEW, 1, (0.5, 0.25))
     got = state.view
@@ -120,7 +94,7 @@ def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
     # A touchpad sends pixels.
     before = state.view.distance
     with qtbot.waitSignal(state.viewChangeFinished):
-        scroll(canvas, QPointF(100, 100), pixels=20)
+        wheel(canvas, QPointF(100, 100), pixels=20)
     assert zoom(got, 2).distance < state.view.distance < before
 
 
@@ -158,19 +132,19 @@ def test_the_picture_follows_a_panning_mouse_by_pixels(qtbot, state, button, key
     canvas.resize(*size)
     canvas.show_image(QImage(*image, QImage.Format.Format_RGB888))
     ViewGestures(canvas, state)
-    drag(canvas, [(100, 100), (150, 100), (150, 70)], button, keys)
+    drag(canvas, QPoint(100, 100), QPoint(150, 100), QPoint(150, 70), button=button, keys=keys)
     assert (state.view.pan_x, state.view.pan_y) == pytest.approx((0.5, 0.3))
 
 
 def test_dragging_turns_about_the_states_up_axis_or_freely(state, canvas):
     state.set_up_axis("+y")
     before = state.view
-    drag(canvas, [(100, 100), (110, 100)])
+    drag(canvas, QPoint(100, 100), QPoint(110, 100))
     azimuth, elevation, turned = angles_in("+y", before)
     assert state.angles == pytest.approx((azimuth - 4.0, elevation, turned))
     state.set_trackball(True)
     before = state.view
-    drag(canvas, [(100, 100), (110, 120)])
+    drag(canvas, QPoint(100, 100), QPoint(110, 120))
     assert state.view == tumble(before, 10, 20)
 
 
@@ -220,7 +194,7 @@ def test_a_drag_whose_release_was_kept_from_it_ends(state, canvas, kind):
 
 def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(qtbot, state, canvas):
     keys = Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
-    drag(canvas, [(100, 100), (150, 80)], keys=keys)
+    drag(canvas, QPoint(100, 100), QPoint(150, 80), keys=keys)
     assert (state.light, state.view) == (None, HOME_VIEW)
     state.light_input.set(LightDirection())
     signals = [
@@ -229,7 +203,7 @@ def test_with_control_and_shift_the_mouse_moves_a_light_that_is_movable(qtbot, s
         state.light_input.changeFinished,
     ]
     with qtbot.waitSignals(signals, order="strict"):
-        drag(canvas, [(100, 100), (150, 80)], keys=keys)
+        drag(canvas, QPoint(100, 100), QPoint(150, 80), keys=keys)
     assert state.light == light_at(0.5, 0.2, LightRange())
     assert (state.live, state.view) == (False, HOME_VIEW)
 
@@ -244,11 +218,11 @@ def test_a_double_click_goes_home(state, canvas):
 
 
 def test_a_click_that_trembles_turns_nothing(state, canvas):
-    drag(canvas, [(100, 100), (102, 101), (101, 102)])
+    drag(canvas, QPoint(100, 100), QPoint(102, 101), QPoint(101, 102))
     assert state.view == HOME_VIEW
     assert not state.live
     # A drag turns by all of its way, also by its first pixels.
-    drag(canvas, [(100, 100), (103, 100), (110, 100)])
+    drag(canvas, QPoint(100, 100), QPoint(103, 100), QPoint(110, 100))
     assert state.view == orbit(HOME_VIEW, 10, 0)
 
 

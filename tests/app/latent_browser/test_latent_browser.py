@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mouse_events import drag, wheel
 from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
-from PySide6.QtGui import QFocusEvent, QWheelEvent
+from PySide6.QtGui import QFocusEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
@@ -80,22 +81,6 @@ def pixel(map_view: MapView, place: tuple[float, float]) -> QPoint:
 
 def move(qtbot: QtBot, map_view: MapView, place: tuple[float, float]) -> None:
     QTest.mouseMove(map_view, pixel(map_view, place))
-
-
-def drag(widget: QWidget, *points: QPoint, modifier: Qt.KeyboardModifier) -> None:
-    QTest.mousePress(widget, Qt.MouseButton.LeftButton, modifier, points[0])
-    for point in points[1:]:
-        QTest.mouseMove(widget, point)
-    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, modifier, points[-1])
-
-
-def turn_wheel(widget: QWidget, at: QPointF, notches: int) -> None:
-    event = QWheelEvent(
-        at, widget.mapToGlobal(at), QPoint(), QPoint(0, 120 * notches),
-        Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier,
-        Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
-    QApplication.sendEvent(widget, event)
 
 
 NO_KEY, SHIFT = Qt.KeyboardModifier.NoModifier, Qt.KeyboardModifier.ShiftModifier
@@ -271,13 +256,13 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot, window):
 def test_the_brush_is_moved_resized_and_drawn_anew(qtbot, window):
     map_view, latent = window.browser.map, window.latent_state
     latent.set_brush((-0.4, -0.4, 0.4, 0.4))
-    drag(map_view, pixel(map_view, (0, 0)), pixel(map_view, (0.2, 0.1)), modifier=NO_KEY)
+    drag(map_view, pixel(map_view, (0, 0)), pixel(map_view, (0.2, 0.1)))
     assert latent.brush == pytest.approx((-0.2, -0.3, 0.6, 0.5), abs=0.02)
-    drag(map_view, pixel(map_view, (0.6, 0.5)), pixel(map_view, (0.8, 0.7)), modifier=NO_KEY)
+    drag(map_view, pixel(map_view, (0.6, 0.5)), pixel(map_view, (0.8, 0.7)))
     assert latent.brush == pytest.approx((-0.2, -0.3, 0.8, 0.7), abs=0.02)
-    drag(map_view, pixel(map_view, (0.1, 0.1)), pixel(map_view, (0.5, 0.3)), modifier=SHIFT)
+    drag(map_view, pixel(map_view, (0.1, 0.1)), pixel(map_view, (0.5, 0.3)), keys=SHIFT)
     assert latent.brush == pytest.approx((0.1, 0.1, 0.5, 0.3), abs=0.02)
-    drag(map_view, pixel(map_view, (-0.9, -0.9)), pixel(map_view, (-0.5, -0.6)), modifier=NO_KEY)
+    drag(map_view, pixel(map_view, (-0.9, -0.9)), pixel(map_view, (-0.5, -0.6)))
     assert latent.brush == pytest.approx((-0.9, -0.9, -0.5, -0.6), abs=0.02)
     assert window.state.edits.stack.count() == 0
     pictures = window.workspace.latent
@@ -307,12 +292,12 @@ def test_cells_are_chosen_divided_and_left_again(qtbot, window):
     QTest.mouseClick(grid, Qt.MouseButton.LeftButton, pos=centre.toPoint())
     assert window.state.edits.stack.count() == 1
     before = latent.brush
-    turn_wheel(grid, QPointF(centre), 1)
+    wheel(grid, QPointF(centre), 1)
     assert latent.brush[2] - latent.brush[0] == pytest.approx((before[2] - before[0]) / 4)
     assert latent.brush[0] == pytest.approx(before[0] + (cell % 4) * (before[2] - before[0]) / 4)
     in_sight = QRectF(window.browser.map.rect())
     assert in_sight.contains(window.browser.map.frame.rectangle(latent.brush))
-    turn_wheel(grid, QPointF(centre), -1)
+    wheel(grid, QPointF(centre), -1)
     assert latent.brush == before
     # Once the keys are elsewhere, no cell is chosen.
     for kind in (QEvent.Type.FocusIn, QEvent.Type.FocusOut):

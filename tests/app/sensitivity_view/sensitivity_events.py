@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
-from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 from window_fakes import FakeBuilders
 
 from app.image_view.image_canvas import ImageCanvas
@@ -16,13 +15,6 @@ def at(canvas: ImageCanvas, x: float, y: float) -> QPoint:
     """Position of a place of the image."""
     rect = canvas.image_rect
     return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
-
-
-def drag(widget: QWidget, *points: QPoint) -> None:
-    QTest.mousePress(widget, Qt.MouseButton.LeftButton, pos=points[0])
-    for point in points[1:]:
-        QTest.mouseMove(widget, point)
-    QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, pos=points[-1])
 
 
 def over_plot(window: MainWindow, value: float, height: float = 0.8) -> QPoint:

@@ -6,12 +6,12 @@ import threading
 
 import numpy as np
 import pytest
+from mouse_events import drag, wheel
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from sensitivity_events import asked, drag, hover, over_plot
+from sensitivity_events import asked, hover, over_plot
 from window_fakes import FakeEngine
 
 from app.engines.requests import (
@@ -100,12 +100,7 @@ def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkey
 def test_the_wheel_widens_and_a_drag_pins_a_band(qtbot, window):
     viewport, state = window.editor.area.widget.viewport(), window.sensitivity_state
     width = state.choices.width
-    position = QPointF(over_plot(window, 150.0))
-    wheel = QWheelEvent(
-        position, viewport.mapToGlobal(position), QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
-        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
-    QApplication.sendEvent(viewport, wheel)
+    wheel(viewport, QPointF(over_plot(window, 150.0)), 2)
     assert state.choices.width == pytest.approx(width * 1.15**2)
     drag(viewport, *(over_plot(window, value, 0.5) for value in (140.0, 150.0, 160.0)))
     assert state.band is not None and state.band.kept

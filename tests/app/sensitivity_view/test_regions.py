@@ -6,11 +6,12 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from mouse_events import drag
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
-from sensitivity_events import asked, at, drag, hover
+from sensitivity_events import asked, at, hover
 
 from app.engines.requests import (
     RegionSensitivityRequest,

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mouse_events import drag
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
-from sensitivity_events import at, drag
+from sensitivity_events import at
 
 from app.engines.requests import (
     Request,

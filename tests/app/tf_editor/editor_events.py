@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import mouse_events
+from mouse_events import LEFT, NONE
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 
 from app.tf_editor.editor import TransferFunctionEditor
-
-LEFT = Qt.MouseButton.LeftButton
-NONE = Qt.KeyboardModifier.NoModifier
 
 
 def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
@@ -36,8 +35,5 @@ def drag(
     modifier: Qt.KeyboardModifier = NONE,
     button: Qt.MouseButton = LEFT,
 ) -> None:
-    viewport = editor.area.widget.viewport()
-    QTest.mousePress(viewport, button, modifier, start)
-    QTest.mouseMove(viewport, (start + end) / 2)
-    QTest.mouseMove(viewport, end)
-    QTest.mouseRelease(viewport, button, modifier, end)
+    half = (start + end) / 2
+    mouse_events.drag(editor.area.widget.viewport(), start, half, end, button=button, keys=modifier)

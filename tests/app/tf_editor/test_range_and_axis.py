@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from editor_events import LEFT, double_click, drag, pixel
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QWheelEvent
+from mouse_events import wheel
+from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
 
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import percentile_range
@@ -37,16 +36,6 @@ def editor(qtbot, state):
     qtbot.waitExposed(editor)
     state.start_volume(state.transfer_function, None)
     return editor
-
-
-def wheel(editor: TransferFunctionEditor, at: QPoint, steps: int) -> None:
-    viewport = editor.area.widget.viewport()
-    event = QWheelEvent(
-        QPointF(at), QPointF(viewport.mapToGlobal(at)), QPoint(), QPoint(0, 120 * steps),
-        Qt.MouseButton.NoButton, Qt.KeyboardModifier.ControlModifier,
-        Qt.ScrollPhase.NoScrollPhase, False,
-    )  # fmt: skip
-    QApplication.sendEvent(viewport, event)
 
 
 def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(editor, state):
@@ -123,7 +112,7 @@ def test_percentiles_agree_with_numpy():
 def test_ctrl_and_wheel_zoom_around_the_mouse_and_the_middle_button_pans(editor, state):
     before = state.transfer_function
     at = pixel(editor, 150.0, 0.7)
-    wheel(editor, at, 4)
+    wheel(editor.area.widget.viewport(), QPointF(at), 4, keys=CTRL)
     lo, hi = editor.area.axis.visible
     assert hi - lo == pytest.approx(200.0 / 1.25**4)
     assert pixel(editor, 150.0, 0.7).x() == pytest.approx(at.x(), abs=1)
