@@ -114,7 +114,7 @@ class EnginePane(QWidget):
     def set_background(self, background: Background) -> None:
         """Put something else behind the image."""
         if background != self.canvas.background:
-            self.canvas.set_background(background)
+            self.canvas.background = background
             self._show_brightness()
 
     def set_drawer(self, title: str, who: str, tip: str = "") -> None:
@@ -224,7 +224,7 @@ class EnginePane(QWidget):
         if said != self._said:
             self._said = said
             self._write(title, text, tone, lines)
-        self.canvas.set_progress(self._progress())
+        self.canvas.progress = self._progress()
         self.statusShown.emit()
 
     def _write(self, title: str, text: str, tone: Tone, lines: list[str]) -> None:

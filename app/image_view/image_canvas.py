@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,8 @@ from model.rendering.brightness import brighten
 from model.rendering.raster import Raster
 from model.scene.region import Reach
 
+T = TypeVar("T")
+
 ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
@@ -24,6 +27,25 @@ ARROWS: dict[int, tuple[int, int]] = {
     Qt.Key.Key_Down: (0, 1),
 }
 """Steps to the right and down of arrow keys."""
+
+
+class Painted(Generic[T]):
+    """An attribute of a widget, which is painted anew when it changes."""
+
+    def __init__(self, first: T) -> None:
+        self._first = first
+
+    def __set_name__(self, _owner: type, name: str) -> None:
+        self._name = f"_{name}"
+
+    def __get__(self, widget: object, _owner: type | None = None) -> T:
+        return cast(T, getattr(widget, self._name, self._first))
+
+    def __set__(self, widget: QWidget, value: T) -> None:
+        before = getattr(widget, self._name, self._first)
+        if value is not before and value != before:
+            setattr(widget, self._name, value)
+            widget.update()
 
 
 class KeyedWidget(QWidget):
@@ -106,6 +128,10 @@ class ImageCanvas(KeyedWidget):
     """
 
     resized = Signal()  # when the number of pixels on the screen has changed
+    background = Painted[Background](BLACK)
+    cover = Painted[QImage | None](None)  # in the image's place
+    progress = Painted[float | None](None)  # part of the image that is there, 0..1; None for all
+    below_message = Painted[QWidget | None](None)  # messages are above it, not in the middle
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -117,16 +143,7 @@ class ImageCanvas(KeyedWidget):
         self.image: QImage | None = None
         self.message = ""
         self._message_color = theme.ON_IMAGE.dim
-        self._below_message: QWidget | None = None
-        self.progress: float | None = None  # part of the image that is there, 0..1; None for all
-        self.cover: QImage | None = None
         self._decorations: list[Decoration] = []
-        self.background: Background = BLACK
-
-    def set_background(self, background: Background) -> None:
-        """Put something else behind the image."""
-        self.background = background
-        self.update()
 
     @property
     def image_rect(self) -> QRect:
@@ -182,12 +199,6 @@ class ImageCanvas(KeyedWidget):
         self.image = image
         self.update()
 
-    def show_cover(self, cover: QImage | None) -> None:
-        """Show a picture in place of the image; None to show the image again."""
-        if cover is not self.cover:
-            self.cover = cover
-            self.update()
-
     def add_decoration(self, paint: Decoration) -> None:
         """Have something painted over the image whenever it is."""
         self._decorations.append(paint)
@@ -197,17 +208,6 @@ class ImageCanvas(KeyedWidget):
         self.message = text
         self._message_color = color
         self.update()
-
-    def lay_message_above(self, widget: QWidget | None) -> None:
-        """Show messages above a widget that lies over the canvas; None: in the middle."""
-        self._below_message = widget
-        self.update()
-
-    def set_progress(self, progress: float | None) -> None:
-        """Draw at the upper edge which part of the image is there; None for all of it."""
-        if progress != self.progress:
-            self.progress = progress
-            self.update()
 
     def sizeHint(self) -> QSize:
         """Return a size at which the whole window fits on a laptop's screen."""
@@ -259,8 +259,8 @@ class ImageCanvas(KeyedWidget):
         side = _MARGIN + (self.width() - 2 * _MARGIN) // 10
         column = self.rect().adjusted(side, _MARGIN, -side, -_MARGIN)
         place = Qt.AlignmentFlag.AlignCenter
-        if self._below_message is not None:
-            column.setBottom(self._below_message.y() - _MARGIN)
+        if self.below_message is not None:
+            column.setBottom(self.below_message.y() - _MARGIN)
             place = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignBottom
         painter.drawText(column, place | Qt.TextFlag.TextWordWrap, self.message)
 

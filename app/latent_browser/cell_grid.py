@@ -24,6 +24,7 @@ from app.image_view.image_canvas import (
     ARROWS,
     LEAST_PROGRESS,
     KeyedWidget,
+    Painted,
     paint_progress,
     to_qimage,
 )
@@ -46,14 +47,15 @@ class CellGrid(KeyedWidget):
     """Emitted with the cell over which the wheel was turned to come closer, or None to go back."""
     hovered = Signal(object)  # with the cell under the mouse, or None
 
+    is_stale = Painted(False)  # of an earlier view, light or colours
+    message = Painted("")  # where there are no pictures
+    progress = Painted[float | None](None)  # part that is there, where it takes long
+
     def __init__(self, brightness: Brightness) -> None:
         super().__init__()
         self._brightness = brightness
         self._picture: GridPicture | None = None
         self.images: dict[int, QImage] = {}  # by cell
-        self.is_stale = False  # of an earlier view, light or colours
-        self._message = ""
-        self.progress: float | None = None  # part of the pictures that is there, 0 to 1
         self._cell: int | None = None
         self._turned = 0.0
         self.setMouseTracking(True)
@@ -78,23 +80,6 @@ class CellGrid(KeyedWidget):
                     brightness = self._brightness.usual(source) * exposures[cell]
                 self.images[cell] = to_qimage(image, brightness)
         self.update()
-
-    def show_message(self, text: str) -> None:
-        """Show a text where there are no pictures."""
-        self._message = text
-        self.update()
-
-    def set_stale(self, stale: bool) -> None:
-        """Mark the pictures as those of an earlier view, light or colours."""
-        if stale != self.is_stale:
-            self.is_stale = stale
-            self.update()
-
-    def set_progress(self, progress: float | None) -> None:
-        """Show how many of the next pictures are there; None where they do not take long."""
-        if progress != self.progress:
-            self.progress = progress
-            self.update()
 
     def cell_rect(self, cell: int) -> QRectF:
         """Rectangle of a cell in pixels."""
@@ -130,7 +115,7 @@ class CellGrid(KeyedWidget):
         if picture is None:
             painter.setPen(QColor(theme.ON_IMAGE.dim))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self._message)
+            painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, self.message)
         if self.progress is not None:
             whole = self.cell_rect(0).united(self.cell_rect(CELLS**2 - 1)).toRect()
             paint_progress(painter, whole, max(self.progress, LEAST_PROGRESS))

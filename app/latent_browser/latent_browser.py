@@ -183,11 +183,11 @@ class Preview(QObject):
             return
         self._covers = picture is not None
         if picture is None:
-            self._pane.canvas.show_cover(None)
+            self._pane.canvas.cover = None
             self._pane.name_cover("")
             return
         brightness = self._pane.brightness.of(picture.source)
-        self._pane.canvas.show_cover(to_qimage(picture.image, brightness))
+        self._pane.canvas.cover = to_qimage(picture.image, brightness)
         of = {0: "The nearest TF of the map", 1: "A TF of the map"}
         explained = of.get(picture.samples, f"The mean of {picture.samples} TFs of the map")
         self._pane.name_cover("Under the mouse", "click to take", explained)
@@ -306,7 +306,7 @@ class LatentBrowser(QWidget):
             (pictures.hoverDrawn, self.preview.show_hover),
             (pictures.hoverMoved, self.preview.show_tf),
             (pictures.problem, self.problem),
-            (pictures.grid_at_work.changed, self.grid.set_progress),
+            (pictures.grid_at_work.changed, self._show_pictures_due),
             (self._state.inputsChanged, self._state.calm.soon(self._mark_stale)),
             (self.map.chosen, self._choose_place),
             (self.grid.chosen, self._choose_cell),
@@ -327,8 +327,8 @@ class LatentBrowser(QWidget):
         self._color()
 
     def _show_message(self, text: str) -> None:
-        self.map.show_message(text)
-        self.grid.show_message(text)
+        self.map.message = text
+        self.grid.message = text
 
     # The map.
 
@@ -341,7 +341,7 @@ class LatentBrowser(QWidget):
         self._show_filter()
 
     def _show_filter(self) -> None:
-        self.map.show_message("")
+        self.map.message = ""
         self._say_why()
         self._color()
         self._tell()
@@ -351,7 +351,7 @@ class LatentBrowser(QWidget):
         exact = self._pictures.exact
         if self._session.map is not None:
             why = exact.text if exact.state is EngineState.WAITING else CHOOSING
-            self.grid.show_message(why if self._session.chosen is not None else NO_TFS)
+            self.grid.message = why if self._session.chosen is not None else NO_TFS
 
     def _session_problem(self, text: str) -> None:
         if self._session.map is None:
@@ -391,10 +391,13 @@ class LatentBrowser(QWidget):
         self.grid.show_grid(picture)
         self._mark_stale()
 
+    def _show_pictures_due(self, progress: float | None) -> None:
+        self.grid.progress = progress
+
     def _mark_stale(self) -> None:
         grid = self._pictures.grid
         if grid is not None and self._latent.choices.shown:
-            self.grid.set_stale(not self._pictures.is_fresh(grid))
+            self.grid.is_stale = not self._pictures.is_fresh(grid)
 
     def _choose_cell(self, cell: int) -> None:
         grid, tf = self._pictures.grid, self._pictures.cell_tf(cell)
@@ -403,7 +406,7 @@ class LatentBrowser(QWidget):
             self.take(tf, "TF from the grid", (x, y), grid.exposures.get(cell))
 
     def _hover_cell(self, cell: int | None) -> None:
-        self.map.mark_cell(cell)
+        self.map.active_cell = cell
         self.preview.show_tf(None if cell is None else self._pictures.cell_tf(cell))
 
     def _zoom(self, cell: int | None) -> None:
@@ -446,4 +449,4 @@ class LatentBrowser(QWidget):
                 return
             count = f"{len(session.map.codes):,} TFs"
             text = count if session.wanted.all() else f"{session.wanted.sum():,} of {count}"
-        self.map.show_note(text)
+        self.map.note = text

@@ -20,7 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QSizePolicy
 
 from app import theme
-from app.image_view.image_canvas import ARROWS, KeyedWidget
+from app.image_view.image_canvas import ARROWS, KeyedWidget, Painted
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
 from app.state.latent_session import LatentSession
@@ -36,6 +36,10 @@ class MapView(KeyedWidget):
 
     chosen = Signal()  # when the place under the mouse was clicked
 
+    message = Painted("")  # in place of the map
+    note = Painted("")  # in the lower right corner: how many TFs there are, or what goes on
+    active_cell = Painted[int | None](None)  # of the brush, row by row
+
     def __init__(self, latent: LatentState, session: LatentSession) -> None:
         super().__init__()
         self._latent = latent
@@ -43,8 +47,6 @@ class MapView(KeyedWidget):
         self.frame = MapFrame(1, 1)  # the part of the map that is in sight
         self._shades: marks.Shades | None = None
         self._points: QImage | None = None
-        self._message = self._note = ""
-        self._active_cell: int | None = None
         self._grips: tuple[Grip, ...] = ()
         self._pressed: QPointF | None = None
         self._button = Qt.MouseButton.NoButton
@@ -58,28 +60,11 @@ class MapView(KeyedWidget):
         for signal in (latent.brushChanged, latent.hoverChanged, session.marksChanged):
             signal.connect(lambda *_: self.update())
 
-    def show_message(self, text: str) -> None:
-        """Show a text in place of the map; nothing for the map."""
-        self._message = text
-        self.update()
-
-    def show_note(self, text: str) -> None:
-        """Show a few words in the lower right corner: how many TFs there are, or what goes on."""
-        if text != self._note:
-            self._note = text
-            self.update()
-
     def show_shades(self, shades: marks.Shades) -> None:
         """Colour the points."""
         self._shades = shades
         self._points = None
         self.update()
-
-    def mark_cell(self, cell: int | None) -> None:
-        """Mark a cell of the brush, row by row."""
-        if cell != self._active_cell:
-            self._active_cell = cell
-            self.update()
 
     def reset(self) -> None:
         """Show the whole map."""
@@ -103,10 +88,10 @@ class MapView(KeyedWidget):
         # Dark in both themes, as its colours are made for that.
         painter.fillRect(self.rect(), QColor(theme.ON_IMAGE.plot))
         map_ = self._session.map
-        if self._message or map_ is None or self._shades is None:
+        if self.message or map_ is None or self._shades is None:
             painter.setPen(QColor(theme.ON_IMAGE.dim))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
-            text = self._message or self._note
+            text = self.message or self.note
             painter.drawText(self.rect().adjusted(20, 20, -20, -20), flags, text)
             painter.end()
             return
@@ -115,7 +100,7 @@ class MapView(KeyedWidget):
             self._points = self._drawn_points(map_.places, self._shades)
         painter.drawImage(0, 0, self._points)
         frame, latent = self.frame, self._latent
-        marks.paint_brush(painter, frame, latent.brush, self._active_cell)
+        marks.paint_brush(painter, frame, latent.brush, self.active_cell)
         if self._session.different is not None:
             marks.paint_different(painter, frame, map_.places[self._session.different])
         if self._session.place is not None:
@@ -124,8 +109,8 @@ class MapView(KeyedWidget):
             marks.paint_disc(painter, frame, latent.hover, map_.radius / latent.closeness)
         marks.paint_legend(painter, frame, self._shades)
         self._paint_ring(painter)
-        if self._note:
-            marks.paint_note(painter, frame, self._note)
+        if self.note:
+            marks.paint_note(painter, frame, self.note)
         painter.end()
 
     def resizeEvent(self, _event: QResizeEvent) -> None:
@@ -183,7 +168,7 @@ class MapView(KeyedWidget):
             pass
         elif moved:
             self._latent.finish_brush()
-        elif self._session.map is not None and not self._message:
+        elif self._session.map is not None and not self.message:
             self._hover(at)
             self.chosen.emit()
         self.update()
@@ -226,7 +211,7 @@ class MapView(KeyedWidget):
         return QSize(420, 420)
 
     def _hover(self, at: QPointF) -> None:
-        if self._session.map is not None and not self._message:
+        if self._session.map is not None and not self.message:
             self._latent.set_hover(self.frame.place(at), max(self.frame.zoom, 1.0))
 
     def _set_frame(self, frame: MapFrame) -> None:

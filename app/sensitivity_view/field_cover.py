@@ -275,7 +275,7 @@ class FieldCover(QObject):
         self.bar.hide()
         # What another has laid there, such as a picture of the map, is not this one's to take.
         if was_shown is not None:
-            self._pane.canvas.show_cover(None)
+            self._pane.canvas.cover = None
             self._pane.name_cover("")
             self._changed()
         self._pane.canvas.update()
@@ -283,7 +283,7 @@ class FieldCover(QObject):
     def _show(self, colored: NDArray[np.float64], measure: Shown, meaning: str) -> None:
         """Cover the image by a picture, whose colours are said in the bar."""
         self._shown_as = measure
-        self._pane.canvas.show_cover(to_qimage(colored.astype(np.float32)))
+        self._pane.canvas.cover = to_qimage(colored.astype(np.float32))
         high = f"{100 * self._scale:.0f} %" if measure == "visible" else short(self._scale)
         texts = ("0", high, meaning)
         if measure == "signed":

@@ -120,11 +120,6 @@ class ResponseLayer:
         """Whether the responses shown are known not to be of the present image."""
         return bool(self._curves["exact"].opacity() < 1)
 
-    @property
-    def arrows(self) -> list[float]:
-        """Scalar values at which arrows say that a curve leaves the plot."""
-        return [self._area.axis.value(place) for place in self._cut.getData()[0]]
-
     def curve(self, name: str) -> NDArray[np.float64]:
         """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
         curve = self._curves[name]

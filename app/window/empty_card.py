@@ -67,7 +67,7 @@ class EmptyCard(QFrame):
     def _follow(self, state: EngineState) -> None:
         shown = state is EngineState.FAILED and self._workspace.opened is None
         self.setVisible(shown)
-        self._pane.canvas.lay_message_above(self if shown else None)
+        self._pane.canvas.below_message = self if shown else None
         if shown:
             self._place()
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtTest import QTest
 from toy_codec import toy_space
-from window_fakes import FakeBuilders
+from window_fakes import PATIENCE_S, FakeBuilders
 
 from app.engines.requests import BatchRequest
 
@@ -25,8 +25,13 @@ def window(qtbot, make_window, builders, tmp_path):
     window.latent_state.choose(codec="model", on_map=True)
     window.top_bar.browse.click()
     work = window.workspace.latent
-    qtbot.waitUntil(lambda: work.grid is not None and work.session.overview is not None)
-    qtbot.waitUntil(lambda: work.grid is not None and bool(work.grid.images))
+    # The first one imports torch, on machines that may be busy.
+    qtbot.waitUntil(
+        lambda: (
+            work.session.overview is not None and work.grid is not None and bool(work.grid.images)
+        ),
+        timeout=1000 * PATIENCE_S,
+    )
     return window
 
 
