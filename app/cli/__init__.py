@@ -22,13 +22,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
-    """Run the command given by arguments, by default those of the process.
+    """Run the command given by arguments, by default those of the process; return its exit code.
 
-    Returns
-    -------
-    int
-        Exit code: the command's, usually 0; 2 with one line on standard error for bad
-        input; 130 after Ctrl-C; 1 if standard output is closed.
+    That is 2 with one line on standard error for bad input, 130 after Ctrl-C, and 1 if standard
+    output is closed.
     """
     try:
         # The imports take a second, in which Ctrl-C is pressed, too.

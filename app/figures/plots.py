@@ -132,32 +132,18 @@ ROOM = 1.08  # upper end of the axis
 
 @dataclass(frozen=True, eq=False)
 class TFPlot:
-    """Content of a plot.
-
-    Attributes
-    ----------
-    colors : ndarray, shape (256, 3), or None
-        In [0, 1], for a strip below the curve.
-    responses : ndarray, shape (256,), or None
-        Sensitivity, drawn in red over the opacity curve with an axis of its own.
-    window : ndarray of bool, shape (256,), or None
-        Values by which the axis of the sensitivity is chosen; all by default.
-    band : ndarray, shape (256,), or None
-        Weights in [0, 1] of the values whose field is shown, drawn as a red area.
-    mode : GaussianMode or None
-        A mode that is to be added, dashed.
-    """
+    """Content of a plot; arrays are of 256 values, and None is left out."""
 
     title: str
     scalar_range: Range
     opacity: NDArray[np.floating]
-    colors: NDArray[np.floating] | None
+    colors: NDArray[np.floating] | None  # (256, 3) in [0, 1], for a strip below the curve
     value_label: str = "scalar value"
-    responses: NDArray[np.floating] | None = None
+    responses: NDArray[np.floating] | None = None  # red, over the opacities, with an own axis
     response_label: str = "change / +.01"
-    window: NDArray[np.bool_] | None = None
-    band: NDArray[np.floating] | None = None
-    mode: GaussianMode | None = None
+    window: NDArray[np.bool_] | None = None  # values by which that axis is chosen; all by default
+    band: NDArray[np.floating] | None = None  # weights in [0, 1] of values whose field is shown
+    mode: GaussianMode | None = None  # that is to be added, dashed
     scale: ValueScale = "linear"
 
     @classmethod

@@ -332,11 +332,6 @@ class VisibleLayer:
         """Whether what is shown is known not to be of the present image."""
         return bool(self._curve.opacity() < 1)
 
-    @property
-    def peak_texts(self) -> list[str]:
-        """Texts of the named peaks, the strongest first."""
-        return [label.toPlainText() for label in self._labels if label.isVisible()]
-
     def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:
         """Return the part of all that is visible that a band of values makes up, if known."""
         answer = self._asker.visibility
