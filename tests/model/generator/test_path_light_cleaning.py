@@ -1,4 +1,4 @@
-"""The generator of path-traced light: pictures of any size, and machines that lack a part."""
+"""Cleaning of path-traced pictures of any size, and machines that lack a part."""
 
 import numpy as np
 import pytest
