@@ -15,7 +15,7 @@ TESTS := $(PYTEST) -n 2 --dist loadfile
 # A window's test may fail because other work took the processors. What failed is run once more, alone.
 AGAIN := --last-failed --last-failed-no-failures none
 SLOW := -m "slow or hypothesis" --hypothesis-profile=fresh
-INSTALL := $(BIN)/python app/python_packages.py
+INSTALL := $(BIN)/python .ci/python_packages.py
 
 .PHONY: audit run test test-all test-slow setup lint clean
 
@@ -32,7 +32,7 @@ test-slow: setup .venv/test-ready
 	@$(TESTS) $(SLOW) || $(PYTEST) $(SLOW) $(AGAIN)
 
 setup: .venv/ready
-	@$(BIN)/python app/system_libraries.py
+	@$(BIN)/python .ci/system_libraries.py
 
 lint: setup .venv/lint-ready
 	$(BIN)/ruff check .
@@ -51,7 +51,7 @@ clean:
 
 # torch is pinned, and from an index of its own where TORCH_INDEX names one.
 .venv/ready: pyproject.toml
-	@$(PYTHON) app/system_libraries.py --python
+	@$(PYTHON) .ci/system_libraries.py --python
 	$(PYTHON) -m venv .venv
 	$(if $(TORCH_INDEX),$(INSTALL) --index-url $(TORCH_INDEX) "$(TORCH)")
 	$(INSTALL) "$(TORCH)" --editable .

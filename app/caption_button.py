@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetrics, QPainter, QPaintEvent, QP
 from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton
 
 from app import theme
-from app.menu_tips import show_tips
+from app.controls import show_tips
 
 Tone = Literal["dim", "change", "attention", "error"]
 """Colour of the detail: usual, under way, to be noticed, or wrong."""
@@ -27,12 +27,8 @@ GROUND_OPACITY = 215
 class CaptionButton(QToolButton):
     """Shows a title and a detail in one line, as wide as they are; a click opens its menu.
 
-    Where there is less room, the detail gives way, then the title's middle.
-
-    Parameters
-    ----------
-    on_image : bool
-        Whether it floats over an image: it is dark then, whatever the theme.
+    Where there is less room, the detail gives way, then the title's middle. One that floats over an
+    image is dark, whatever the theme.
     """
 
     def __init__(self, on_image: bool = False) -> None:

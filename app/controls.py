@@ -7,36 +7,116 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from typing import TypeVar
+from typing import Literal, TypeVar
 
-from PySide6.QtCore import QBuffer, QIODevice, QSize, Qt
+from PySide6.QtCore import QBuffer, QEvent, QIODevice, QObject, QPoint, QSize, Qt
 from PySide6.QtGui import (
     QAccessible,
     QAccessibleAnnouncementEvent,
     QAction,
     QActionGroup,
     QColor,
+    QHelpEvent,
     QIcon,
     QImage,
     QKeySequence,
     QPainter,
     QPixmap,
     QResizeEvent,
+    QTextDocument,
 )
 from PySide6.QtWidgets import (
     QBoxLayout,
     QComboBox,
+    QFrame,
     QLabel,
     QLayout,
     QMenu,
     QPushButton,
     QSizePolicy,
     QToolButton,
+    QToolTip,
     QWidget,
 )
 
 from app import theme
-from app.wheel_guard import WheelGuard
+
+
+class WheelGuard(QObject):
+    """Keeps the wheel from changing a control that has not the focus, and from giving it.
+
+    Otherwise scrolling a panel would change the controls that pass under the mouse.
+    """
+
+    def __init__(self, control: QWidget) -> None:
+        super().__init__(control)
+        if control.focusPolicy() == Qt.FocusPolicy.WheelFocus:
+            control.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        control.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Leave the wheel to what the control lies in."""
+        unwanted = event.type() == QEvent.Type.Wheel and not (
+            isinstance(watched, QWidget) and watched.hasFocus()
+        )
+        if unwanted:
+            event.ignore()
+        return unwanted
+
+
+QT_SHIFT = QPoint(2, 16)
+"""By how much Qt shows a tooltip next to the place that it is given, in pixels."""
+
+GAP, WIDTH = 6, 320
+"""Distance to the menu, and width of a tooltip at most, in pixels."""
+
+
+class _MenuTips(QObject):
+    """Shows the tooltips of one menu."""
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Show the tooltip of the entry under the mouse, instead of Qt."""
+        if not (isinstance(watched, QMenu) and isinstance(event, QHelpEvent)):
+            return False
+        if event.type() != QEvent.Type.ToolTip:
+            return False
+        action = watched.actionAt(event.pos())
+        tip = "" if action is None else action.toolTip()
+        # Without one of its own, an action's tooltip is its text.
+        if action is None or not tip or tip == _plain(action.text()):
+            QToolTip.hideText()
+            return True
+        text, width = _wrapped(tip)
+        entry = watched.actionGeometry(action)
+        place = watched.mapToGlobal(QPoint(watched.width() + GAP, entry.top()))
+        if place.x() + width > watched.screen().availableGeometry().right():
+            place = watched.mapToGlobal(QPoint(-GAP - width, entry.top()))
+        QToolTip.showText(place - QT_SHIFT, text, watched, entry)
+        return True
+
+
+def show_tips(menu: QMenu) -> None:
+    """Have a menu show its entries' tooltips, at its left where its right has no room."""
+    menu.setToolTipsVisible(True)
+    menu.installEventFilter(_MenuTips(menu))
+
+
+def _wrapped(tip: str) -> tuple[str, int]:
+    """Return a plain or rich tooltip as rich text that is wrapped, and its width in pixels."""
+    inside = tip if tip.startswith("<") else html.escape(tip)
+    document = QTextDocument()
+    document.setDefaultFont(QToolTip.font())
+    document.setHtml(inside)
+    # Of the document, the frame and the style sheet.
+    margins = 24
+    width = round(min(document.idealWidth(), WIDTH))
+    return f"<table width={width}><tr><td>{inside}</td></tr></table>", width + margins
+
+
+def _plain(text: str) -> str:
+    """Return an entry's text as Qt makes a tooltip of it: without key marks and dots."""
+    return text.replace("&", "").partition("\t")[0].rstrip(".…")
+
 
 T = TypeVar("T")
 L = TypeVar("L", bound="QBoxLayout")
@@ -97,6 +177,44 @@ def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
     politeness = QAccessible.AnnouncementPoliteness
     event.setPoliteness(politeness.Assertive if at_once else politeness.Polite)
     QAccessible.updateAccessibility(event)
+
+
+_Line = TypeVar("_Line", bound=QBoxLayout)
+
+
+def line_up(
+    line: _Line, *parts: QWidget | QLayout | None, margins: tuple[int, ...] = (), spacing: int = -1
+) -> _Line:
+    """Put widgets and layouts into a row or column, with a stretch for None; return that."""
+    for part in parts:
+        if part is None:
+            line.addStretch()
+        elif isinstance(part, QWidget):
+            line.addWidget(part)
+        else:
+            line.addLayout(part)
+    if margins:
+        line.setContentsMargins(*margins)
+    if spacing >= 0:
+        line.setSpacing(spacing)
+    return line
+
+
+def label(text: str, role: Literal["title", "dim"]) -> QLabel:
+    """Return a plain text in the style of its role."""
+    made = QLabel(text)
+    made.setTextFormat(Qt.TextFormat.PlainText)
+    made.setProperty("role", role)
+    return made
+
+
+class Card(QFrame):
+    """A card over the images: what happens on it is not theirs."""
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setProperty("role", "card")
+        self.setCursor(Qt.CursorShape.ArrowCursor)
 
 
 def list_box() -> QComboBox:

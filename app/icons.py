@@ -85,16 +85,9 @@ def icon(name: str, colors: theme.Colors | None = None) -> QIcon:
 
 
 class IconButton(QToolButton):
-    """A button with an icon, whose tooltip says its name and key.
+    """A button with an icon, and maybe a text; its tooltip says its name and key, then a tip.
 
-    Parameters
-    ----------
-    tip : str
-        The tooltip's second line.
-    text : str
-        Shown next to the icon; empty for the icon alone.
-    colors : Colors, optional
-        Of a fixed theme; without it, of the one in use.
+    Its colours are those of a fixed theme, or of the one in use.
     """
 
     def __init__(

@@ -42,13 +42,8 @@ def run_window(
 ) -> int:
     """Open the window and run until it is closed; return 0, or 2 if it cannot be shown.
 
-    Parameters
-    ----------
-    device : str
-        Of the generator: "auto", "cpu" or "cuda".
-    screenshot : Path or None
-        If given, the window is opened off screen, saved to this PNG file once both
-        images are final, and closed; 2 is returned if it shows an error.
+    For a screenshot it is opened off screen, saved to this PNG file once both images are final, and
+    closed; 2 is returned if it shows an error. The device is the generator's.
     """
     if screenshot is None and not _display_is_there():
         print(
@@ -125,14 +120,14 @@ def _open(window: MainWindow, start: WindowStart) -> None:
 
 
 def _show_as_asked(window: MainWindow, start: WindowStart) -> None:
-    state, workspace = window.state, window.workspace
+    state = window.state
     if start.view is not None:
         state.set_view(start.view)
     if start.crop is not None:
         state.crop_input.set(start.crop)
         window.crop_card.set_shown(True)
     if start.light is not None and state.light is not None:
-        workspace.reference.light.place(start.light)
+        state.start_light(start.light)
     elif start.light is not None:
         window.notice.add("The light cannot be moved: the model was trained with a fixed light.")
     if start.tf is not None:

@@ -1,4 +1,4 @@
-"""Calls in threads of their own, with their results delivered to the window."""
+"""Calls in threads of their own, with their results delivered to the window, and after pauses."""
 
 from __future__ import annotations
 
@@ -6,10 +6,18 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, Signal, Slot
+from PySide6.QtCore import QObject, Qt, QTimer, Signal, Slot
 
 from app.engines.messages import error_sentence
 from app.engines.worker import THREAD_PREFIX
+
+
+class Pause(QTimer):
+    """Calls a function once, some milliseconds after it was started last."""
+
+    def __init__(self, parent: QObject, length: int, call: Callable[[], object]) -> None:
+        super().__init__(parent, singleShot=True, interval=length)
+        self.timeout.connect(call)
 
 
 class BackgroundCall(QObject):
@@ -63,14 +71,20 @@ class BackgroundCall(QObject):
 
 
 class LatestCall(QObject):
-    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next."""
+    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next.
 
-    done = Signal(object)
-    failed = Signal(str)
+    A result is taken by one function, the sentence of an error by another.
+    """
 
-    def __init__(self, name: str, parent: QObject) -> None:
+    def __init__(
+        self,
+        name: str,
+        parent: QObject,
+        take: Callable[[Any], object],
+        refuse: Callable[[str], object],
+    ) -> None:
         super().__init__(parent)
-        self._name = name
+        self._name, self._take, self._refuse = name, take, refuse
         self._running: BackgroundCall | None = None
         self._next: Callable[[], Any] | None = None
         self._stopped = False
@@ -108,8 +122,8 @@ class LatestCall(QObject):
         function, self._next = self._next, None
         assert function is not None
         call = BackgroundCall(function, self._name, self)
-        call.done.connect(self.done)
-        call.failed.connect(self.failed)
+        call.done.connect(self._take)
+        call.failed.connect(self._refuse)
         call.finished.connect(self._end)
         self._running = call
         call.start()

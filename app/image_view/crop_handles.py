@@ -14,9 +14,8 @@ from PySide6.QtGui import QColor, QCursor, QMouseEvent, QPainter, QPen
 
 from app import theme
 from app.image_view.image_canvas import ImageCanvas
-from app.state.crop_planes import WITHOUT_VOLUME, axis_name, least_length, voxel_at
 from app.state.viewer_state import ViewerState
-from model.scene.crop import CropBox
+from model.scene.crop import WITHOUT_VOLUME, CropBox, axis_name, least_length, voxel_at
 from model.scene.view import NEAREST_DEPTH, Projection
 
 RADIUS, REACH = 6.0, 10.0  # of a handle, and how far from its middle it takes the mouse, in pixels

@@ -18,7 +18,7 @@ from app.engines.messages import Result
 from app.engines.requests import Request
 from app.image_view.image_canvas import LEAST_PROGRESS, ImageCanvas, to_qimage
 from app.image_view.picture import BLACK, Background
-from app.short_numbers import short
+from app.number_box import short
 from app.state.at_work import PATIENCE_MS
 from app.state.brightness import Brightness
 from model.scene.inputs import SceneInputs

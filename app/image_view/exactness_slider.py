@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import fill, text_button
+from app.controls import WheelGuard, fill, text_button
 from app.engines.client import EngineState
 from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
@@ -38,7 +38,6 @@ from app.state.image_errors import (
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
-from app.wheel_guard import WheelGuard
 from model.rendering.raster import Raster
 
 HEIGHT = 22
@@ -183,7 +182,7 @@ class TradePopover(QFrame):
             error.setText("exact" if exact else "" if traded is None else error_text(traded.error))
             rest.setText(self._rest_text(name))
         if self._trade.found:
-            pixels = self._work.whole_raster()
+            pixels = self._work.raster
             said = MEASURED.format(pixels.width, pixels.height)
             self.status.setText(f"{said}{self._alike_text()}")
         elif self._trade.begun:

@@ -23,14 +23,13 @@ from PySide6.QtWidgets import (
 
 from app import theme
 from app.caption_button import CaptionButton
-from app.controls import add_choices, add_switch, fill, text_button
+from app.controls import WheelGuard, add_choices, add_switch, fill, text_button
 from app.engines.engines import ReferenceSettings
 from app.image_view.gestures import light_at
-from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness
+from app.state.brightness import BRIGHTEST, DARKEST, STEPS_PER_OCTAVE, Brightness, brightness_at
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
 from app.state.viewer_state import ViewerState
-from app.wheel_guard import WheelGuard
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.rendering.path_tracing import denoising
 from model.scene.scene import RENDERER_NAMES, LightDirection, LightRange
@@ -99,15 +98,15 @@ class BrightnessSlider(QWidget):
 
     def _set_step(self, step: int) -> None:
         if self.slider.isSliderDown():
-            self._brightness.move(step)
+            self._brightness.move(brightness_at(step))
         else:
-            self._brightness.set_step(step)
+            self._brightness.set(brightness_at(step))
 
     def _show(self) -> None:
         with QSignalBlocker(self.slider):
             self.slider.setValue(self._brightness.step)
-        self.number.setText(f"{self._brightness.value:.2f}×")
-        self.reset.setEnabled(self._brightness.is_chosen)
+        self.number.setText(f"{self._brightness.of('exact'):.2f}×")
+        self.reset.setEnabled(self._brightness.value is not None)
 
 
 class ReferenceControls(QObject):

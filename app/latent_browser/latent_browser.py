@@ -12,7 +12,7 @@ from PySide6.QtGui import QKeyEvent, QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QMenu, QPushButton, QToolButton, QWidget
 
 from app import theme
-from app.controls import add_choices, fill
+from app.controls import add_choices, fill, show_tips
 from app.engines.client import EngineState
 from app.icons import IconButton, icon
 from app.image_view.engine_pane import EnginePane
@@ -20,7 +20,6 @@ from app.image_view.image_canvas import to_qimage
 from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_marks import shades_of
 from app.latent_browser.map_view import MapView
-from app.menu_tips import show_tips
 from app.state.latent_pictures import GridPicture, HoverPicture, LatentPictures
 from app.state.latent_state import CodecChoice, LatentChoices, LatentState, Place
 from app.state.viewer_state import ViewerState

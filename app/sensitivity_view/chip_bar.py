@@ -11,9 +11,16 @@ from PySide6.QtGui import QColor, QIcon, QPainter, QPen, QPixmap
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QInputDialog, QMenu, QToolButton, QWidget
 
 from app import theme
-from app.controls import add_action, add_choices, add_switch, add_title, fill, text_button
+from app.controls import (
+    add_action,
+    add_choices,
+    add_switch,
+    add_title,
+    fill,
+    show_tips,
+    text_button,
+)
 from app.icons import IconButton
-from app.menu_tips import show_tips
 from app.state.sensitivity_state import EngineChoice, SensitivityState, Tool
 from app.tf_editor.histogram import HistogramLayer
 from model.sensitivity.display import Measure

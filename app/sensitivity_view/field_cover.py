@@ -17,11 +17,10 @@ from app.engines.client import EngineState
 from app.engines.requests import ValueVisibilityRequest
 from app.image_view.engine_pane import EnginePane
 from app.image_view.image_canvas import ImageCanvas, to_qimage
+from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.what_if import Trial
-from app.short_numbers import short
-from app.state.sensitivity_answers import Answer
-from app.state.sensitivity_asker import SensitivityAsker
+from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from app import theme
 from app.glosses import gloss
-from app.short_numbers import short
-from app.state.sensitivity_answers import RegionAnswer, VisibilityAnswer, displayed
-from app.state.sensitivity_asker import SensitivityAsker
+from app.number_box import short
+from app.state.sensitivity_asker import RegionAnswer, SensitivityAsker, VisibilityAnswer, displayed
 from app.state.workspace import Workspace
 from model.scene.ranges import range_text, value_text
 from model.scene.region import ImageRegion

@@ -14,8 +14,8 @@ from PySide6.QtGui import QColor, QKeyEvent
 from PySide6.QtWidgets import QToolButton, QWidget
 
 from app import theme
+from app.number_box import short
 from app.sensitivity_view.findings import ROWS, Peaks, displayed_now, of_interest
-from app.short_numbers import short
 from app.state.sensitivity_asker import SensitivityAsker
 from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PlotArea, label_font

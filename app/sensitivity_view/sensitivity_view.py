@@ -29,8 +29,7 @@ from app.sensitivity_view.findings_panel import FindingsPanel, SourceLabel
 from app.sensitivity_view.region_layer import PlaceLabel, RegionLayer
 from app.sensitivity_view.response_layer import ResponseLayer, VisibleLayer
 from app.sensitivity_view.what_if import EditActions, Trial, WhatIfQuestion
-from app.state.sensitivity_answers import Answer
-from app.state.sensitivity_asker import SensitivityAsker
+from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.workspace import Workspace
 from app.tf_editor.editor import TransferFunctionEditor
 from model.rendering.raster import at_size_of

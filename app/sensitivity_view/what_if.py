@@ -15,12 +15,11 @@ from PySide6.QtWidgets import QPushButton
 from app.engines.client import Channels, EngineName
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest
+from app.number_box import short
 from app.sensitivity_view.findings import change_text
 from app.sensitivity_view.response_layer import ResponseLayer
-from app.short_numbers import short
 from app.state.brightness import Brightness
-from app.state.sensitivity_answers import Source
-from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker
+from app.state.sensitivity_asker import BAND_REST_MS, SensitivityAsker, Source
 from app.tf_editor.unit_axis import WIDTHS
 from model.rendering.brightness import brighten
 from model.scene.ranges import range_text
@@ -157,6 +156,8 @@ class WhatIfQuestion(QObject):
     def follow_band(self) -> None:
         """Have what is asked for at another value rendered, and forget what was not."""
         self.enable()
+        # What comes now would be about the values before.
+        self._channels.cancel()
         if self.is_on:
             self._band_rest.start()
         else:
@@ -171,7 +172,7 @@ class WhatIfQuestion(QObject):
             return
         source, (outline, edit), predicted = asker.source(name), self._edited, None
         field = asker.fields.get(source)
-        if self._brightness.value == 1 and field and field.is_of(asker.state.inputs):
+        if self._brightness.of("exact") == 1 and field and field.is_of(asker.state.inputs):
             of = field.request
             if np.array_equal(edit_over(of.values, asker.state.scalar_range, of.width), edit):
                 predicted = predicted_rmse(field.value, edit, asker.asked.choices.height, outline)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
+from app.engines.background import Pause
 from app.engines.client import Channel
 
 PATIENCE_MS = 500
@@ -23,8 +24,7 @@ class AtWork(QObject):
         super().__init__(parent)
         self._channels = tuple(channels)
         self._part: float | None = None
-        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(lambda: self._say(0.0))
+        self._patience = Pause(self, PATIENCE_MS, lambda: self._say(0.0))
         for channel in self._channels:
             channel.pendingChanged.connect(self._follow)
             channel.progressed.connect(self._note)

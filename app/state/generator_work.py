@@ -6,9 +6,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Signal
-
-from app.engines.client import EngineClient, EngineState
+from app.engines.client import EngineClient
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.messages import EngineReady
 from app.state.opened_volume import OpenedVolume
@@ -45,47 +43,21 @@ PATH_TIP = (
 )
 
 
-class GeneratorWork(QObject):
-    """Loads a model in the background, and pauses it for a volume that is not its own.
+class GeneratorWork:
+    """Loads a model in the background, and pauses it for a volume that is not its own."""
 
-    Attributes
-    ----------
-    folder : Path or None
-        Folder of the open model, of this volume or of another one; None without one.
-    scene : Scene or None
-        What the model was trained on; None until it is loaded.
-    draws_codes : bool
-        Whether the loaded model draws images from latent codes.
-    draws_path : bool
-        Whether one path-traced sample, denoised, is shown in the place of the model's image, as the
-        model knows another light.
-    awaits_path : bool
-        Whether it will, once the path tracer's kernels are compiled: until then nothing is loaded.
-    """
-
-    ready = Signal()
-    """Emitted when the model is loaded."""
-    failed = Signal()
-    """Emitted when it cannot be loaded."""
-
-    def __init__(
-        self,
-        client: EngineClient,
-        builders: Builders,
-        parent: QObject,
-    ) -> None:
-        super().__init__(parent)
-        self._client = client
-        self._builders = builders
+    def __init__(self, client: EngineClient, builders: Builders) -> None:
+        self._client, self._builders = client, builders
+        # Of the open model, of this volume or of another one; its scene once it is loaded.
         self.folder: Path | None = None
         self.scene: Scene | None = None
         self.draws_codes = False
+        # Whether one path-traced sample, denoised, is shown in the place of the model's image, as
+        # the model knows another light; or will be, once the path tracer's kernels are compiled.
         self.draws_path = self.awaits_path = False
         self._path_scene: tuple[Volume, ReferenceSettings] | None = None
         self._promised: Scene | None = None
         self._is_held = False
-        client.engineReady.connect(self._take)
-        client.stateChanged.connect(self._note_failure)
 
     @property
     def is_open(self) -> bool:
@@ -216,7 +188,7 @@ class GeneratorWork(QObject):
                 f"This model was trained on '{self.scene.volume_name}', not on this volume; "
                 "open that volume, or a model trained on this one."
             )
-        elif self.scene is not None and opened is not None and not _is_alike(self.scene, opened):
+        elif self.scene and opened and self.scene.scale != opened.volume.scale:
             self._client.pause(
                 f"This model was trained over {SCALE_NAMES[self.scene.scale]}; here TFs lie over "
                 f"{SCALE_NAMES[opened.volume.scale]}; ⋯ > Axis > Logarithmic scale changes that."
@@ -244,17 +216,14 @@ class GeneratorWork(QObject):
             hints.append(f"Trained with TFs over {trained}; this one is over {present}")
         return ". ".join(filter(None, hints))
 
-    def _note_failure(self, state: EngineState) -> None:
-        if state is EngineState.FAILED and self.scene is None and self._promised is not None:
-            self._promised = None
-            self.failed.emit()
-
-    def _take(self, ready: EngineReady) -> None:
+    def take(self, ready: EngineReady) -> None:
+        """Note what was loaded."""
         if not self.draws_path:
             self.scene, self.draws_codes = ready.scene, ready.draws_codes
-        self.ready.emit()
 
-
-def _is_alike(scene: Scene, opened: OpenedVolume) -> bool:
-    """Whether a volume is on the scale of a scene."""
-    return scene.scale == opened.volume.scale
+    def has_failed(self) -> bool:
+        """Note that the client has failed; return whether that was to load a promised model."""
+        was_promised = self.scene is None and self._promised is not None
+        if was_promised:
+            self._promised = None
+        return was_promised

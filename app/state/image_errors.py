@@ -1,13 +1,18 @@
-"""Errors of the reference's images, estimated or measured at rest, and what is said of them."""
+"""Errors of the reference's images, at rest and while something moves, and what is said of them."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 
+from PySide6.QtCore import QObject, Signal
+
+from app.engines.client import Channel, EngineClient, EngineState
 from app.engines.exactness import GOOD_ENOUGH, Exactness, distance
 from app.engines.messages import Result
-from app.engines.requests import Image, ImageRequest, Request
+from app.engines.pace import SCALES
+from app.engines.requests import Image, ImageRequest, Request, TradeRequest
+from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
@@ -57,21 +62,14 @@ def figures_text(seconds: float, error: float | None) -> str:
 
 @dataclass(frozen=True)
 class Fidelity:
-    """Description of an image that is not exact; empty for one that is.
-
-    Attributes
-    ----------
-    error : float or None
-        Root mean square of the colours' errors; None if it is not known.
-    state : str
-        What becomes of it, in words; may be empty.
-    reasons : tuple of str
-        Sentences on where the error comes from, and how to get better.
-    """
+    """Description of an image that is not exact; empty for one that is."""
 
     error: float | None = None
+    """Root mean square of the colours' errors; None if it is not known."""
     state: str = ""
+    """What becomes of it, in words."""
     reasons: tuple[str, ...] = ()
+    """Sentences on where the error comes from, and how to get better."""
 
     @property
     def text(self) -> str:
@@ -103,15 +101,7 @@ class ImageErrors:
         self._last = self._moved = None
 
     def note(self, result: Result, whole: Raster, moves: bool = False) -> None:
-        """Note that an image is shown, and measure the moving one before it if it is at rest.
-
-        Parameters
-        ----------
-        moves : bool
-            Whether something moves.
-        whole : Raster
-            Pixels of an image at rest.
-        """
+        """Note that an image is shown, and measure the moving one before it if it is at rest."""
         request, image = result.request, result.image
         assert image is not None
         # Kernels may have been compiled meanwhile.
@@ -129,16 +119,9 @@ class ImageErrors:
                 self._error = found
 
     def fidelity(self, inputs: SceneInputs, moves: bool, settled: bool, whole: Raster) -> Fidelity:
-        """Judge the last image.
+        """Judge the last image, which no better one follows if it has settled.
 
-        Parameters
-        ----------
-        inputs : SceneInputs
-            Of the image that is wanted. Nothing is said of another one that is still there at rest.
-        settled : bool
-            Whether no better image follows.
-        moves, whole
-            See :meth:`note`.
+        Nothing is said of one that is still there at rest while another one is wanted.
         """
         if self._last is None or (not moves and self._last[0].inputs != inputs):
             return Fidelity()
@@ -179,3 +162,83 @@ def _at_rest(request: Request, image: Image, whole: Raster) -> Fidelity:
         # Of one or two samples there is no estimate.
         return Fidelity(None, "few samples", (ends,))
     return Fidelity(image.error, "", (ends, ESTIMATED))
+
+
+@dataclass(frozen=True)
+class Traded:
+    """An image of part of the width at rest: its time, and its RMSE against the one at rest."""
+
+    scale: float
+    seconds: float
+    error: float
+
+
+class TradeWork(QObject):
+    """Has the present scene measured as while something moves, at each number of pixels.
+
+    Only while somebody looks, and once the image at rest is there. A change of the scene ends it.
+    """
+
+    changed = Signal()
+
+    def __init__(self, state: ViewerState, reference: EngineClient, parent: QObject) -> None:
+        super().__init__(parent)
+        # The fewest pixels first; empty until all are measured.
+        self.found: tuple[Traded, ...] = ()
+        # Number of the image that is being measured; 0 while none is.
+        self.begun = 0
+        self._state, self._reference = state, reference
+        self._is_watched = False
+        self._channel = Channel(reference, "measured", self)
+        self._channel.answered.connect(self._take)
+        self._channel.progressed.connect(self._note)
+        state.inputsChanged.connect(self._forget)
+        reference.stateChanged.connect(self._follow)
+
+    def watch(self, is_watched: bool) -> None:
+        """Say whether somebody looks."""
+        self._is_watched = is_watched
+        if is_watched:
+            self._measure()
+        else:
+            self._end()
+
+    def at(self, stop: Exactness) -> Traded | None:
+        """Return the image that a stop leads to: the finest that it has time for, or the fastest.
+
+        None as long as nothing is measured.
+        """
+        fast = [each for each in self.found if each.seconds <= stop.live_seconds]
+        return fast[-1] if fast else next(iter(self.found), None)
+
+    def _follow(self, state: EngineState) -> None:
+        if state is EngineState.SETTLED:
+            self._measure()
+        elif state is EngineState.LOADING:
+            self._forget()
+
+    def _forget(self) -> None:
+        self.found = ()
+        self._end()
+
+    def _end(self) -> None:
+        self._channel.cancel()
+        self._note(-1.0)
+
+    def _measure(self) -> None:
+        newest = self._reference.images.newest
+        is_wanted = self._is_watched and not (self.found or self._channel.is_pending)
+        is_at_rest = self._reference.state is EngineState.SETTLED
+        if is_wanted and is_at_rest and isinstance(newest, ImageRequest):
+            self._channel.ask(TradeRequest(newest.inputs, newest.quality))
+            self._note(0.0)
+
+    def _note(self, part: float) -> None:
+        self.begun = 1 + round(part * len(SCALES)) if part >= 0 else 0
+        self.changed.emit()
+
+    def _take(self, result: Result) -> None:
+        if result.value is not None:
+            rows = zip(sorted(SCALES), result.value.tolist(), strict=True)
+            self.found = tuple(Traded(scale, *measured) for scale, measured in rows)
+        self._note(-1.0)

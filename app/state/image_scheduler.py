@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 
+from app.engines.background import Pause
 from app.engines.client import Clients, EngineClient
 from app.engines.exactness import STOPS, USUAL
 from app.engines.messages import Result
@@ -27,44 +28,31 @@ class ImageScheduler(QObject):
     While something moves, each of them is asked for one image at a time; once that is there, the
     next is of the newest state. At rest each is asked once, and its images become better. The
     analyst's answers, which need the same processors, wait for the first sharp one.
-
-    Attributes
-    ----------
-    raster : Raster
-        All pixels of the reference.
-    is_fixed : bool
-        Whether their number is the user's choice, however long they take.
-    stop : Exactness
-        Limits of time and error.
-    generator_follows : bool
-        Whether the generator draws what the reference does with one sample of each pixel: that of
-        path-traced light. While something moves it draws alone, where it is in sight: the
-        reference would draw the same twice.
-    hidden : frozenset of EngineClient
-        Clients whose images are out of sight: they are asked for none.
-    scale : {"linear", "log"}
-        Scale of the volume that the reference draws. Nothing is asked for under a TF of another
-        one, which is there for a moment until the volume follows it.
     """
 
     def __init__(self, state: ViewerState, clients: Clients, parent: QObject) -> None:
         super().__init__(parent)
         self._state, self._analyst = state, clients.analyst
         self._generator, self._reference = clients.generator, clients.reference
+        # All pixels of the reference, and whether the user chose them, however long they take.
         self.raster, self.is_fixed = Raster(NO_MODEL_SIZE, NO_MODEL_SIZE), False
         self.stop = STOPS[USUAL]
+        # Whether the generator draws what the reference does, with one sample of each pixel. While
+        # something moves it draws alone, where it is in sight.
         self.generator_follows = False
+        # Clients whose images are out of sight: they are asked for none.
         self.hidden: frozenset[EngineClient] = frozenset()
+        # Of the volume that is drawn: nothing is asked for under a TF of another scale, which is
+        # there for a moment until the volume follows it.
         self.scale: ValueScale = "linear"
-        self._patience = QTimer(self, singleShot=True, interval=HOLD_MS)
-        self._patience.timeout.connect(self._let_go)
+        self._patience = Pause(self, HOLD_MS, self.end)
         state.inputsChanged.connect(self._ask_moving)
         state.inputsChangeFinished.connect(self.send)
         for client in (self._generator, self._reference):
             # Before the answer is shown: the engine draws the next image meanwhile.
             client.images.pendingChanged.connect(self._ask_next)
         self._reference.images.answered.connect(self._let_go_if_sharp)
-        self._reference.settled.connect(self._let_go)
+        self._reference.settled.connect(self.end)
 
     def send(self) -> None:
         """Ask for images of the present state at rest, where they are not on their way."""
@@ -80,13 +68,14 @@ class ImageScheduler(QObject):
 
     def end(self) -> None:
         """Hold nothing back any more."""
-        self._let_go()
+        self._patience.stop()
+        self._analyst.hold(False)
 
     def _ask_moving(self) -> None:
         # A change outside a drag is immediately followed by its request at rest.
         if not self._state.live:
             return
-        self._let_go()
+        self.end()
         self._ask(self._generator, live=True)
         if self.generator_follows and self._generator not in self.hidden:
             self._reference.images.cancel()
@@ -125,8 +114,4 @@ class ImageScheduler(QObject):
     def _let_go_if_sharp(self, result: Result) -> None:
         image = result.image
         if image is not None and image.width >= self.raster.width:
-            self._let_go()
-
-    def _let_go(self) -> None:
-        self._patience.stop()
-        self._analyst.hold(False)
+            self.end()

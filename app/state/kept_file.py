@@ -34,14 +34,11 @@ class KeptFile(Generic[T]):
     A change is made here at once, and made again on what is in the file when it is written. So
     windows overwrite nothing of each other but what both have changed: there the last one wins.
 
-    If the file could not be read, `problem` is a sentence for the user. Where there is no file
-    yet, `former` returns the data of an earlier version's.
+    If the file could not be read, `problem` is a sentence for the user.
     """
 
-    def __init__(
-        self, path: Path | None, kind: type[T], former: Callable[[], dict[str, Any]] = dict
-    ) -> None:
-        self._path, self._kind, self._former = path, kind, former
+    def __init__(self, path: Path | None, kind: type[T]) -> None:
+        self._path, self._kind = path, kind
         self._mark = f"tfscope_{kind.__name__.lower()}"
         self._changes: list[Change[T]] = []
         self._written = 0
@@ -80,7 +77,7 @@ class KeptFile(Generic[T]):
         """Return the file read anew, with the changes that are not written yet; from any thread."""
         if self._path is None:
             return self
-        file = KeptFile(self._path, self._kind, self._former)
+        file = KeptFile(self._path, self._kind)
         for change in tuple(self._changes):
             file.change(change)
         return file
@@ -120,7 +117,7 @@ class KeptFile(Generic[T]):
 
     def _read(self, path: Path) -> dict[str, Any]:
         if not path.exists():
-            return self._former()
+            return {}
         data = read_json(path)
         if not isinstance(data, dict) or self._mark not in data:
             raise MalformedError(f"the key '{self._mark}' is missing")

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtCore import QObject, Signal
 
+from app.engines.background import Pause
 from app.engines.client import Channels, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.pace import Pace
 from app.engines.requests import BatchRequest, Quality
 from app.state.at_work import AtWork
-from app.state.brightness import Brightness
 from app.state.latent_session import LatentSession, OpenSpace
 from app.state.latent_state import LatentState, Place
 from app.state.viewer_state import ViewerState
@@ -57,32 +57,20 @@ class HoverPicture:
 
 @dataclass(frozen=True, eq=False)
 class GridPicture:
-    """Pictures of the TFs that differ most, or of the cells of the brushed rectangle.
-
-    Attributes
-    ----------
-    cells : Cells or None
-        None for the TFs that differ most, which are samples of the map.
-    tfs : tuple of 16 (OpacityTF or None), row by row
-        None for cells without samples.
-    places : ndarray of float32, shape (16, 2)
-        On the map: of the samples, or their means.
-    inputs : SceneInputs
-        View, light and colours of the pictures.
-    images : dict of int to ndarray
-        Pictures (S, S, 4) of the cells that have one.
-    exposures : dict of int to float
-        Factors by which pictures of the TFs that differ most are brightened, beyond the usual
-        brightness of their light; none for cells.
-    """
+    """Pictures of the TFs that differ most, or of the cells of the brushed rectangle."""
 
     cells: Cells | None
+    """None for the TFs that differ most, which are samples of the map."""
     tfs: tuple[OpacityTF | None, ...]
+    """Sixteen, row by row; None for cells without samples."""
     places: NDArray[np.float32]
+    """On the map (16, 2): of the samples, or their means."""
     inputs: SceneInputs
     source: EngineName
     images: dict[int, Images]
+    """Pictures (S, S, 4) of the cells that have one."""
     exposures: dict[int, float]
+    """By how much pictures of the TFs that differ most are brightened; none for cells."""
 
 
 class LatentPictures(QObject):
@@ -105,7 +93,6 @@ class LatentPictures(QObject):
         state: ViewerState,
         latent: LatentState,
         clients: Mapping[EngineName, EngineClient],
-        brightness: Brightness,
         open_space: OpenSpace,
         parent: QObject,
     ) -> None:
@@ -115,7 +102,7 @@ class LatentPictures(QObject):
         self.model: Path | None = None
         self.grid: GridPicture | None = None
         self.hover: HoverPicture | None = None
-        self._state, self._brightness = state, brightness
+        self._state = state
         self._model_size: int | None = None
         self._is_path_traced = False
         self._pace, self._patience = Pace(), 1.0
@@ -127,8 +114,7 @@ class LatentPictures(QObject):
         self._asked_hovers: dict[int, int] = {}
         """Numbers of samples that are blended, by request."""
         self._grid_key: object = None
-        self._hover_rest = QTimer(self, singleShot=True, interval=REST_MS)
-        self._hover_rest.timeout.connect(lambda: self._ask_hover(live=False))
+        self._hover_rest = Pause(self, REST_MS, lambda: self._ask_hover(live=False))
         state.inputsChangeFinished.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.hoverChanged.connect(self._hover_changed)
@@ -315,7 +301,7 @@ class LatentPictures(QObject):
         """Return by how much pictures are brightened, beyond the usual brightness."""
         from model.latent.tiny_pictures import exposures
 
-        usual = self._brightness.usual(source)
+        usual = self._state.brightness.usual(source)
         found = exposures(images[..., :3].reshape(len(images), -1, 3), usual) / usual
         return [float(factor) for factor in found]
 

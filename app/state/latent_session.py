@@ -35,20 +35,6 @@ class LatentSession(QObject):
 
     Without a stored map the principal components are shown at once, and t-SNE is computed in
     a process of its own.
-
-    Attributes
-    ----------
-    wanted : ndarray of bool, shape (n,), or None
-        Samples that pass the filters; None without a map.
-    chosen : LatentMap or None
-        The map with these samples only; None if there is none.
-    overview : Overview or None
-        Of the map's TFs, in the view, crop box and colours of `overview_of`.
-    different : ndarray of int64, or None
-        Samples that show the most different things, of those that pass the filters; chosen when
-        the browser is opened or a filter is changed, and kept while the view turns.
-    place : tuple of float, or None
-        Place of the present TF.
     """
 
     mapChanged = Signal(object)
@@ -73,11 +59,16 @@ class LatentSession(QObject):
         super().__init__(parent)
         self.space: LatentSpace | None = None
         self.map: LatentMap | None = None
+        # Whether each sample (n,) passes the filters, and the map with those that do.
         self.wanted: NDArray[np.bool_] | None = None
         self.chosen: LatentMap | None = None
+        # Of the map's TFs, in the view, crop box and colours of `overview_of`.
         self.overview: Overview | None = None
         self.overview_of: object = None
+        # Samples that show the most different things, of those that pass the filters; chosen when
+        # the browser is opened or a filter is changed, and kept while the view turns.
         self.different: NDArray[np.int64] | None = None
+        # Of the present TF.
         self.place: tuple[float, float] | None = None
         self._state = state
         self._latent = latent
@@ -87,12 +78,14 @@ class LatentSession(QObject):
         self._window: Range = (0.0, 1.0)
         self._model: Path | None = None
         self._is_open = False
-        self._opening = self._call("latent-space", self._take_space)
-        self._looking = self._call("latent-overview", self._take_overview)
-        self._choosing = self._call("latent-choice", self._take_different)
-        self._computing = self._call("latent-map", self._take_places)
+        say = self.problem.emit
+        self._opening = LatestCall("latent-space", self, self._take_space, say)
+        self._looking = LatestCall("latent-overview", self, self._take_overview, say)
+        self._choosing = LatestCall("latent-choice", self, self._take_different, say)
+        self._computing = LatestCall(
+            "latent-map", self, self._take_places, lambda text: self._take_places((None, text))
+        )
         self._calls = self._opening, self._looking, self._choosing, self._computing
-        self._computing.failed.connect(lambda _text: self._take_places((None, "")))
         self._chosen_by: object = None
         self._embedding: EmbeddingProcess | None = None
         self._advanced.connect(self._tell_progress, Qt.ConnectionType.QueuedConnection)
@@ -101,13 +94,6 @@ class LatentSession(QObject):
         state.inputsChangeFinished.connect(self._look)
         state.tf_input.changed.connect(lambda _tf: self._place_present())
         self._before = latent.choices
-
-    def _call(self, name: str, take: Callable[[Any], None]) -> LatestCall:
-        """Return a thread for one kind of call, whose results are taken."""
-        call = LatestCall(name, self)
-        call.done.connect(take)
-        call.failed.connect(self.problem)
-        return call
 
     @property
     def is_embedding(self) -> bool:

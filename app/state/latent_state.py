@@ -19,24 +19,16 @@ FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)
 
 @dataclass(frozen=True)
 class LatentChoices:
-    """Choices of what is shown.
-
-    Attributes
-    ----------
-    shown : bool
-        Whether the browser is open.
-    on_map : bool
-        Whether the map is shown, with a grid of its cells, instead of the most different pictures.
-    codec : {"shipped", "model"}
-        Whose codes these are.
-    band : tuple of float, or None
-        Only TFs that show some of these scalar values are bright; None for all.
-    """
+    """Choices of what is shown."""
 
     shown: bool = False
+    """Whether the browser is open."""
     on_map: bool = False
+    """Whether the map and a grid of its cells are shown, not the most different pictures."""
     codec: CodecChoice = "shipped"
+    """Whose codes these are."""
     band: Range | None = None
+    """Only TFs that show some of these scalar values are bright; None for all."""
 
 
 class LatentState(QObject):

@@ -19,33 +19,22 @@ from model.volume_files.shipped import first_transfer_function
 
 @dataclass(frozen=True, eq=False)
 class OpenedVolume:
-    """A volume with derived data for the window, computed in the background.
-
-    Attributes
-    ----------
-    volume : Volume
-        Over the range that is looked at; its robust range at first.
-    counts : ndarray of int64, shape (n,)
-        Histogram of all voxels. Bins are equally wide over the volume's scalar range, and
-        wider beyond it where outliers lie far out: where bins are compared, divide by widths.
-    edges : ndarray of float64, shape (n + 1,)
-        Where the bins end, on the volume's scale; from the smallest to the largest voxel.
-    default : TransferFunction
-        Over the volume's scalar range.
-    window : tuple of float
-        Scalar values of interest, within the scalar range.
-    shown : ndarray of float64, shape (n, 3)
-        Places around what the default TF shows, as fractions of the volume's lengths.
-    """
+    """A volume with derived data for the window, computed in the background."""
 
     path: Path
     volume: Volume
+    """Over the range that is looked at; its robust range at first."""
     counts: NDArray[np.int64]
+    """Histogram (n,) of all voxels. Bins are equally wide over the volume's scalar range, and
+    wider beyond it where outliers lie far out: where bins are compared, divide by widths."""
     edges: NDArray[np.float64]
+    """Where the bins end (n + 1,) on the volume's scale, from the smallest to the largest voxel."""
     fingerprint: str
     default: TransferFunction
     window: Range
+    """Scalar values of interest, within the scalar range."""
     shown: NDArray[np.float64]
+    """Places (n, 3) around what the default TF shows, as fractions of the volume's lengths."""
 
     @property
     def has_missing(self) -> bool:

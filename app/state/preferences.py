@@ -8,14 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, QStandardPaths, QTimer, Signal
+from PySide6.QtCore import QObject, QStandardPaths, Signal
 
-from app.engines.background import LatestCall
+from app.engines.background import LatestCall, Pause
 from app.engines.messages import error_sentence
-from app.state.former_files import former_memory, former_settings
 from app.state.kept_file import KeptFile
-from app.state.settings import RecentKind, Settings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import RecentKind, Settings, VolumeMemory
 
 PAUSE_MS = 300
 """Time after the first of some changes in a row before they are written."""
@@ -34,9 +32,7 @@ def user_folder() -> Path:
 
 def settings_file(folder: Path | None) -> KeptFile[Settings]:
     """Return the file of settings in a user's folder; None keeps them in memory."""
-    if folder is None:
-        return KeptFile(None, Settings)
-    return KeptFile(folder / "settings.json", Settings, partial(former_settings, folder))
+    return KeptFile(None if folder is None else folder / "settings.json", Settings)
 
 
 def volume_file(folder: Path | None, fingerprint: str) -> KeptFile[VolumeMemory]:
@@ -45,8 +41,7 @@ def volume_file(folder: Path | None, fingerprint: str) -> KeptFile[VolumeMemory]
         return KeptFile(None, VolumeMemory)
     # Cards of models say fingerprints, too: theirs may be any text.
     name = "".join(filter(str.isalnum, fingerprint))[:32]
-    former = partial(former_memory, folder, fingerprint)
-    return KeptFile(folder / "volumes" / f"{name}.json", VolumeMemory, former)
+    return KeptFile(folder / "volumes" / f"{name}.json", VolumeMemory)
 
 
 class Preferences(QObject):
@@ -67,10 +62,8 @@ class Preferences(QObject):
         self.start_problem = self._settings.problem
         self._volumes: dict[str, KeptFile[VolumeMemory]] = {}
         self._has_failed = False
-        self._pause = QTimer(self, singleShot=True, interval=PAUSE_MS)
-        self._pause.timeout.connect(self._write)
-        self._writing = LatestCall("preferences", self)
-        self._writing.failed.connect(self._fail)
+        self._pause = Pause(self, PAUSE_MS, self._write)
+        self._writing = LatestCall("preferences", self, lambda _done: None, self._fail)
 
     @property
     def settings(self) -> Settings:

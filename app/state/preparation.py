@@ -10,6 +10,7 @@ from time import monotonic
 
 from PySide6.QtCore import QObject, QProcess, QTimer, Signal
 
+from app.engines.background import Pause
 from model.kernel_cache import KernelGroup, keeps_kernels
 
 COMMAND = (sys.executable, "-m", "app.prepare_kernels")
@@ -61,8 +62,7 @@ class Preparation(QObject):
         self._since, self._before = 0.0, 0
         self._tick = QTimer(self, interval=TICK_MS)
         self._tick.timeout.connect(self._say_progress)
-        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(self.begin)
+        self._patience = Pause(self, PATIENCE_MS, self.begin)
 
     def is_prepared(self, group: KernelGroup) -> bool:
         """Return whether an engine may use a group's kernels."""
@@ -169,8 +169,7 @@ class _Worker(QProcess):
         self.group: KernelGroup | None = None
         self.setWorkingDirectory(str(ROOT))
         self.setStandardErrorFile(QProcess.nullDevice())
-        self._hanging = QTimer(self, singleShot=True, interval=round(1000 * longest_s))
-        self._hanging.timeout.connect(self.kill)
+        self._hanging = Pause(self, round(1000 * longest_s), self.kill)
         self.readyReadStandardOutput.connect(self._read)
         self.finished.connect(self._take_finished)
         self.errorOccurred.connect(self._take_error)

@@ -9,7 +9,7 @@ from app.engines.engines import Drawing, ReferenceSettings
 from app.engines.exactness import STOPS, USUAL, Stop
 from app.engines.messages import Result
 from app.engines.pace import FIRST_SIZE, FIRST_SLOW_SCALE
-from app.state.volume_memory import LightingChoice
+from app.state.settings import LightingChoice
 from model.rendering.raster import Raster
 from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 
@@ -32,16 +32,7 @@ image has as many pixels as the first one, however wide the pane."""
 
 @dataclass(frozen=True)
 class ReferenceChoices:
-    """Choices of the reference image that are kept between runs, the lighting for each volume.
-
-    Attributes
-    ----------
-    stop : {"fast", "balanced", "exact"}
-        Of the slider from fast to exact. Samples lie as far apart as in the model's training
-        images, or :data:`USUAL_DISTANCE`, where the stop has no other distance.
-    denoises : bool
-        Whether path-traced pictures are denoised.
-    """
+    """Choices of the reference image that are kept between runs, the lighting for each volume."""
 
     lighting: LightingChoice = "auto"
     drawing: Drawing = "auto"
@@ -52,14 +43,10 @@ class ReferenceChoices:
     def settings(
         self, scene: Scene | None, slow_lights: frozenset[Lighting] = frozenset()
     ) -> ReferenceSettings:
-        """Return the settings of the renderer.
+        """Return the settings of the renderer, next to a model of a scene if there is one.
 
-        Parameters
-        ----------
-        scene : Scene or None
-            Scene of the model that is shown with it, if there is one.
-        slow_lights : frozenset of str
-            Kinds of light in which an image turned out to take too long here.
+        Samples lie as far apart as in the model's training images, or :data:`USUAL_DISTANCE`, where
+        the stop has no other distance. Some lights may have turned out to take too long here.
         """
         lighting = self._lighting(scene, slow_lights)
         light = None

@@ -6,23 +6,23 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, Signal
 
+from app.engines.background import Pause
 from app.engines.client import Clients, EngineState
 from app.engines.engines import Builders, ReferenceSettings
 from app.engines.exactness import STOPS, Stop
 from app.engines.messages import Result
+from app.state.image_errors import TradeWork
 from app.state.image_scheduler import NO_MODEL_SIZE, ImageScheduler
 from app.state.preferences import Preferences
 from app.state.preparation import Preparation
 from app.state.reference_choices import ReferenceChoices, SlowLights
-from app.state.trade_work import TradeWork
+from app.state.settings import LightingChoice
 from app.state.viewer_state import ViewerState
-from app.state.volume_keepers import LightKeeper
-from app.state.volume_memory import LightingChoice
 from model.rendering.raster import Raster
 from model.scene.region import SQUARE, Reach
-from model.scene.scene import Lighting, Scene
+from model.scene.scene import LightDirection, Lighting, Scene
 from model.scene.volume import Volume
 from model.volume_files.shipped import sample_of
 
@@ -42,21 +42,6 @@ class ReferenceWork(QObject):
     """Draws the reference as it was chosen, and as the open model demands.
 
     The analyst is started with it: a ray caster of the same volume and light.
-
-    Attributes
-    ----------
-    settings, wanted : ReferenceSettings
-        What the reference is drawn with now, and once all kernels are compiled.
-    fits_view : bool
-        Whether the home view is still fitted to the pane while it is looked from.
-    light : LightKeeper
-        Sets the light's direction, and keeps it.
-    preparation : Preparation
-        Compiles the kernels that volume and light need.
-    trade : TradeWork
-        Measures time and error of images while something moves.
-    has_drawn : bool
-        Whether an image is seen, or none is to be: until then nothing else takes the processor.
     """
 
     choicesChanged = Signal(object)
@@ -71,8 +56,6 @@ class ReferenceWork(QObject):
     """Emitted with the :class:`Raster` of the image."""
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
-    volumeStarted = Signal()
-    """Emitted when another volume, or its values over another range, are drawn."""
 
     def __init__(
         self,
@@ -92,17 +75,20 @@ class ReferenceWork(QObject):
         kept = preferences.settings
         size = "pane" if kept.reference_size is None else kept.reference_size
         self.choices = ReferenceChoices("auto", kept.drawing, kept.stop, size, kept.denoises)
+        # What the reference is drawn with now, and once all kernels are compiled.
         self.settings = self.wanted = ReferenceSettings()
+        # Whether an image is seen, or none is to be: until then nothing else takes the processor.
         self.has_drawn = self._analyst_waits = False
         self._slow_lights = SlowLights()
+        # Whether the home view is still fitted to the pane while it is looked from.
         self.fits_view = True
         self._pane_pixels = NO_MODEL_SIZE, NO_MODEL_SIZE
-        self._pane_rest = QTimer(self, singleShot=True, interval=PANE_REST_MS)
-        self._pane_rest.timeout.connect(self._take_pane_size)
+        self._pane_rest = Pause(self, PANE_REST_MS, self._take_pane_size)
         # Queued: in the middle of an opening, the view is still that of the volume before.
         self.resized.connect(self._fit_home, Qt.ConnectionType.QueuedConnection)
         self.trade = TradeWork(state, clients.reference, self)
-        self.light = LightKeeper(state, preferences, self)
+        # That of a volume that ships with one.
+        self.designed_light: LightDirection | None = None
         self.preparation = Preparation(self)
         self.preparation.prepared.connect(self._take_prepared)
         clients.reference.images.answered.connect(self._take_image)
@@ -112,10 +98,8 @@ class ReferenceWork(QObject):
         # Why VTK does not draw before the ray caster's first kernel is compiled.
         self._vtk_problem = ""
         self._is_first = False
-        self._first_rest = QTimer(self, singleShot=True, interval=FIRST_REST_MS)
-        self._first_rest.timeout.connect(self._end_first)
+        self._first_rest = Pause(self, FIRST_REST_MS, self._end_first)
         self._asked_lighting: LightingChoice | None = None
-        self._proposed_lighting: LightingChoice = "auto"
 
     @property
     def is_preparing(self) -> bool:
@@ -138,8 +122,9 @@ class ReferenceWork(QObject):
         by_raycast = settings.renderer == "raycast" or self._reference.by_raycast
         return settings.smooth_distance if by_raycast else settings.sample_distance
 
-    def whole_raster(self) -> Raster:
-        """Return the pixels of an image at rest."""
+    @property
+    def raster(self) -> Raster:
+        """The pixels of an image at rest."""
         return self._scheduler.raster
 
     def choose(self, keep: bool = True, **changes: Any) -> None:
@@ -160,10 +145,6 @@ class ReferenceWork(QObject):
                 "kind of light",
             )
         self._choose(choices, keep)
-
-    def propose(self, lighting: Lighting) -> None:
-        """Show the next volume in a light, unless it was seen in another one before."""
-        self._proposed_lighting = lighting
 
     def _choose(self, choices: ReferenceChoices, keep: bool) -> None:
         if choices == self.choices:
@@ -190,8 +171,11 @@ class ReferenceWork(QObject):
         elif traded and self._volume is not None:
             self._scheduler.show_trade()
 
-    def start(self, volume: Volume, scene: Scene | None) -> None:
-        """Draw another volume, with the scene of the model that is shown with it, if any."""
+    def start(self, volume: Volume, scene: Scene | None, proposed: LightingChoice = "auto") -> None:
+        """Draw another volume, with the scene of the model that is shown with it, if any.
+
+        It is shown in the proposed light unless it was seen in another one before.
+        """
         before, self._volume, self._scene = self._volume, volume, scene
         is_new = before is None or volume.voxels is not before.voxels
         if is_new:
@@ -200,12 +184,11 @@ class ReferenceWork(QObject):
             self._is_first = self._reference not in self._scheduler.hidden
             self._first_rest.stop()
             sample = sample_of(volume)
-            self.light.start(volume.fingerprint, None if sample is None else sample.light)
-            self._take_light(before)
+            self.designed_light = None if sample is None else sample.light
+            self._take_light(before, proposed)
             # A model that comes or goes with the volume leaves another pane.
             self._follow_pane()
         self._take_settings()
-        self.volumeStarted.emit()
         # Over another range, the last image stays until the first new one.
         self._start_reference(PREPARING if is_new else "")
         self._start_analyst()
@@ -220,13 +203,8 @@ class ReferenceWork(QObject):
         if self.settings != before and self._volume is not None:
             # Of the same volume: its last image stays until the first new one.
             self._start_reference("")
-            by_same = replace(
-                self.settings,
-                renderer=before.renderer,
-                passes=before.passes,
-                is_truth=before.is_truth,
-            )
-            if by_same != before:
+            by = {name: getattr(before, name) for name in ("renderer", "passes", "is_truth")}
+            if replace(self.settings, **by) != before:
                 self._start_analyst()
             self._scheduler.send()
 
@@ -245,7 +223,7 @@ class ReferenceWork(QObject):
         self._first_rest.stop()
         self.preparation.stop()
 
-    def _take_light(self, before: Volume | None) -> None:
+    def _take_light(self, before: Volume | None, proposed: LightingChoice) -> None:
         """Take the light in which the volume was seen last; that of the next time step stays."""
         assert self._volume is not None
         known = self._preferences.volume(self._volume.fingerprint)
@@ -253,12 +231,10 @@ class ReferenceWork(QObject):
         if is_alike and (known.lighting, known.light) == ("auto", None):
             return
         lighting, self._asked_lighting = self._asked_lighting or known.lighting, None
-        if lighting == "auto":
-            lighting = self._proposed_lighting
-        self._proposed_lighting = "auto"
+        lighting = proposed if lighting == "auto" else lighting
         self.choices = replace(self.choices, lighting=lighting)
         self.choicesChanged.emit(self.choices)
-        self.light.place(None)
+        self._state.start_light(None)
 
     def _take_settings(self) -> None:
         self.wanted = self.choices.settings(self._scene, self._slow_lights.found)
@@ -275,9 +251,7 @@ class ReferenceWork(QObject):
         if size == "generator" and self._scene is not None:
             size = self._scene.image_size
         scheduler.is_fixed = isinstance(size, int)
-        scheduler.raster = (
-            Raster(size, size) if isinstance(size, int) else Raster(*self._pane_pixels)
-        )
+        scheduler.raster = Raster(*((size, size) if isinstance(size, int) else self._pane_pixels))
         scheduler.stop = STOPS[self.choices.stop]
         self.resized.emit(scheduler.raster)
 
@@ -298,8 +272,11 @@ class ReferenceWork(QObject):
         """Make the light movable where it may be, and keep its direction where it was."""
         limits = self.choices.light_range(self._scene, self.settings)
         if (limits is None) != (self._state.light is None):
-            chosen = self.light.known or self.settings.light
-            self.light.place(None if limits is None or chosen is None else limits.nearest(chosen))
+            fingerprint = "" if self._volume is None else self._volume.fingerprint
+            kept = self._preferences.volume(fingerprint).light
+            chosen = kept or self.designed_light or self.settings.light
+            place = limits.nearest(chosen) if limits is not None and chosen is not None else None
+            self._state.start_light(place)
         self.lightRangeChanged.emit(limits)
 
     def _fit_home(self) -> None:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal, get_args
+from typing import Any, Generic, Literal, TypeVar, get_args
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer, Signal
+from numpy.typing import NDArray
+from PySide6.QtCore import QObject, Signal
 
+from app.engines.background import Pause
 from app.engines.client import Channels, EngineClient, EngineName, EngineState
 from app.engines.messages import Result
 from app.engines.requests import (
@@ -25,22 +28,53 @@ from app.engines.requests import (
     VisibilityRequest,
 )
 from app.state.answer_pace import OLDEST_S, SHARE, AnswerPace
-from app.state.sensitivity_answers import (
-    Answer,
-    FieldAnswer,
-    RegionAnswer,
-    Source,
-    ValueVisibilityAnswer,
-    VisibilityAnswer,
-    displayed,
-    same_question,
-)
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.sensitivity.display import Agreement, agreement
+from model.sensitivity.display import Agreement, agreement, shown_responses
+
+Source = Literal["exact", "surrogate", "learned"]
+"""Origin of an answer: the ray caster's derivative, that of another light in place of path-traced
+light's, or the generator."""
+
+_R = TypeVar("_R", bound=Request)
+
+
+@dataclass(frozen=True, eq=False)
+class Answer(Generic[_R]):
+    """An engine's answer."""
+
+    request: _R
+    value: NDArray[np.float32]
+    source: Source
+
+    def is_of(self, inputs: SceneInputs) -> bool:
+        """Whether it is about the image of these inputs."""
+        return self.request.inputs == inputs
+
+
+RegionAnswer = Answer[RegionSensitivityRequest]
+FieldAnswer = Answer[ValueSensitivityRequest]
+ValueVisibilityAnswer = Answer[ValueVisibilityRequest]
+VisibilityAnswer = Answer[VisibilityRequest]
+
+
+def same_question(one: Answer[Any] | None, other: Answer[Any] | None) -> bool:
+    """Whether two engines answered the same question about the same image."""
+    if one is None or other is None:
+        return False
+    return bool(replace(one.request, quality=other.request.quality) == other.request)
+
+
+def displayed(answer: RegionAnswer) -> NDArray[np.float64]:
+    """Return a region's responses (256,) in the displayed unit."""
+    request = answer.request
+    pixels = int(request.region.mask(request.quality.pixels.shape).sum())
+    return shown_responses(answer.value, pixels, request.width)
+
 
 Question = Literal["region", "visibility", "field", "seen", "pick"]
 """A region's changes, what is visible in it, what an edit changes in each pixel, where values are
@@ -66,34 +100,20 @@ PICK_RADIUS = 0.012
 
 
 class SensitivityAsker(QObject):
-    """Asks engines about sensitivities whenever the state or the questions change.
-
-    Attributes
-    ----------
-    is_starting : callable
-        Says whether a volume's first pictures are still to be drawn: all is asked after them.
-    window : tuple of float
-        The scalar values of interest.
-    exact_source : Source
-        How the ray caster answers under the present light.
-    learned_size : int or None
-        Image size of a generator that fits the volume.
-    regions, fields : dict
-        Newest answer of each source about a region, and about edits of the band of values. It
-        may be about another image or place than the present one: see :meth:`is_fresh`.
-    seen, visibility, pick : Answer or None
-        Newest one about where the band is visible, about all values in the active region and in
-        the whole image, and about those at the clicked place.
-    """
+    """Asks engines about sensitivities whenever the state or the questions change."""
 
     answered = Signal(str)
     """Emitted with the :data:`Question` whose answers have changed."""
 
     regions: dict[Source, RegionAnswer]
+    """Newest answer of each source, maybe about another image or place: see :meth:`is_fresh`."""
     fields: dict[Source, FieldAnswer]
     seen: ValueVisibilityAnswer | None
+    """Newest answer about where the band is visible."""
     visibility: VisibilityAnswer | None
+    """About all values, in the active region and in the whole image."""
     pick: VisibilityAnswer | None
+    """About those at the clicked place."""
     _problems: dict[Source, str]
 
     def __init__(
@@ -105,7 +125,10 @@ class SensitivityAsker(QObject):
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(parent)
+        # Says whether a volume's first pictures are still to be drawn: all is asked after them.
         self.is_starting: Callable[[], bool] = lambda: False
+        # The scalar values of interest, how the ray caster answers under the present light, and the
+        # image size of a generator that fits the volume.
         self.window: Range = (0.0, 1.0)
         self.exact_source: Source = "exact"
         self.learned_size: int | None = None
@@ -123,10 +146,8 @@ class SensitivityAsker(QObject):
         }  # fmt: skip
         self._before = asked.choices
         self._clear()
-        self._band_rest = QTimer(self, singleShot=True, interval=BAND_REST_MS)
-        self._band_rest.timeout.connect(partial(self._ask, "field", "seen"))
-        self._due = QTimer(self, singleShot=True)
-        self._due.timeout.connect(self._ask_if_due)
+        self._band_rest = Pause(self, BAND_REST_MS, partial(self._ask, "field", "seen"))
+        self._due = Pause(self, 0, self._ask_if_due)
         state.inputsChanged.connect(self._follow_inputs)
         state.inputsChangeFinished.connect(self.ask)
         asked.changed.connect(self._follow)

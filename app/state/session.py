@@ -8,10 +8,8 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
-from app.state.former_files import former_session
 from app.state.sensitivity_state import Choices
-from app.state.settings import SessionSettings, Settings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import SessionSettings, Settings, VolumeMemory
 from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build, build_valid, read_json
@@ -96,7 +94,7 @@ class Session:
         if version > VERSION:
             raise MalformedError(f"it was written by a newer tfscope, in version {version}")
         if version < VERSION:
-            data = former_session(data)
+            raise MalformedError(f"it was written before tfscope 0.1, in version {version}")
         volume = build(_Place, data.get("volume"))
         content, wrong = build_valid(SessionContent, data)
         model = None

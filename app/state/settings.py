@@ -1,4 +1,4 @@
-"""Settings of the window: what it remembers between runs, whatever volume is open."""
+"""Settings of the window and memory of a volume, which are kept between runs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,11 @@ from msgspec import Meta
 
 from app.engines.engines import Drawing
 from app.engines.exactness import USUAL, Stop
+from app.state.sensitivity_state import NamedRegion
+from model.scene.crop import CropBox
+from model.scene.scene import LightDirection, Lighting
+from model.scene.transfer_function import Range, TransferFunction
+from model.scene.view import View
 
 ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | None
 """As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
@@ -29,16 +34,8 @@ _Byte = Annotated[int, Meta(ge=0, le=255)]
 class FigureSettings:
     """Choices of the figure or movie that was saved last.
 
-    Attributes
-    ----------
-    longer_side : int
-        In pixels.
-    background : tuple of int, "gradient" or None
-        None for a transparent one.
-    samples : int
-        Of each pixel in path-traced light; 0 for the usual number.
-    seconds, rate : float, int
-        Length of a movie, 0 for a figure, and its frames a second.
+    No background is a transparent one, no samples of a pixel their usual number, and no seconds a
+    figure; the rate of a movie is in frames a second.
     """
 
     longer_side: Annotated[int, Meta(ge=0, le=8192)] = 0
@@ -92,3 +89,40 @@ class Settings(SessionSettings):
     recent_transfer_functions: tuple[str, ...] = ()
     recent_sessions: tuple[str, ...] = ()
     places: dict[str, str] = field(default_factory=dict)
+
+
+LightingChoice = Literal["auto"] | Lighting
+"""A lighting of the reference image, or the one that suits model and machine."""
+
+PlotScale = Literal["linear", "logarithmic"]
+
+
+@dataclass(frozen=True)
+class VolumeMemory:
+    """Memory of one volume; None or empty for what the user has not chosen.
+
+    A session holds it without path and models. The layout of a headerless file and the choice of
+    a file of several volumes are as :meth:`RawLayout.parse` and :meth:`Choice.parse` read them.
+    """
+
+    path: str = ""
+    models: tuple[str, ...] = ()
+    """Folders of models that were opened with it, the newest first."""
+    tf: TransferFunction | None = None
+    up_axis: Literal["", "+x", "-x", "+y", "-y", "+z", "-z"] = ""
+    raw_layout: str = ""
+    choice: str = ""
+    view: View | None = None
+    lighting: LightingChoice = "auto"
+    light: LightDirection | None = None
+    brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None
+    crop: CropBox | None = None
+    draws_missing: bool = False
+    regions: tuple[NamedRegion, ...] = ()
+    active_region: str = ""
+    """Name of the active one; empty for the whole image."""
+    region_count: Annotated[int, Meta(ge=0, le=10**9)] = 0
+    value_scale: PlotScale = "linear"
+    opacity_scale: PlotScale = "linear"
+    visible: Range | None = None
+    """Scalar values in sight in the TF's plot."""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from app.state.calm import Calm
-from app.state.edit_history import EditHistory
-from app.state.edited_input import EditedInput
+from app.engines.background import Pause
+from app.state.brightness import Brightness
+from app.state.edits import EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
@@ -19,6 +20,42 @@ from model.scene.ranges import fit_to_range
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
+
+INTERVAL_S = 0.1
+"""Shortest time between two refreshes while something moves: painting a plot takes long."""
+
+
+class Calm(QObject):
+    """Refreshes together all that asks for it, so that what they share is painted once."""
+
+    def __init__(self, moves: Callable[[], bool], parent: QObject) -> None:
+        super().__init__(parent)
+        self._moves = moves
+        self._waiting: dict[Callable[..., object], Callable[..., object]] = {}
+        self._refreshed = -INTERVAL_S
+        self._timer = Pause(self, 0, self.catch_up)
+
+    def soon(self, refresh: Callable[[], object]) -> Callable[..., None]:
+        """Return a slot for signals that leads to a refresh."""
+        return lambda *_: self.ask(refresh, refresh)
+
+    def ask(self, name: Callable[..., object], refresh: Callable[[], object]) -> None:
+        """Ask for a refresh, in place of one of the same name that is still waiting."""
+        self._waiting[name] = refresh
+        if not self._moves():
+            self.catch_up()
+        elif not self._timer.isActive():
+            passed = time.monotonic() - self._refreshed
+            self._timer.start(max(round(1000 * (INTERVAL_S - passed)), 0))
+
+    def catch_up(self) -> None:
+        """Refresh all that waits, as nothing moves any more."""
+        waiting, self._waiting = self._waiting, {}
+        self._timer.stop()
+        self._refreshed = time.monotonic()
+        for refresh in waiting.values():
+            refresh()
+
 
 __all__ = ["EMPTY_TF", "HOME_VIEW", "ViewerState"]
 
@@ -29,7 +66,7 @@ EMPTY_TF = TransferFunction(
 
 
 class ViewerState(ViewNavigation):
-    """View, light, crop box and TF of both images.
+    """View, light, crop box, TF and brightness of both images.
 
     Every edit but the view's, which is :class:`ViewNavigation`'s, can be undone. `edited` has all
     inputs but view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
@@ -54,6 +91,7 @@ class ViewerState(ViewNavigation):
             "light": self.light_input,
             "crop": self.crop_input,
         }
+        self.brightness = Brightness(self.edits, self)
         self._default = EMPTY_TF
         self.viewChanged.connect(self.inputsChanged)
         self.viewChangeFinished.connect(self.inputsChangeFinished)

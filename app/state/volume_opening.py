@@ -18,7 +18,7 @@ from app.state.generator_work import GeneratorWork
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import VolumeMemory
 from model.errors import TfscopeError, VolumeError
 from model.scene.ranges import RangeChoice, fit_to_volume, robust_range
 from model.scene.scene import Scene
@@ -26,7 +26,7 @@ from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import ValueScale
 from model.scene.volume import Volume
 from model.volume_files.choice import Choice
-from model.volume_files.progress import Listener, ReadingCancelledError, watched
+from model.volume_files.progress import ReadingCancelledError, watched
 from model.volume_files.raw import RawLayout
 
 PROGRESS_S = 0.2
@@ -35,33 +35,21 @@ PROGRESS_S = 0.2
 
 @dataclass(frozen=True)
 class Wanted:
-    """Choices of how to read a volume, and how to show it at first.
-
-    Attributes
-    ----------
-    raw : RawLayout or None
-        Layout of a file without a header; None for the one in its name.
-    choice : Choice or None
-        What to read of a file that holds several volumes; None for the largest.
-    is_remembered : bool
-        Whether the choice is an old one, which gives way where the file no longer has it.
-    scalar_range : RangeChoice or None
-        None for its model's, its last one, or a robust one.
-    scale : {"linear", "log"} or None
-        None for its model's or its last one.
-    model : Path or None
-        Folder of the model to open with it; None for the open one, or one known to be of it.
-    memory : VolumeMemory or None
-        A session's; None for what is kept of the volume.
-    """
+    """Choices of how to read a volume, and how to show it at first."""
 
     raw: RawLayout | None = None
+    """Layout of a file without a header; None for the one in its name."""
     choice: Choice | None = None
+    """What to read of a file that holds several volumes; None for the largest."""
     is_remembered: bool = False
+    """Whether the choice is an old one, which gives way where the file no longer has it."""
     scalar_range: RangeChoice | None = None
+    """None for its model's, its last one, or a robust one."""
     scale: ValueScale | None = None
     model: Path | None = None
+    """Folder of the model to open with it; None for the open one, or one known to be of it."""
     memory: VolumeMemory | None = None
+    """A session's, which replaces what is kept of the volume; None to go on with that."""
 
 
 class Viewer(Protocol):
@@ -78,10 +66,7 @@ class Viewer(Protocol):
         """Show the open volume over another range, or on another scale."""
 
     def refuse(self, text: str) -> None:
-        """Say why nothing else is shown."""
-
-    def warn(self, text: str) -> None:
-        """Say what else went wrong."""
+        """Say what went wrong."""
 
     def say_progress(self, text: str) -> None:
         """Say what is being read."""
@@ -96,6 +81,8 @@ class VolumeOpening(QObject):
 
     reading = Signal(str)
     """Emitted with the name of what is being read; empty when that has ended."""
+    warned = Signal(str)
+    """Emitted with a sentence about a volume that is shown nevertheless."""
     volumeRead = Signal(object)
     """Emitted with the :class:`OpenedVolume`, before it is shown."""
 
@@ -135,11 +122,7 @@ class VolumeOpening(QObject):
         self._viewer.say_progress(f"Reading {path.name} …")
         self.reading.emit(path.name)
         self._model_now = self._present_model()
-        task = _Task(
-            path, self.wanted, self._read_volume, self._preferences.recall,
-            lambda: self._model_now, self._library,
-        )  # fmt: skip
-        self._reading.run(partial(self._run, task), self._take, self._refuse)
+        self._reading.run(partial(self._read, path, self.wanted), self._take, self._refuse)
 
     def cancel(self) -> None:
         """Give up reading a volume; the open one stays."""
@@ -202,8 +185,11 @@ class VolumeOpening(QObject):
         is_shown = self._model.scene_for(self._viewer.opened) is not None
         return _ModelNow(self.wanted.model, folder, scene, is_shown)
 
-    def _run(self, task: _Task, stop: threading.Event) -> _Read:
-        """Do a task in its thread, and report its progress at times."""
+    def _read(self, path: Path, wanted: Wanted, stop: threading.Event) -> _Read:
+        """Read a volume, and compute what the window shows of it; in a thread of its own.
+
+        Raise :class:`VolumeError` when the file holds no usable volume.
+        """
         last = 0.0
 
         def listen(what: str, done: int, count: int) -> None:
@@ -214,7 +200,37 @@ class VolumeOpening(QObject):
                 last = monotonic()
                 self._progressed.emit(stop, what, done, count)
 
-        return task.run(listen)
+        with watched(listen):
+            volume, gone = _read(self._read_volume, path, wanted)
+        volume = volume.over(robust_range(volume))
+        memory, damage = self._preferences.recall(volume.fingerprint)
+        if wanted.memory is not None:
+            memory = _replacing(memory, wanted.memory)
+        problems, shown = [gone, damage], volume
+        try:
+            if memory.draws_missing and volume.missing is not None:
+                shown = volume.drawing_missing(True)
+        except TfscopeError as error:
+            problems.append(error_sentence(error))
+        return self._first_shown(path, shown, wanted, memory, tuple(problems))
+
+    def _first_shown(
+        self,
+        path: Path,
+        volume: Volume,
+        wanted: Wanted,
+        memory: VolumeMemory,
+        problems: tuple[str, ...],
+    ) -> _Read:
+        """Compute what the window shows of a volume over the range that is wanted."""
+        model = self._model_now
+        again = partial(self._first_shown, path, volume, wanted, memory, problems)
+        try:
+            shown = _first_range(volume, wanted, memory, model, self._library)
+            return _Read(OpenedVolume.of(path, shown), problems, model, again)
+        except TfscopeError as error:
+            problems = (*problems, error_sentence(error))
+        return _Read(OpenedVolume.of(path, volume), problems, model, again)
 
     def _say_progress(self, stop: threading.Event, what: str, done: int, count: int) -> None:
         if not stop.is_set():
@@ -232,7 +248,11 @@ class VolumeOpening(QObject):
         damage = self._preferences.refresh(opened.fingerprint)
         self.volumeRead.emit(opened)
         for problem in filter(None, (*read.problems, damage)):
-            self._viewer.warn(problem)
+            self.warned.emit(problem)
+        if self.wanted.memory is not None:
+            known = self._preferences.volume(opened.fingerprint)
+            kept = vars(_replacing(known, self.wanted.memory)) | {"path": known.path}
+            self._preferences.note_volume(opened.fingerprint, **kept)
         self._viewer.show(opened)
 
     def _refuse(self, text: str) -> None:
@@ -266,91 +286,48 @@ class _Read:
     again: Callable[[], _Read]
 
 
-@dataclass(frozen=True, eq=False)
-class _Task:
-    """Everything from a path to a volume over the range that it is shown over at first."""
-
-    path: Path
-    wanted: Wanted
-    read_volume: Callable[..., Volume]
-    recall: Callable[[str], tuple[VolumeMemory, str]]
-    model: Callable[[], _ModelNow]
-    library: Library
-
-    def run(self, listener: Listener) -> _Read:
-        """Read the volume, and compute what the window shows of it.
-
-        Raises
-        ------
-        VolumeError
-            When the file holds no usable volume.
-        """
-        with watched(listener):
-            volume, gone = self._read()
-        volume = volume.over(robust_range(volume))
-        memory, damage = self.recall(volume.fingerprint)
-        if self.wanted.memory is not None:
-            tf = self.wanted.memory.tf or memory.tf
-            memory = replace(self.wanted.memory, tf=tf, models=memory.models)
-        problems, shown = [gone, damage], volume
-        try:
-            if memory.draws_missing and volume.missing is not None:
-                shown = volume.drawing_missing(True)
-        except TfscopeError as error:
-            problems.append(error_sentence(error))
-        return self._opened(shown, memory, tuple(problems))
-
-    def _opened(self, volume: Volume, memory: VolumeMemory, problems: tuple[str, ...]) -> _Read:
-        """Compute what the window shows of a volume over the range that is wanted."""
-        model, again = self.model(), partial(self._opened, volume, memory, problems)
-        try:
-            opened = OpenedVolume.of(self.path, self._over(volume, memory, model))
-            return _Read(opened, problems, model, again)
-        except TfscopeError as error:
-            problems = (*problems, error_sentence(error))
-        return _Read(OpenedVolume.of(self.path, volume), problems, model, again)
-
-    def _read(self) -> tuple[Volume, str]:
-        """Read what was chosen, or the largest volume if an old choice is gone, which is said."""
-        wanted = self.wanted
-        options: dict[str, Any] = {} if wanted.raw is None else {"raw": wanted.raw}
-        if wanted.choice is None:
-            return self.read_volume(self.path, **options), ""
-        try:
-            return self.read_volume(self.path, **options, choice=wanted.choice), ""
-        except ReadingCancelledError:
+def _read(read_volume: Callable[..., Volume], path: Path, wanted: Wanted) -> tuple[Volume, str]:
+    """Read what was chosen, or the largest volume if an old choice is gone, which is said."""
+    options: dict[str, Any] = {} if wanted.raw is None else {"raw": wanted.raw}
+    if wanted.choice is None:
+        return read_volume(path, **options), ""
+    try:
+        return read_volume(path, **options, choice=wanted.choice), ""
+    except ReadingCancelledError:
+        raise
+    except VolumeError as error:
+        if not wanted.is_remembered:
             raise
-        except VolumeError as error:
-            if not wanted.is_remembered:
-                raise
-            said = f"{error_sentence(error)} The file's largest volume is shown."
-        return self.read_volume(self.path, **options), said
+        said = f"{error_sentence(error)} The file's largest volume is shown."
+    return read_volume(path, **options), said
 
-    def _over(self, volume: Volume, memory: VolumeMemory, model: _ModelNow) -> Volume:
-        """Return the volume over the range and on the scale that are wanted, or remembered.
 
-        The scale of the TF that is kept of it comes before that of a model.
-        """
-        wanted, kept = self.wanted, memory.tf
-        if wanted.scale is not None and wanted.scale != volume.scale:
-            volume = volume.on_scale(wanted.scale)
-            volume = volume.over(robust_range(volume))
-        if wanted.scalar_range is not None:
-            return volume.over(wanted.scalar_range.of(volume))
-        if wanted.scale is not None:
-            return volume
-        fingerprint = volume.fingerprint
-        folder = _model_for(fingerprint, memory, model, self.library)
-        scene = model.scene if folder == model.folder else None
-        if scene is None and folder is not None:
-            scene = self.library.scene_of(folder)
-        belongs = scene is not None and scene.volume_fingerprint == fingerprint
-        if scene is not None and belongs and (kept is None or kept.scale == scene.scale):
-            return volume.over(scene.scalar_range, scene.scale)
-        if kept is None:
-            return volume
-        fitted = fit_to_volume(kept, volume)
-        return volume.over(fitted.scalar_range, fitted.scale)
+def _first_range(
+    volume: Volume, wanted: Wanted, memory: VolumeMemory, model: _ModelNow, library: Library
+) -> Volume:
+    """Return a volume over the range and on the scale that are wanted, or remembered.
+
+    The scale of the TF that is kept of it comes before that of a model.
+    """
+    kept, fingerprint = memory.tf, volume.fingerprint
+    if wanted.scale is not None and wanted.scale != volume.scale:
+        volume = volume.on_scale(wanted.scale)
+        volume = volume.over(robust_range(volume))
+    if wanted.scalar_range is not None:
+        return volume.over(wanted.scalar_range.of(volume))
+    if wanted.scale is not None:
+        return volume
+    folder = _model_for(fingerprint, memory, model, library)
+    scene = model.scene if folder == model.folder else None
+    if scene is None and folder is not None:
+        scene = library.scene_of(folder)
+    belongs = scene is not None and scene.volume_fingerprint == fingerprint
+    if scene is not None and belongs and (kept is None or kept.scale == scene.scale):
+        return volume.over(scene.scalar_range, scene.scale)
+    if kept is None:
+        return volume
+    fitted = fit_to_volume(kept, volume)
+    return volume.over(fitted.scalar_range, fitted.scale)
 
 
 def _model_for(
@@ -369,6 +346,11 @@ def _model_for(
             return model.folder
     known = library.models_of(fingerprint, memory.models)
     return known[0].folder if known else None
+
+
+def _replacing(kept: VolumeMemory, memory: VolumeMemory) -> VolumeMemory:
+    """Return a session's memory with what it does not say: models, and a TF where it has none."""
+    return replace(memory, tf=memory.tf or kept.tf, models=kept.models)
 
 
 class _Newest(QObject):
@@ -400,7 +382,7 @@ class _Newest(QObject):
         call = BackgroundCall(partial(function, self._stop), "volume")
         call.done.connect(partial(self._finish, take))
         call.failed.connect(partial(self._finish, refuse))
-        call.finished.connect(self._forget_call)
+        call.finished.connect(partial(self._forget, call))
         self._newest = call
         self._calls.append(call)
         call.start()
@@ -414,19 +396,16 @@ class _Newest(QObject):
 
     def join(self) -> None:
         """Wait until all threads have ended."""
-        for call in self._calls:
-            call.join()
-            call.deleteLater()
-        self._calls.clear()
+        for call in [*self._calls]:
+            self._forget(call)
 
     def _finish(self, take: Callable[[Any], object], outcome: object) -> None:
         # Whoever takes it may start the next one.
         self._newest = None
         take(outcome)
 
-    def _forget_call(self) -> None:
-        call = self.sender()
-        if isinstance(call, BackgroundCall) and call in self._calls:
+    def _forget(self, call: BackgroundCall) -> None:
+        if call in self._calls:
             self._calls.remove(call)
             call.join()
             call.deleteLater()

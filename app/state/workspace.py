@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from PySide6.QtCore import QObject, Signal
 
-from app.engines.client import Clients, EngineClient, EngineName
+from app.engines.client import Clients, EngineClient, EngineName, EngineState
 from app.engines.engines import Builders
 from app.engines.exactness import STOPS
-from app.state.brightness import Brightness
+from app.engines.messages import EngineReady
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.image_scheduler import ImageScheduler
 from app.state.latent_pictures import LatentPictures
@@ -20,14 +21,13 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.state.reference_choices import ReferenceChoices
 from app.state.reference_work import ReferenceWork
-from app.state.sensitivity_answers import Source
-from app.state.sensitivity_asker import SensitivityAsker
+from app.state.sensitivity_asker import SensitivityAsker, Source
 from app.state.sensitivity_state import SensitivityState
+from app.state.settings import VolumeMemory
 from app.state.viewer_state import ViewerState
-from app.state.volume_keepers import VolumeKeeper
 from app.state.volume_opening import VolumeOpening
 from model.scene.ranges import fit_to_range, fit_to_volume
-from model.scene.scene import EXACT_LIGHTINGS, Lighting
+from model.scene.scene import EXACT_LIGHTINGS, LightDirection, Lighting
 from model.scene.transfer_function import TransferFunction
 from model.scene.value_scale import ValueScale, share_without_logarithm
 from model.scene.volume import Volume
@@ -47,7 +47,6 @@ class Viewing:
     state: ViewerState
     sensitivity: SensitivityState
     latent: LatentState
-    brightness: Brightness
     preferences: Preferences
 
 
@@ -77,28 +76,27 @@ class Workspace(QObject):
         self, viewing: Viewing, clients: Clients, builders: Builders, parent: QObject
     ) -> None:
         super().__init__(parent)
-        state, preferences, brightness = viewing.state, viewing.preferences, viewing.brightness
-        self._state, self._preferences = state, preferences
+        state, preferences, asked = viewing.state, viewing.preferences, viewing.sensitivity
+        self._state, self._preferences, self._asked = state, preferences, asked
         self._clients = clients
         self._images = clients.generator, clients.reference
         self.library = Library(preferences)
-        self.model = GeneratorWork(clients.generator, builders, self)
+        self.model = GeneratorWork(clients.generator, builders)
         self._scheduler = ImageScheduler(state, clients, self)
         both: dict[EngineName, EngineClient] = {
             "exact": clients.analyst,
             "learned": clients.generator,
         }
-        self.sensitivity = SensitivityAsker(state, viewing.sensitivity, both, self)
+        self.sensitivity = SensitivityAsker(state, asked, both, self)
         self.sensitivity.is_starting = lambda: not self.reference.has_drawn
-        self.latent = LatentPictures(
-            state, viewing.latent, both, brightness, builders.latent_space, self
-        )
+        self.latent = LatentPictures(state, viewing.latent, both, builders.latent_space, self)
         self.reference = ReferenceWork(state, clients, builders, self._scheduler, preferences, self)
-        self._keeper = VolumeKeeper(state, viewing.sensitivity, preferences, self)
         self.opening = VolumeOpening(
             builders.read_volume, self, self.model, self.library, preferences, self
         )
         self._opened: OpenedVolume | None = None
+        self._kept = ""
+        """Fingerprint of the volume of which is kept what is made of it."""
         self._is_restored = False
         self._connect()
 
@@ -106,13 +104,14 @@ class Workspace(QObject):
         state, work = self._state, self.reference
         state.inputsChangeFinished.connect(self._update_hint)
         state.tf_input.changeFinished.connect(self.opening.follow)
+        self.opening.warned.connect(self.problem)
         work.resized.connect(self.sensitivity.show)
         work.choicesChanged.connect(self._share_patience)
         self._share_patience(work.choices)
         work.settingsChanged.connect(self._relight)
         work.analystReplaced.connect(self._restart_questions)
-        self.model.ready.connect(self._generator_ready)
-        self.model.failed.connect(self._follow_scene)
+        self._clients.generator.engineReady.connect(self._generator_ready)
+        self._clients.generator.stateChanged.connect(self._follow_failure)
         for client in self._images:
             client.images.answered.connect(self.sensitivity.follow_image)
             client.settled.connect(self._report_settled)
@@ -120,6 +119,10 @@ class Workspace(QObject):
         reference = self._clients.reference
         reference.images.answered.connect(lambda _result: self.model.begin())
         reference.settled.connect(self.model.begin)
+        state.edits.edited.connect(self._keep_edits)
+        state.viewChangeFinished.connect(lambda view: self._keep(view=view))
+        self._asked.changed.connect(self._keep_changed_regions)
+        self._asked.finished.connect(lambda _what: self._keep_regions())
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""
@@ -197,15 +200,14 @@ class Workspace(QObject):
         volume, wanted = opened.volume, self.opening.wanted
         folder = self.opening.model_for(opened.fingerprint)
         sample = sample_of(volume)
-        self._opened = opened
-        memory = self._keeper.start(opened)
+        before, self._opened = self._opened, opened
+        memory = self._start_memory(opened, before)
         self._is_restored = memory.tf is not None
         self.latent.session.start_volume(volume, opened.window)
         if folder != self.model.folder:
             self.open_model(folder)
-        if sample is not None and wanted.model is None:
-            self.reference.propose(sample.lighting)
-        self.reference.start(volume, self.model.scene_for(opened))
+        proposed = "auto" if sample is None or wanted.model is not None else sample.lighting
+        self.reference.start(volume, self.model.scene_for(opened), proposed)
         self._follow_scene()
         restored = RESTORED if self._is_restored and wanted.memory is None else ""
         notes = [*volume.notes, volume.missing_text, restored]
@@ -224,9 +226,9 @@ class Workspace(QObject):
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, memory.tf, {"crop": memory.crop})
+        self._state.start_volume(opened.default, memory.tf, vars(memory))
         if wanted.memory is not None:
-            self._keeper.keep_tf()
+            self._keep_edits()
         self.volumeStarted.emit()
 
     def show_range(self, opened: OpenedVolume) -> None:
@@ -257,17 +259,60 @@ class Workspace(QObject):
             self.problem.emit(text)
             self._report_settled()
 
-    def warn(self, text: str) -> None:
-        """Say what went wrong."""
-        self.problem.emit(text)
-
     def say_progress(self, text: str) -> None:
         """Say what is being read: in the status line, and where there is no image yet."""
         if self._opened is None:
             self._clients.reference.wait(text)
         self.news.emit(text)
 
-    def _generator_ready(self) -> None:
+    def _start_memory(self, opened: OpenedVolume, before: OpenedVolume | None) -> VolumeMemory:
+        """Show regions and brightness of another volume, and keep what is made of it from now on.
+
+        Those of another time step stay where it has none of its own. Return all that is kept.
+        """
+        self._kept = ""
+        memory, asked = self._preferences.volume(opened.fingerprint), self._asked
+        names = [region.name for region in memory.regions]
+        active = names.index(memory.active_region) if memory.active_region in names else None
+        asked.start_volume(opened.volume.series, memory.regions, active, memory.region_count)
+        is_next = before is not None and before.volume.series == opened.volume.series
+        brightness = self._state.brightness
+        if memory.brightness is not None or not is_next:
+            brightness.start(memory.brightness)
+        self._kept = opened.fingerprint
+        self._keep(brightness=brightness.value)
+        if asked.regions != memory.regions:
+            self._keep_regions()
+        return memory
+
+    def _keep_edits(self) -> None:
+        """Keep the TF and what else was edited: after every edit, undo and redo."""
+        state, designed = self._state, self.reference.designed_light or LightDirection()
+        inputs = {**state.edited, "brightness": state.brightness}
+        edited = {name: each.value for name, each in inputs.items() if each.is_edited}
+        if edited.get("light") == designed:
+            edited["light"] = None
+        self._keep(tf=state.transfer_function, **edited)
+
+    def _keep_changed_regions(self, what: str) -> None:
+        if what == "regions" and not self._asked.dragging:
+            self._keep_regions()
+
+    def _keep_regions(self) -> None:
+        asked = self._asked
+        name = "" if asked.active is None else asked.region_name
+        self._keep(regions=asked.regions, active_region=name, region_count=asked.count)
+
+    def _keep(self, **changes: Any) -> None:
+        if self._kept:
+            self._preferences.note_volume(self._kept, **changes)
+
+    def _follow_failure(self, state: EngineState) -> None:
+        if state is EngineState.FAILED and self.model.has_failed():
+            self._follow_scene()
+
+    def _generator_ready(self, ready: EngineReady) -> None:
+        self.model.take(ready)
         self._follow_scene()
         self._note_model()
         scene, tf = self.model.scene_for(self._opened), self._state.transfer_function

@@ -14,7 +14,7 @@ from PySide6.QtGui import QBrush, QColor, QLinearGradient
 from PySide6.QtWidgets import QColorDialog
 
 from app import theme
-from app.short_numbers import significant
+from app.number_box import significant
 from app.tf_editor.handles import DragHandle, HandleMoves, handle_name
 from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea

@@ -22,11 +22,9 @@ from PySide6.QtWidgets import (
     QWidgetAction,
 )
 
-from app.controls import add_action, add_switch, picture_icon, text_button
+from app.controls import add_action, add_switch, picture_icon, show_tips, text_button
 from app.icons import BUTTON, IconButton
-from app.menu_tips import show_tips
-from app.number_box import NumberBox
-from app.short_numbers import significant
+from app.number_box import NumberBox, significant
 from app.state.viewer_state import ViewerState
 from app.tf_editor.handles import HandleMoves
 from app.tf_editor.histogram import percentile_range

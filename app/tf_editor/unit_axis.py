@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from app.short_numbers import MINUS
+from app.number_box import MINUS
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, logarithmic_ticks, values_at
 

@@ -1,21 +1,24 @@
-"""Objects that the parts of the window share."""
+"""Objects that the parts of the window share, and questions for files to open and to write."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
-from PySide6.QtWidgets import QMainWindow
+from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.state.brightness import Brightness
 from app.state.latent_state import LatentState
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
+from app.state.session import SUFFIX
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Workspace
 from app.window.notices import Notices
 from app.window.status_line import StatusLine
+from model.volume_files import SUFFIXES
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,6 @@ class Context:
     state: ViewerState
     sensitivity: SensitivityState
     latent: LatentState
-    brightness: Brightness
     workspace: Workspace
     analyst: EngineClient
     generator: EnginePane
@@ -43,3 +45,62 @@ class Context:
     def fail(self, text: str, key: str = "") -> None:
         """Show an error; it replaces the one with the same key."""
         self.notices.add(text, key=key, tone="error")
+
+
+VOLUME_FILTER = f"Volumes ({' '.join(f'*{s}' for s in SUFFIXES)});;All files (*)"
+OPEN_FILTER = VOLUME_FILTER.replace("Volumes (", f"Volumes and sessions (*{SUFFIX} ")
+
+
+def ask_for_file(context: Context, title: str, filters: str) -> Path | None:
+    """Ask for a file to open; None if the user chooses none."""
+    folder = context.preferences.settings.last_folder
+    name, _ = QFileDialog.getOpenFileName(context.window, title, folder, filters)
+    return _chosen(context, name)
+
+
+def ask_for_folder(context: Context, title: str) -> Path | None:
+    """Ask for a folder to open; None if the user chooses none."""
+    folder = context.preferences.settings.last_folder
+    return _chosen(context, QFileDialog.getExistingDirectory(context.window, title, folder))
+
+
+def ask_for_place(
+    context: Context, title: str, filters: str, suffixes: tuple[str, ...], name: str = ""
+) -> Path | None:
+    """Ask for a file to write; None if the user chooses none.
+
+    A name without one of the suffixes, which determine the format, gets the first of them.
+    """
+    start = str(Path(context.preferences.settings.last_folder) / name)
+    chosen, _ = QFileDialog.getSaveFileName(context.window, title, start, filters)
+    if not chosen:
+        return None
+    path = Path(chosen)
+    if path.suffix.lower() not in suffixes:
+        # Qt's dialog has asked about the file without the suffix only.
+        path = path.with_name(path.name + suffixes[0])
+        text = f"{path.name} exists. Replace it?"
+        buttons = QMessageBox.StandardButton
+        if path.exists() and QMessageBox.question(context.window, "Replace", text) != buttons.Yes:
+            return None
+    return _chosen(context, str(path))
+
+
+def proposed_name(context: Context, otherwise: str, suffix: str) -> str:
+    """Return a new file's name: the open volume's, or another where that gives none."""
+    opened = context.workspace.opened
+    name = "" if opened is None else file_name(opened.volume.name)
+    return f"{name or otherwise}{suffix}"
+
+
+def file_name(name: str) -> str:
+    """Return a name without characters that file systems or their users would trip over."""
+    return re.sub(r"[^\w.+=-]+", "_", name).strip("._")[:100]
+
+
+def _chosen(context: Context, name: str) -> Path | None:
+    """Return a file that was chosen; the next dialog begins in its folder."""
+    if not name:
+        return None
+    context.preferences.set(last_folder=str(Path(name).absolute().parent))
+    return Path(name)

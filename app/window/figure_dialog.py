@@ -22,10 +22,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import list_box
+from app.controls import WheelGuard, label, line_up, list_box
 from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.number_box import WholeNumberBox
-from app.wheel_guard import WheelGuard
 from app.window.figure import FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size
@@ -69,20 +68,10 @@ _COLORS: dict[str, Background | None] = {
 class FigureDialog(QDialog):
     """Asks what a figure shows, for its size, background and marks, and whether it moves.
 
-    Parameters
-    ----------
-    sizes : dict of tuple of int
-        What it may show, each with its width and height on the screen, in pixels.
-    begin : FigureChoice
-        Of its size, the longer side counts where it is one of the presets. Samples are asked for
-        where it has some.
-
-    Attributes
-    ----------
-    preview : callable
-        Called with each new choice; :meth:`show_preview` takes the picture.
-    copies : bool
-        Whether the figure is to be copied rather than saved.
+    It is given what may be shown, each with its size on the screen in pixels, and the choice to
+    begin with: of its size, the longer side counts where it is one of the presets, and samples are
+    asked for where it has some. `preview` is called with each new choice, and its picture taken by
+    :meth:`show_preview`; `copies` says that the figure is to be copied rather than saved.
     """
 
     def __init__(
@@ -111,11 +100,10 @@ class FigureDialog(QDialog):
         self.legend_box.setToolTip("A colour bar with the scalar values, at the lower right")
         self.scale_box.setToolTip(f"In perspective, its length holds {DEPTH_TEXT}")
         self.samples_box = _samples_box(begin.samples) if begin.samples else None
-        self._memory = QLabel()
-        self._memory.setProperty("role", "dim")
-        self._picture = QLabel("Drawing …", alignment=Qt.AlignmentFlag.AlignCenter)
+        self._memory = label("", "dim")
+        self._picture = label("Drawing …", "dim")
+        self._picture.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._picture.setFixedSize(PREVIEW, PREVIEW)
-        self._picture.setProperty("role", "dim")
         self._picture.setAccessibleName("Preview")
         self._lay_out()
         self._show(begin)
@@ -129,17 +117,11 @@ class FigureDialog(QDialog):
         if is_movie:
             width, height = width // 2 * 2, height // 2 * 2
             background = background or BLACK
-        return FigureChoice(
-            width,
-            height,
-            background,
-            self.legend_box.isChecked(),
-            self.scale_box.isChecked(),
-            self.which_box.currentData(),
-            self.samples_box.currentData() if self.samples_box else 0,
-            self.seconds_box.value() if is_movie else 0.0,
-            self.rate_box.value(),
-        )
+        marks = self.legend_box.isChecked(), self.scale_box.isChecked()
+        samples = self.samples_box.currentData() if self.samples_box else 0
+        seconds = self.seconds_box.value() if is_movie else 0.0
+        which, rate = self.which_box.currentData(), self.rate_box.value()
+        return FigureChoice(width, height, background, *marks, which, samples, seconds, rate)
 
     def show_preview(self, picture: QImage) -> None:
         """Show the figure, small."""
@@ -165,10 +147,9 @@ class FigureDialog(QDialog):
     def _lay_out(self) -> None:
         self._form = form = QFormLayout()
         form.setVerticalSpacing(8)
-        sides = QHBoxLayout()
-        sides.addWidget(self.width_box, 1)
-        sides.addWidget(QLabel("×"))
-        sides.addWidget(self.height_box, 1)
+        sides = line_up(QHBoxLayout(), self.width_box, QLabel("×"), self.height_box)
+        sides.setStretch(0, 1)
+        sides.setStretch(2, 1)
         rows: list[tuple[str, QWidget | QHBoxLayout | None]] = [
             ("Show", self.which_box),
             ("", self.movie_box),
@@ -195,15 +176,9 @@ class FigureDialog(QDialog):
         self.copy_button.clicked.connect(self._copy)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        both = QHBoxLayout()
-        both.setSpacing(16)
-        both.addLayout(form)
+        both = line_up(QHBoxLayout(), form, spacing=16)
         both.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 14, 16, 14)
-        column.setSpacing(14)
-        column.addLayout(both)
-        column.addWidget(buttons)
+        column = line_up(QVBoxLayout(self), both, buttons, margins=(16, 14, 16, 14), spacing=14)
         column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetFixedSize)
 
     def _show(self, begin: FigureChoice) -> None:
@@ -224,9 +199,8 @@ class FigureDialog(QDialog):
         self.size_box.activated.connect(self._take_preset)
         for side in (self.width_box, self.height_box):
             side.valueChanged.connect(partial(self._take_side, side))
-        switches = (self.movie_box, self.keep, self.legend_box, self.scale_box)
-        changes = [switch.toggled for switch in switches]
-        for changed in (*changes, self.background_box.currentIndexChanged):
+        switches = self.movie_box, self.keep, self.legend_box, self.scale_box
+        for changed in (*(s.toggled for s in switches), self.background_box.currentIndexChanged):
             changed.connect(self._follow)
 
     def _copy(self) -> None:

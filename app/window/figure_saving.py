@@ -12,7 +12,7 @@ from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QObject, QSize, Qt
+from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QGuiApplication, QImage, QImageWriter
 from PySide6.QtWidgets import QDialog, QProgressDialog
 
@@ -23,7 +23,7 @@ from app.engines.requests import PictureRequest, Quality
 from app.figures.plots import save_image
 from app.state.at_work import AtWork
 from app.state.settings import FigureSettings
-from app.window.context import Context
+from app.window.context import Context, ask_for_place, proposed_name
 from app.window.figure import (
     GAP,
     TITLES,
@@ -36,9 +36,7 @@ from app.window.figure import (
     pixels_of,
 )
 from app.window.figure_dialog import PREVIEW, FigureDialog
-from app.window.file_dialogs import ask_for_place, proposed_name
-from app.window.image_error import ImageError
-from app.window.overlays import Overlays
+from app.window.overlays import ImageError, Overlays
 from model.errors import RenderError
 from model.rendering.movie_file import SUFFIXES, write_movie
 from model.rendering.raster import Raster
@@ -128,9 +126,7 @@ class FigureSaving(QObject):
         self._channels = Channels(clients, "figure", self._take, self)
         self._at_work = AtWork(self._channels.values(), self)
         self._at_work.changed.connect(self._show_part)
-        self._writing = LatestCall("movie", self)
-        self._writing.done.connect(self._movie_written)
-        self._writing.failed.connect(self._fail)
+        self._writing = LatestCall("movie", self, self._movie_written, self._fail)
         self._previews = Channels(clients, "figure preview", self._take_preview, self)
         self._preview: tuple[FigureDialog, _Job] | None = None
         for name, pane in self._panes.items():
@@ -177,14 +173,12 @@ class FigureSaving(QObject):
     def first_choice(self) -> FigureChoice:
         """The choice that the dialog begins with: the last one, at first that of the screen."""
         last, overlays = self._context.preferences.settings.figure, self._overlays
-        choice = FigureChoice(
-            0, 0, overlays.background, overlays.has("legend"), overlays.has("scale_bar")
-        )
-        if last is not None:
-            choice = FigureChoice(
-                last.longer_side, 0, last.background, last.legend, last.scale_bar,
-                seconds=last.seconds, rate=last.rate,
-            )  # fmt: skip
+        if last is None:
+            marks = overlays.has("legend"), overlays.has("scale_bar")
+            choice = FigureChoice(0, 0, overlays.background, *marks)
+        else:
+            look = last.longer_side, 0, last.background, last.legend, last.scale_bar
+            choice = FigureChoice(*look, seconds=last.seconds, rate=last.rate)
         is_traced = self._context.workspace.reference.settings.lighting == "path"
         samples = (last.samples if last else 0) or FIGURE_SAMPLES
         which = self._which()
@@ -225,11 +219,10 @@ class FigureSaving(QObject):
         job = self._job = _Job(choice, place, frames, _names(choice))
         if choice.which == "difference":
             # Of both images as they are shown: the numbers are the screen's.
-            if self._error.compared is None:
+            if not self._compared():
                 self._fail("There is no difference to save yet. Wait until both images are final.")
                 return
-            both = zip(TITLES, self._error.compared, strict=True)
-            job.images = {name: (image, 1.0) for name, image in both}
+            job.images = self._compared()
             self._compose(job)
             return
         what = f"Drawing {choice.width} × {choice.height} pixels …"
@@ -261,23 +254,14 @@ class FigureSaving(QObject):
 
     def _remember(self, choice: FigureChoice) -> None:
         last = self._context.preferences.settings.figure
-        kept = FigureSettings(
-            max(choice.width, choice.height),
-            choice.background,
-            choice.legend,
-            choice.scale_bar,
-            choice.samples or (last.samples if last else 0),
-            choice.seconds,
-            choice.rate,
-        )
+        samples = choice.samples or (last.samples if last else 0)
+        look = max(choice.width, choice.height), choice.background, choice.legend, choice.scale_bar
+        kept = FigureSettings(*look, samples, choice.seconds, choice.rate)
         self._context.preferences.set(figure=kept)
 
     def _draw_next(self, job: _Job) -> None:
         """Ask for the images of the next frame; a generator has pixels of its own."""
-        for name in job.names:
-            panel = panels(job.choice, job.choice.which)[-1]
-            samples = job.choice.samples if name == "reference" else 0
-            self._channels[name].ask(_request(job.frames[job.drawn], panel.size(), max(samples, 1)))
+        _ask(self._channels, job, job.choice.samples)
 
     def _take(self, name: str, result: Result) -> None:
         job = self._job
@@ -394,7 +378,12 @@ class FigureSaving(QObject):
         self._close_progress()
 
     def _brightness(self, name: str) -> float:
-        return self._context.brightness.of(self._panes[name].engine)
+        return self._context.state.brightness.of(self._panes[name].engine)
+
+    def _compared(self) -> dict[str, tuple[Rgba, float]]:
+        """Both images with their brightness, as they are compared on the screen; or none."""
+        both = self._error.compared
+        return {} if both is None else {n: (i, 1.0) for n, i in zip(TITLES, both, strict=True)}
 
     def _ask_for_preview(self, dialog: FigureDialog, choice: FigureChoice) -> None:
         """Have a figure drawn in the size of the preview."""
@@ -403,19 +392,14 @@ class FigureSaving(QObject):
         small = replace(choice, width=width, height=height)
         job = _Job(small, None, [self._context.state.inputs], _names(choice))
         before, self._preview = self._preview, (dialog, job)
-        compared = self._error.compared
-        if choice.which == "difference" and compared is not None:
-            both = zip(TITLES, compared, strict=True)
-            job.images = {name: (image, 1.0) for name, image in both}
+        if choice.which == "difference":
+            job.images = self._compared()
         elif before is not None and _shape(before[1].choice) == _shape(small):
             job.images = before[1].images
         if job.images or choice.which == "difference":
             self._show_preview()
-            return
-        size = panels(small, choice.which)[-1].size() / ENLARGED
-        for name in job.names:
-            samples = PREVIEW_SAMPLES if name == "reference" and choice.samples else 1
-            self._previews[name].ask(_request(job.frames[0], size, samples))
+        else:
+            _ask(self._previews, job, min(choice.samples, PREVIEW_SAMPLES), ENLARGED)
 
     def _take_preview(self, name: str, result: Result) -> None:
         if self._preview is not None and result.value is not None:
@@ -429,10 +413,8 @@ class FigureSaving(QObject):
         dialog, job = self._preview
         subject = self._overlays.subject
         image = figure(job.choice, job.images, job.choice.which, job.frames[0], subject)
-        keep, smooth = (
-            Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation,
-        )  # fmt: skip
-        dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, smooth))
+        keep, how = Qt.AspectRatioMode.KeepAspectRatio, Qt.TransformationMode.SmoothTransformation
+        dialog.show_preview(image.scaled(PREVIEW, PREVIEW, keep, how))
 
 
 def _shape(choice: FigureChoice) -> tuple[Which, int, int]:
@@ -445,9 +427,14 @@ def _names(choice: FigureChoice) -> list[str]:
     return [*TITLES] if choice.which in ("both", "difference") else [choice.which]
 
 
-def _request(inputs: SceneInputs, size: QSize, samples: int) -> PictureRequest:
+def _ask(channels: Channels[str], job: _Job, samples: int, enlarged: int = 1) -> None:
+    """Ask for the images of a job's next frame, in pixels of this size."""
+    size = panels(job.choice, job.choice.which)[-1].size() / enlarged
     raster = Raster(max(size.width(), 1), max(size.height(), 1))
-    return PictureRequest(inputs, Quality(raster.shorter, raster=raster, samples=samples))
+    for name in job.names:
+        each = max(samples, 1) if name == "reference" else 1
+        quality = Quality(raster.shorter, raster=raster, samples=each)
+        channels[name].ask(PictureRequest(job.frames[job.drawn], quality))
 
 
 def _add_texts(image: QImage, job: _Job) -> None:

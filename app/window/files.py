@@ -7,20 +7,20 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 
 from app.controls import Action
+from app.engines.background import Pause
 from app.figures.sensitivity_figure import save_figure
-from app.short_numbers import significant
+from app.number_box import significant
 from app.state.library import ModelCheck
-from app.state.opened_volume import OpenedVolume
 from app.state.session import SUFFIX
 from app.state.settings import RecentKind
 from app.state.volume_opening import Wanted
-from app.window.context import Context
-from app.window.file_dialogs import (
+from app.window.context import (
     OPEN_FILTER,
     VOLUME_FILTER,
+    Context,
     ask_for_file,
     ask_for_folder,
     ask_for_place,
@@ -63,14 +63,8 @@ class Files(QObject):
         self._raw_layout: tuple[Path, RawLayout] | None = None
         self._choice: tuple[Path, Choice] | None = None
         self._model_awaited: Path | None = None
-        self._respaced: Wanted | None = None
-        self._slow = QTimer(self, singleShot=True, interval=SLOW_MS)
-        self._slow.timeout.connect(self._offer_cancel)
+        self._slow = Pause(self, SLOW_MS, self._offer_cancel)
         self._reading = ""
-        self._workspace.volumeOpened.connect(self._remember_layout)
-        self._workspace.volumeStarted.connect(self._follow_volume)
-        self._workspace.opening.reading.connect(self._note_reading)
-        self._workspace.opening.volumeRead.connect(self._take_over)
 
     def open(self, path: Path) -> None:
         """Open a file or folder as what it is: a volume, a model, a TF or a session."""
@@ -246,16 +240,7 @@ class Files(QObject):
             layout = self._known_layout(opened.path) if is_raw else None
             memory = self._preferences.volume(opened.fingerprint)
             memory = replace(memory, tf=state.transfer_function, view=state.view)
-            self._respaced = Wanted(layout, choice, memory=memory)
-            self._workspace.opening.open(opened.path, self._respaced)
-
-    def _take_over(self, opened: OpenedVolume) -> None:
-        """Keep with a volume of another spacing what was kept of it with the last one."""
-        wanted = self._workspace.opening.wanted
-        if wanted is self._respaced and wanted.memory is not None:
-            known = self._preferences.volume(opened.fingerprint)
-            kept = replace(wanted.memory, path=known.path, models=known.models)
-            self._preferences.note_volume(opened.fingerprint, **vars(kept))
+            self._workspace.opening.open(opened.path, Wanted(layout, choice, memory=memory))
 
     def _fail(self, text: str) -> None:
         self._context.fail(text, KEY)
@@ -266,7 +251,7 @@ class Files(QObject):
         wanted = replace(wanted, choice=known, is_remembered=choice is None)
         self._workspace.opening.open(path, wanted)
 
-    def _note_reading(self, name: str) -> None:
+    def note_reading(self, name: str) -> None:
         """Offer to cancel a reading that takes long, until it has ended."""
         self._reading = name
         if name:
@@ -279,7 +264,7 @@ class Files(QObject):
         cancel = Action("Cancel", self._workspace.opening.cancel)
         self._notices.add(f"Reading {self._reading} …", cancel, key=READING)
 
-    def _follow_volume(self) -> None:
+    def start_volume(self) -> None:
         """Ask which of a file's volumes to show, and say where a model is of another volume."""
         opened = self._workspace.opened
         if opened is not None and (self._choice is None or self._choice[0] != opened.path):
@@ -339,7 +324,8 @@ class Files(QObject):
         finally:
             dialog.deleteLater()
 
-    def _remember_layout(self) -> None:
+    def remember_layout(self) -> None:
+        """Remember how the open volume's file was read."""
         opened = self._workspace.opened
         kept = {"raw_layout": self._raw_layout, "choice": self._choice}
         for name, known in kept.items():

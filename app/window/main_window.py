@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt
+from PySide6.QtCore import QEvent, Qt, SignalInstance
 from PySide6.QtGui import (
     QCloseEvent,
     QDragEnterEvent,
@@ -25,7 +26,7 @@ from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences
 from app.tf_editor.plot_area import PlotData
 from app.window.figure import Subject
-from app.window.menus import build_menus
+from app.window.menus import Menus
 from app.window.status_line import KeyHints
 from app.window.window_parts import WindowParts
 from model.rendering.scale_bar import Scale
@@ -42,7 +43,7 @@ class MainWindow(WindowParts):
     ) -> None:
         super().__init__(builders, device, preferences)
         self._alt_alone = False
-        build_menus(self)
+        self.menus = Menus(self)
         self._hints = KeyHints(
             self.status,
             self.sensitivity_state,
@@ -63,35 +64,36 @@ class MainWindow(WindowParts):
             self.context.fail(self.preferences.start_problem)
 
     def _connect(self) -> None:
+        """Say what follows what; what an opened volume leads to is below, in order."""
         workspace, work = self.workspace, self.workspace.reference
-        self.latent_state.choicesChanged.connect(self._show_browser)
+        canvas, fail = self.reference.canvas, self.context.fail
+        wires: list[tuple[SignalInstance, Callable[..., object]]] = [
+            (workspace.opening.reading, self._note_reading),
+            (workspace.opening.volumeRead, self._take_read),
+            (workspace.volumeOpened, self._show_volume),
+            (workspace.volumeStarted, self._start_volume),
+            (workspace.rangeChanged, self._show_range),
+            (workspace.scaleChanged, self._show_scale),
+            (workspace.modelChanged, self._show_model),
+            (workspace.hintChanged, self.generator.set_hint),
+            (workspace.problem, fail),
+            (workspace.news, self.status.say),
+            (work.settingsChanged, lambda _settings: self._show_light()),
+            (work.preparation.progressed, self._show_preparation),
+            (self.latent_state.choicesChanged, self._show_browser),
+            (self.crop_card.shownChanged, self._show_crop_handles),
+            (self.sensitivity_state.changed, self._show_crop_handles),
+            (self.panes.arranged, self.arrange),
+            (canvas.resized, lambda: work.set_pane_pixels(*canvas.pixels)),
+            (self.editor.menu.scale_wanted, workspace.opening.show_on_scale),
+            (self.browser.problem, lambda text: fail(text, "browser")),
+            (self.browser.preview.tfChanged, self.overlays.preview),
+            (self.preferences.problem, fail),
+        ]
+        for signal, slot in wires:
+            signal.connect(slot)
         self._show_browser(self.latent_state.choices)
-        workspace.modelChanged.connect(self._show_model)
-        workspace.volumeOpened.connect(self._show_volume)
-        workspace.volumeOpened.connect(self.brightness.start_volume)
-        workspace.volumeStarted.connect(self._start_volume)
-        workspace.rangeChanged.connect(self._show_range)
-        workspace.scaleChanged.connect(self._show_scale)
-        workspace.hintChanged.connect(self.generator.set_hint)
-        workspace.problem.connect(self.context.fail)
-        workspace.news.connect(self.status.say)
-        # Errors of an earlier file no longer apply.
-        workspace.opening.volumeRead.connect(lambda _opened: self.notice.clear())
-        work.settingsChanged.connect(lambda _settings: self._show_light())
-        preparation, show = work.preparation, self.status.show_preparation
-        preparation.progressed.connect(lambda done, of: show(done, of, preparation.text))
         self._show_light()
-        self.crop_card.shownChanged.connect(self._show_crop_handles)
-        self.sensitivity_state.changed.connect(self._show_crop_handles)
-        self.panes.imagesShown.connect(workspace.show_images)
-        self.panes.arranged.connect(self.arrange)
-        self.reference.canvas.resized.connect(
-            lambda: work.set_pane_pixels(*self.reference.canvas.pixels)
-        )
-        self.editor.menu.scale_wanted.connect(workspace.opening.show_on_scale)
-        self.browser.problem.connect(lambda text: self.context.fail(text, "browser"))
-        self.browser.preview.tfChanged.connect(self.overlays.preview)
-        self.preferences.problem.connect(self.context.fail)
 
     @property
     def errors(self) -> list[str]:
@@ -210,6 +212,18 @@ class MainWindow(WindowParts):
         shown = self.crop_card.is_shown and self.sensitivity_state.tool is None
         for handles in self.crop_handles:
             handles.set_active(shown)
+        self.menus.refresh()
+
+    def arrange(self) -> None:
+        """Show what suits the images that are there."""
+        super().arrange()
+        images = self.panes.images
+        self.workspace.show_images(self.generator in images, self.reference in images)
+        self.memory.note_panes()
+        self.menus.refresh()
+
+    def _show_preparation(self, done: int, wanted: int) -> None:
+        self.status.show_preparation(done, wanted, self.workspace.reference.preparation.text)
 
     def _show_light(self) -> None:
         """Name the light of the reference, and the one that follows once it can be drawn."""
@@ -229,17 +243,30 @@ class MainWindow(WindowParts):
         self.overlays.subject = replace(self.overlays.subject, title=model.title)
         self.brightness.set_lighting("learned", self.workspace.model_lighting)
         self.browser.bar.set_model(self.workspace.latent.model is not None)
+        self.image_error.forget()
+
+    def _note_reading(self, name: str) -> None:
+        self.files.note_reading(name)
+        if name:
+            self.empty_card.set_shown(False)
+
+    def _take_read(self, opened: OpenedVolume) -> None:
+        # Errors of an earlier file no longer apply.
+        self.notice.clear()
+        self.sessions.take_read(opened)
 
     def _show_volume(self, opened: OpenedVolume) -> None:
+        """Show an opened volume, before its TF is set."""
         volume = opened.volume
+        self.files.remember_layout()
+        self.scene_notices.start_volume()
         shape = " × ".join(str(n) for n in volume.dimensions)
         self.setWindowTitle(f"{volume.name} ({shape}) – tfscope")
         self.top_bar.volume.set_title(volume.name)
         self.top_bar.volume.set_detail(shape)
         self.browser.set_units(volume.units)
         scale, title = Scale.of(volume, opened.shown), self.workspace.model.title
-        subject = Subject(volume.units, scale, title)
-        self.overlays.start_volume(subject)
+        self.overlays.start_volume(Subject(volume.units, scale, title))
         self.tools.setEnabled(True)
         self._hints.start_volume()
         self.crop_card.set_volume(volume.dimensions)
@@ -249,17 +276,25 @@ class MainWindow(WindowParts):
         self.editor.set_data(_plot_data(opened))
 
     def _start_volume(self) -> None:
+        """Show and ask what an opened volume needs, now that its TF is set."""
+        self.up_axis_card.start_volume()
+        self.sessions.start_volume()
+        self.files.start_volume()
+        self.scene_notices.offer_logarithm()
+        self.menus.refresh()
         self.editor.moves.select_strongest()
         self.plot_memory.settle()
 
     def _show_range(self, opened: OpenedVolume) -> None:
         self.editor.area.histogram.set_data(opened.counts, opened.edges)
         self.editor.area.set_axis(self.editor.area.axis)
+        self.menus.refresh()
 
     def _show_scale(self, opened: OpenedVolume) -> None:
         self.editor.set_scale(_plot_data(opened))
         # A band kept over the plot would be one of other values.
         self.sensitivity_state.release()
+        self.scene_notices.show_scale(opened)
 
 
 def _plot_data(opened: OpenedVolume) -> PlotData:

@@ -7,10 +7,10 @@ from typing import Literal
 
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QMouseEvent
-from PySide6.QtWidgets import QApplication, QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import Action, action_button, announce, order_focus
+from app.controls import Action, Card, action_button, announce, label, line_up, order_focus
 from app.icons import IconButton
 
 WIDTH = 480
@@ -36,11 +36,8 @@ class Notices(QWidget):
         super().__init__(parent)
         self._lines: list[_Line] = []
         self._before: QWidget | None = None
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(4)
-        self.more = QLabel()
-        self.more.setProperty("role", "dim")
+        self._column = line_up(QVBoxLayout(self), margins=(0, 0, 0, 0), spacing=4)
+        self.more = label("", "dim")
         self.more.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.more.setStyleSheet(f"color: {theme.ON_IMAGE.dim}")
         self._column.addWidget(self.more)
@@ -139,24 +136,20 @@ class Notices(QWidget):
             self._lines[min(place, len(self._lines) - 1)].dismissal.setFocus()
 
 
-class _Line(QFrame):
+class _Line(Card):
     """One notice: its sentence, then its buttons."""
 
     def __init__(self, text: str, key: str, tone: NoticeTone) -> None:
         super().__init__()
         self.key = key
-        self.setProperty("role", "card")
         self.setProperty("tone", tone)
-        self.setCursor(Qt.CursorShape.ArrowCursor)
         self._label = QLabel(text)
         # File names in errors are plain text, and can be copied.
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._label.setWordWrap(True)
         self.setAccessibleName(f"Error: {text}" if tone == "error" else text)
-        self.row = QHBoxLayout(self)
-        self.row.setContentsMargins(12, 4, 4, 4)
-        self.row.setSpacing(8)
+        self.row = line_up(QHBoxLayout(self), margins=(12, 4, 4, 4), spacing=8)
         self.row.addWidget(self._label, 1)
         self.dismissal = IconButton("close", "Dismiss", "Escape", colors=theme.ON_IMAGE)
 

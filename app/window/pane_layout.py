@@ -25,10 +25,6 @@ class PaneLayout(QSplitter):
     place. Edges between the images can be dragged.
     """
 
-    imagesShown = Signal(bool, bool)
-    """Emitted with whether the generator's image is in sight, and the reference."""
-    wanted = Signal(str)
-    """Emitted with the new choice of images."""
     arranged = Signal()
     """Emitted when an image has come, gone or changed its side."""
 
@@ -86,7 +82,6 @@ class PaneLayout(QSplitter):
         """Show both images, or one of them alone."""
         self._shown = shown
         self._update()
-        self.wanted.emit(shown)
 
     def set_model(self, has_model: bool) -> None:
         """Say whether there is a generator whose image could be shown."""
@@ -127,7 +122,6 @@ class PaneLayout(QSplitter):
         if had and had[0].isHidden():
             # Else a number's box would have the keys of the image that is gone.
             self.images[0].canvas.setFocus()
-        self.imagesShown.emit(generator, not alone)
         self.arranged.emit()
 
     def _fit_browser(self) -> None:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 
 from app.controls import add_action
-from app.state.own_presets import own_presets, preset_name, remove_own_preset, save_own_preset
 from app.tf_editor.tf_menu import PICTURE, PresetMenu
 from app.window.context import Context
 from app.window.small_pictures import SmallPictures
-from model.errors import TransferFunctionError
+from model.errors import TransferFunctionError, reason
 from model.scene.ranges import fit_to_range, stretch_to_range
 from model.scene.tf_presets import Preset
 from model.scene.transfer_function import TransferFunction
+
+SUFFIX = ".json"
 
 KEY = "presets"
 """Of notices about presets."""
@@ -99,3 +102,46 @@ class Presets(QObject):
 
     def _show(self, images: list[QImage]) -> None:
         self._menu.set_pictures(images)
+
+
+def own_presets(folder: Path | None) -> dict[str, TransferFunction]:
+    """Return the TFs that were saved in a user's folder, by name; damaged files are left out."""
+    found = {}
+    for path in sorted(_place(folder).glob(f"*{SUFFIX}")) if folder else ():
+        try:
+            found[path.stem] = TransferFunction.load(path)
+        except TransferFunctionError:
+            continue
+    return found
+
+
+def preset_name(text: str) -> str:
+    """Return a name that a file can have; empty where nothing is left of it."""
+    return re.sub(r"[^\w .+=()-]+", "_", text).strip(" ._")[:60]
+
+
+def save_own_preset(folder: Path, name: str, tf: TransferFunction) -> None:
+    """Save a TF; raise :class:`TransferFunctionError` where it cannot be written."""
+    place = _place(folder)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise TransferFunctionError(
+            f"{place}: the preset cannot be written ({reason(error)}); use File > Save TF."
+        ) from error
+    tf.save(place / f"{name}{SUFFIX}")
+
+
+def remove_own_preset(folder: Path, name: str) -> None:
+    """Remove a saved TF, if it is there; raise :class:`TransferFunctionError` if that fails."""
+    path = _place(folder) / f"{name}{SUFFIX}"
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise TransferFunctionError(
+            f"{path}: the preset cannot be removed ({reason(error)}); check your permissions."
+        ) from error
+
+
+def _place(folder: Path) -> Path:
+    return folder / "presets"

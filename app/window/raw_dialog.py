@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import list_box
+from app.controls import label, line_up, list_box
 from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
 from model.volume_files.checks import readable_size
@@ -120,15 +120,13 @@ class RawDialog(QDialog):
         self.spacing_boxes = [NumberBox() for _ in range(3)]
         self.offset_box = WholeNumberBox()
         self.slices = [SlicePreview() for _ in "xyz"]
-        self._fit = QLabel()
+        self.fit = QLabel()
         self._buttons = QDialogButtonBox()
         self.open_button = self._buttons.addButton("Open", QDialogButtonBox.ButtonRole.AcceptRole)
         self._fill_boxes()
         self._lay_out()
         self._show_layout(guess_layout(path, self._present) or UNKNOWN)
-        self._previews = LatestCall("raw previews", self)
-        self._previews.done.connect(self._show_previews)
-        self._previews.failed.connect(self._show_problem)
+        self._previews = LatestCall("raw previews", self, self._show_previews, self._show_problem)
         self._connect()
         self._check()
 
@@ -143,11 +141,6 @@ class RawDialog(QDialog):
             None if x == y == z == 1 else (x, y, z),
             self.offset_box.value(),
         )
-
-    @property
-    def fit_text(self) -> str:
-        """Sentence on the bytes that the layout needs."""
-        return self._fit.text()
 
     def done(self, result: int) -> None:
         """Close, and end what runs in a thread."""
@@ -185,34 +178,26 @@ class RawDialog(QDialog):
         form.addRow("Byte order", self.order_box)
         form.addRow("Header bytes", self.offset_box)
         form.addRow("Spacing", _row(self.spacing_boxes))
-        size = QLabel(f"{self._path.name}, {readable_size(self._present)}")
-        size.setTextFormat(Qt.TextFormat.PlainText)
-        size.setProperty("role", "title")
+        size = label(f"{self._path.name}, {readable_size(self._present)}", "title")
         slices = QGridLayout()
         slices.setSpacing(8)
         slices.setRowStretch(0, 1)
         for place, (axis, widget) in enumerate(zip("xyz", self.slices, strict=True)):
-            caption = QLabel(f"Middle slice across {axis}")
-            caption.setProperty("role", "dim")
+            caption = label(f"Middle slice across {axis}", "dim")
             slices.addWidget(widget, 0, place)
             slices.addWidget(caption, 1, place, Qt.AlignmentFlag.AlignHCenter)
-        self._fit.setWordWrap(True)
-        self._fit.setTextFormat(Qt.TextFormat.PlainText)
+        self.fit.setWordWrap(True)
+        self.fit.setTextFormat(Qt.TextFormat.PlainText)
         # Room for two lines, so that nothing moves while numbers are entered.
-        self._fit.setMinimumHeight(2 * self._fit.fontMetrics().lineSpacing() + 2)
-        self._fit.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
+        self.fit.setMinimumHeight(2 * self.fit.fontMetrics().lineSpacing() + 2)
+        self.fit.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)
         self._buttons.addButton(QDialogButtonBox.StandardButton.Cancel)
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         self.open_button.setDefault(True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 14, 16, 14)
-        column.setSpacing(12)
-        column.addWidget(size)
-        column.addLayout(form)
+        column = line_up(QVBoxLayout(self), size, form, margins=(16, 14, 16, 14), spacing=12)
         column.addLayout(slices, 1)
-        column.addWidget(self._fit)
-        column.addWidget(self._buttons)
+        line_up(column, self.fit, self._buttons)
 
     def _connect(self) -> None:
         for changed in (
@@ -238,8 +223,8 @@ class RawDialog(QDialog):
         self.order_box.setEnabled(layout.dtype.itemsize > 1)
         fits = layout.nbytes == self._present
         self.open_button.setEnabled(fits)
-        self._fit.setText(fit_sentence(layout, self._present))
-        self._fit.setStyleSheet(f"color: {theme.DIM_TEXT if fits else theme.WARNING}")
+        self.fit.setText(fit_sentence(layout, self._present))
+        self.fit.setStyleSheet(f"color: {theme.DIM_TEXT if fits else theme.WARNING}")
         self._previews.ask(partial(_render_previews, self._path, layout))
 
     def _show_previews(self, previews: Previews) -> None:
@@ -254,8 +239,8 @@ class RawDialog(QDialog):
     def _show_problem(self, problem: str) -> None:
         for widget in self.slices:
             widget.show_nothing()
-        self._fit.setText(problem)
-        self._fit.setStyleSheet(f"color: {theme.ERROR}")
+        self.fit.setText(problem)
+        self.fit.setStyleSheet(f"color: {theme.ERROR}")
         self.open_button.setEnabled(False)
 
 

@@ -32,19 +32,17 @@ class SceneNotices(QObject):
         self._show_range = show_range
         self._narrow: NarrowPart | None = None
         work = self._workspace.reference
-        self._state.volumeStarting.connect(self._forget_narrow)
         self._state.tf_input.changeFinished.connect(self._judge_tf)
         work.lightWentOut.connect(self._offer_light)
         work.choicesChanged.connect(self._follow_light)
-        work.volumeStarted.connect(partial(self._notices.clear, LIGHT))
-        self._workspace.volumeStarted.connect(self._offer_logarithm)
-        self._workspace.scaleChanged.connect(self._withdraw_logarithm)
         for pane in context.panes:
             pane.client.images.answered.connect(partial(self._judge_image, pane))
             pane.client.stateChanged.connect(partial(self._follow_pane, pane))
 
-    def _forget_narrow(self) -> None:
+    def start_volume(self) -> None:
+        """Forget what was said of another volume, before its TF is set."""
         self._narrow = None
+        self._notices.clear(LIGHT)
 
     def _judge_tf(self, tf: TransferFunction) -> None:
         found = narrow_part(tf.opacity, tf.color)
@@ -69,7 +67,8 @@ class SceneNotices(QObject):
         if choices.lighting != "auto":
             self._notices.clear(LIGHT)
 
-    def _offer_logarithm(self) -> None:
+    def offer_logarithm(self) -> None:
+        """Offer the logarithmic scale where a volume's values ask for it."""
         opened = self._workspace.opened
         if opened is None or opened.volume.scale == "log":
             return
@@ -81,7 +80,8 @@ class SceneNotices(QObject):
                 key=OFFER,
             )
 
-    def _withdraw_logarithm(self, opened: OpenedVolume) -> None:
+    def show_scale(self, opened: OpenedVolume) -> None:
+        """Offer no scale that is there."""
         if opened.volume.scale == "log":
             self._notices.clear(OFFER)
 

@@ -11,10 +11,9 @@ from PySide6.QtCore import QObject
 from app.controls import Action
 from app.state.opened_volume import OpenedVolume
 from app.state.session import SUFFIX, Session, SessionContent, SessionError, session_settings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import VolumeMemory
 from app.state.volume_opening import Wanted
-from app.window.context import Context
-from app.window.file_dialogs import VOLUME_FILTER, ask_for_file, ask_for_place, proposed_name
+from app.window.context import VOLUME_FILTER, Context, ask_for_file, ask_for_place, proposed_name
 from app.window.overlays import Overlays
 from app.window.window_memory import WindowMemory
 from model.volume_files.choice import Choice
@@ -44,8 +43,6 @@ class Sessions(QObject):
         self._before_path = None if folder is None else folder / BEFORE
         self._awaited: tuple[Path, Session] | None = None
         self._is_before_kept = False
-        self._workspace.opening.volumeRead.connect(self._volume_read)
-        self._workspace.volumeStarted.connect(self._volume_started)
 
     def ask_and_save(self) -> None:
         """Ask for a file and write what is shown to it."""
@@ -82,8 +79,7 @@ class Sessions(QObject):
             models=(),
             tf=context.state.transfer_function,
             view=inputs.view,
-            light=inputs.light,
-            crop=inputs.crop,
+            **{name: each.value for name, each in context.state.edited.items()},
             # Not "auto": another machine might choose another light.
             lighting=self._workspace.reference.settings.lighting,
         )
@@ -122,17 +118,13 @@ class Sessions(QObject):
     def _fail(self, text: str) -> None:
         self._context.fail(text, KEY)
 
-    def _volume_read(self, opened: OpenedVolume) -> None:
+    def take_read(self, opened: OpenedVolume) -> None:
+        """Keep what a session's volume was before, as it is about to be shown."""
         if self._awaited is None or self._awaited[1].volume != opened.path:
             self._awaited = None
             return
-        path, session = self._awaited
         known = self._preferences.volume(opened.fingerprint)
-        self._is_before_kept = self._keep_before(path, opened, known)
-        memory = session.content.memory
-        tf = known.tf if memory.tf is None else memory.tf
-        kept = replace(memory, path=known.path, models=known.models, tf=tf)
-        self._preferences.note_volume(opened.fingerprint, **vars(kept))
+        self._is_before_kept = self._keep_before(self._awaited[0], opened, known)
 
     def _keep_before(self, path: Path, opened: OpenedVolume, known: VolumeMemory) -> bool:
         """Write what is remembered of a volume to a session; return whether that was done."""
@@ -151,7 +143,8 @@ class Sessions(QObject):
             return False
         return True
 
-    def _volume_started(self) -> None:
+    def start_volume(self) -> None:
+        """Show the rest of a session, now that its volume is there."""
         if self._awaited is None:
             self._name_window("")
             return
@@ -170,7 +163,7 @@ class Sessions(QObject):
             size="pane" if size is None else size,
         )
         if memory.light is not None and context.state.light is not None:
-            reference.light.place(memory.light)
+            context.state.start_light(memory.light)
         if not memory.regions:
             # Those of the volume before stay for another time step, and for the same volume.
             context.sensitivity.start_volume(None, count=memory.region_count)

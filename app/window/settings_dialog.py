@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import list_box
+from app.controls import label, line_up, list_box
 from app.image_view.reference_controls import DRAWINGS, SIZES
 from app.state.settings import RecentKind, ThemeChoice
 from app.theme import apply_theme
@@ -51,20 +51,16 @@ class SettingsDialog(QDialog):
         self._form.setVerticalSpacing(8)
         self._form.setHorizontalSpacing(16)
         self._rows: list[tuple[QWidget, str, QLabel]] = []
-        self._nothing = QLabel("No setting has these words.")
-        self._nothing.setProperty("role", "dim")
-        self._add_ground_truth()
-        self._add_window()
+        self._nothing = label("No setting has these words.", "dim")
+        for title, settings in self._groups().items():
+            group = label(title, "title")
+            self._form.addRow(group)
+            for name, control, explanation in settings:
+                self._add(group, name, control, explanation)
         close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         close.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 14, 16, 14)
-        column.setSpacing(12)
-        column.addWidget(self.search)
-        column.addWidget(self._nothing)
-        column.addLayout(self._form)
-        column.addStretch()
-        column.addWidget(close)
+        parts = self.search, self._nothing, self._form, None, close
+        line_up(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
         self._filter("")
         # What is filtered out leaves room, so that the field stays where it is.
         self.setFixedSize(WIDTH, self.sizeHint().height())
@@ -75,66 +71,47 @@ class SettingsDialog(QDialog):
         """Names of the settings that are shown."""
         return [row.accessibleName() for row, _, _ in self._rows if not row.isHidden()]
 
-    def _add_ground_truth(self) -> None:
-        work = self._context.workspace.reference
-        group = self._add_group("Ground truth")
-        self._add(
-            group,
-            "Renderer",
-            _list(DRAWINGS, work.choices.drawing, lambda drawing: work.choose(drawing=drawing)),
-            "The images of VTK and of the ray caster differ by an RMSE of .001 to .005.",
-        )
-        self._add(
-            group,
-            "Image size",
-            _list(SIZES, work.choices.size, lambda size: work.choose(size=size)),
-            "Pixels of the image at rest. Larger images take longer.",
-        )
-
-    def _add_window(self) -> None:
-        settings = self._context.preferences.settings
-        group = self._add_group("Window")
-        self._add(
-            group,
-            "Orientation cube",
-            _switch(settings.cube, lambda _on: self._overlays.toggle("cube")),
-            "Shows from which side you look. Click a face to look from there.",
-        )
-        self._add(
-            group,
-            "Theme",
-            _list(THEMES, settings.theme, self._choose_theme),
-            "Dark or light colours.",
-        )
-        self._add(
-            group,
-            "Single-key shortcuts",
-            _switch(settings.single_keys, self._choose_single_keys),
-            "Letters alone act: R draws a rectangle, for example.",
-        )
+    def _groups(self) -> dict[str, list[tuple[str, QWidget, str]]]:
+        """Return name, control and explanation of all settings, by their groups' titles."""
+        work, settings = self._context.workspace.reference, self._context.preferences.settings
+        renderer = _list(DRAWINGS, work.choices.drawing, lambda name: work.choose(drawing=name))
+        size = _list(SIZES, work.choices.size, lambda size: work.choose(size=size))
+        cube = _switch(settings.cube, lambda _on: self._overlays.toggle("cube"))
         forget = QPushButton("Forget them")
         forget.clicked.connect(lambda: self._forget(forget))
-        self._add(group, "Recent files", forget, "Empties the menus of recent files.")
-
-    def _add_group(self, title: str) -> QLabel:
-        label = QLabel(title)
-        label.setProperty("role", "title")
-        self._form.addRow(label)
-        return label
+        return {
+            "Ground truth": [
+                (
+                    "Renderer", renderer,
+                    "The images of VTK and of the ray caster differ by an RMSE of .001 to .005.",
+                ),
+                ("Image size", size, "Pixels of the image at rest. Larger images take longer."),
+            ],
+            "Window": [
+                (
+                    "Orientation cube", cube,
+                    "Shows from which side you look. Click a face to look from there.",
+                ),
+                (
+                    "Theme", _list(THEMES, settings.theme, self._choose_theme),
+                    "Dark or light colours.",
+                ),
+                (
+                    "Single-key shortcuts", _switch(settings.single_keys, self._choose_single_keys),
+                    "Letters alone act: R draws a rectangle, for example.",
+                ),
+                ("Recent files", forget, "Empties the menus of recent files."),
+            ],
+        }  # fmt: skip
 
     def _add(self, group: QLabel, name: str, control: QWidget, explanation: str) -> None:
         """Add a setting with a sentence below it."""
         control.setAccessibleName(name)
-        below = QLabel(explanation)
-        below.setProperty("role", "dim")
+        below = label(explanation, "dim")
         below.setWordWrap(True)
         row = QWidget()
         row.setAccessibleName(name)
-        column = QVBoxLayout(row)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(2)
-        column.addWidget(control)
-        column.addWidget(below)
+        line_up(QVBoxLayout(row), control, below, margins=(0, 0, 0, 0), spacing=2)
         self._form.addRow(name, row)
         texts = [group.text(), name, explanation]
         if isinstance(control, QComboBox):

@@ -7,9 +7,10 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from PySide6.QtCore import QObject, QTimer
+from PySide6.QtCore import QObject
 from PySide6.QtGui import QImage
 
+from app.engines.background import Pause
 from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.requests import BatchRequest, Quality
@@ -41,8 +42,7 @@ class SmallPictures(QObject):
         self._analyst, self._reference = (Channel(client, name, self) for client in clients)
         self._wanted: BatchRequest | None = None
         self._traced = self._is_tracing = False
-        self._patience = QTimer(self, singleShot=True, interval=PATIENCE_MS)
-        self._patience.timeout.connect(self._ask_reference)
+        self._patience = Pause(self, PATIENCE_MS, self._ask_reference)
         for channel in (self._analyst, self._reference):
             channel.answered.connect(partial(self._take, channel))
 
@@ -72,7 +72,7 @@ class SmallPictures(QObject):
             return
         # They need not be drawn a second time.
         self._reference.cancel()
-        brightness = self._context.brightness.of("exact")
+        brightness = self._context.state.brightness.of("exact")
         self._show([to_qimage(np.asarray(image), brightness) for image in result.value])
         if self._traced and channel is self._analyst:
             self._traced, self._is_tracing = False, True

@@ -6,13 +6,14 @@ import html
 import re
 from collections.abc import Sequence
 
-from PySide6.QtCore import QEvent, QObject, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QProgressBar, QStackedWidget, QStatusBar, QWidget
 
 from app import theme
-from app.controls import ElidedLabel, announce
-from app.short_numbers import MINUS, without_zero
+from app.controls import ElidedLabel, announce, label
+from app.engines.background import Pause
+from app.number_box import MINUS, without_zero
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.window.help_pages import status_keys
@@ -101,13 +102,12 @@ class StatusLine(QStatusBar):
         self._keys.setTextFormat(Qt.TextFormat.RichText)
         self._keys.setMinimumWidth(0)
         self._left = QStackedWidget()
-        for label in (self._keys, self._news):
-            label.setSizePolicy(self._news.sizePolicy())
-            self._left.addWidget(label)
+        for each in (self._keys, self._news):
+            each.setSizePolicy(self._news.sizePolicy())
+            self._left.addWidget(each)
         self._left.setMinimumWidth(0)
         self._left.setSizePolicy(self._news.sizePolicy())
-        self._view = QLabel()
-        self._view.setProperty("role", "dim")
+        self._view = label("", "dim")
         self._view.setToolTip(
             "View: direction, distance (1 shows the whole volume), and pan to the right and up (1 "
             "is half the shorter side of the image)"
@@ -120,8 +120,7 @@ class StatusLine(QStatusBar):
         self.addPermanentWidget(self._prepared)
         self.addPermanentWidget(self._view)
         self.setSizeGripEnabled(False)
-        self._rest = QTimer(self, singleShot=True, interval=NEWS_MS)
-        self._rest.timeout.connect(lambda: self.say(""))
+        self._rest = Pause(self, NEWS_MS, lambda: self.say(""))
         state.viewChangeFinished.connect(lambda _view: self._show_view())
         state.navigationChanged.connect(self._show_view)
         # It may be about what is undone.

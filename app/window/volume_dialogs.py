@@ -24,6 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from app.controls import label, line_up
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -40,6 +41,7 @@ TITLES: dict[ChoiceKind, str] = {
 LISTED = ("series", "array")
 """Kinds whose contents differ in size: each has a row of its own."""
 
+MARGINS = 16, 14, 16, 14
 COLUMNS = ("Name", "Voxels", "Type", "Size")
 MOST_ROWS = 12
 """Rows of a table that are seen at once."""
@@ -91,9 +93,7 @@ class ContentsDialog(QDialog):
         return max(self.boxes[kind].currentIndex(), 0)
 
     def _lay_out(self, name: str) -> None:
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 14, 16, 14)
-        column.setSpacing(12)
+        column = line_up(QVBoxLayout(self), margins=MARGINS, spacing=12)
         text = QLabel(f"{name} holds more than one volume. Which one do you want to see?")
         text.setTextFormat(Qt.TextFormat.PlainText)
         text.setWordWrap(True)
@@ -103,9 +103,7 @@ class ContentsDialog(QDialog):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         for kind in self._kinds:
             if kind in LISTED:
-                label = QLabel(TITLES[kind])
-                label.setProperty("role", "title")
-                column.addWidget(label)
+                column.addWidget(label(TITLES[kind], "title"))
                 table = self._table(self._of(kind), TITLES[kind])
                 self.tables[kind] = table
                 column.addWidget(table, 1)
@@ -172,9 +170,7 @@ def _size_label(contents: list[Content]) -> QLabel:
     """Return a line on how many there are, and how large each is."""
     first = contents[0]
     size = readable_size(first.nbytes)
-    label = QLabel(f"{len(contents)} of {times(first.dimensions)} voxels, {size} each")
-    label.setProperty("role", "dim")
-    return label
+    return label(f"{len(contents)} of {times(first.dimensions)} voxels, {size} each", "dim")
 
 
 class PropertiesDialog(QDialog):
@@ -212,33 +208,23 @@ class PropertiesDialog(QDialog):
         self._before = self.spacing.text(), self.stretch.text()
         for name, text in self.rows:
             if name == "spacing":
-                line = QHBoxLayout()
-                line.setSpacing(8)
-                line.addWidget(self.stretch, 1)
-                line.addWidget(QLabel("times as long"))
-                line.addWidget(self.apply)
+                parts = self.stretch, QLabel("times as long"), self.apply
+                line = line_up(QHBoxLayout(), *parts, spacing=8)
                 form.addRow("Spacing", self.spacing)
                 form.addRow("z is drawn", line)
             if name in ("spacing", "z is drawn"):
                 continue
-            label = QLabel(text)
-            label.setTextFormat(Qt.TextFormat.PlainText)
-            label.setWordWrap(True)
-            label.setTextInteractionFlags(
-                Qt.TextInteractionFlag.TextSelectableByMouse
-                | Qt.TextInteractionFlag.TextSelectableByKeyboard
-            )
-            form.addRow(name.capitalize(), label)
+            value = QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
+            by = Qt.TextInteractionFlag
+            value.setTextInteractionFlags(by.TextSelectableByMouse | by.TextSelectableByKeyboard)
+            form.addRow(name.capitalize(), value)
         area = QScrollArea()
         area.setWidgetResizable(True)
         area.setFrameShape(QScrollArea.Shape.NoFrame)
         area.setWidget(content)
         buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
         buttons.rejected.connect(self.reject)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(16, 14, 16, 14)
-        column.addWidget(area, 1)
-        column.addWidget(buttons)
+        line_up(QVBoxLayout(self), area, buttons, margins=MARGINS)
         self.resize(560, 460)
 
     def _check(self) -> None:

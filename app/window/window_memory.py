@@ -66,7 +66,6 @@ class WindowMemory(QObject):
         self._preferences = preferences
         self._restore()
         state.navigationChanged.connect(lambda: preferences.set(trackball=state.trackball))
-        panes.wanted.connect(self._note_panes)
         splitter.shareChanged.connect(self.note)
         window.installEventFilter(self)
 
@@ -95,8 +94,9 @@ class WindowMemory(QObject):
         if shown is not None:
             self._panes.show_images(shown)
 
-    def _note_panes(self, wanted: str) -> None:
-        hidden = next(hidden for hidden, shown in IMAGES.items() if shown == wanted)
+    def note_panes(self) -> None:
+        """Remember which images are to be seen."""
+        hidden = next(each for each, shown in IMAGES.items() if shown == self._panes.shown)
         self._preferences.set(hidden_panes=hidden)
 
     def _restore(self) -> None:

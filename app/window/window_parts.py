@@ -14,28 +14,24 @@ from app.image_view.gestures import ViewGestures, ViewKeys
 from app.image_view.reference_controls import ReferenceControls
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
-from app.state.brightness import Brightness
 from app.state.latent_state import LatentState
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.state.workspace import Viewing, Workspace
 from app.tf_editor.editor import DockSplitter, PlotMemory, TransferFunctionEditor
+from app.window.cards import CropCard, EmptyCard, UpAxisCard
 from app.window.context import Context
-from app.window.crop_card import CropCard
-from app.window.empty_card import EmptyCard
 from app.window.figure_saving import FigureSaving
 from app.window.files import Files
-from app.window.image_error import ImageError
 from app.window.notices import Floating, Notices
-from app.window.overlays import Overlays
+from app.window.overlays import ImageError, Overlays
 from app.window.pane_layout import PaneLayout
 from app.window.presets import Presets
 from app.window.scene_notices import SceneNotices
 from app.window.sessions import Sessions
 from app.window.status_line import StatusLine
 from app.window.top_bar import ToolStrip, TopBar
-from app.window.up_axis_card import UpAxisCard
 from app.window.window_memory import WindowMemory, size_on
 
 
@@ -50,7 +46,7 @@ class WindowParts(QMainWindow):
         self.latent_state = LatentState(self)
         names = "generator", "reference", "analyst"
         generator, reference, analyst = (EngineClient(name, self) for name in names)
-        self.brightness = Brightness(self.preferences, self, self.state)
+        self.brightness = self.state.brightness
         self.generator = EnginePane("Generator", generator, self.brightness, "learned")
         self.reference = EnginePane("Ground truth", reference, self.brightness, "exact")
         self.editor = TransferFunctionEditor(self.state)
@@ -59,7 +55,6 @@ class WindowParts(QMainWindow):
             self.state,
             self.sensitivity_state,
             self.latent_state,
-            self.brightness,
             self.preferences,
         )
         clients = Clients(generator, reference, analyst)
@@ -70,7 +65,6 @@ class WindowParts(QMainWindow):
             self.state,
             self.sensitivity_state,
             self.latent_state,
-            self.brightness,
             self.workspace,
             analyst,
             self.generator,
@@ -129,7 +123,7 @@ class WindowParts(QMainWindow):
         work = self.workspace.reference
         self.overlays = Overlays(self.context)
         self.fidelity = FidelityLine(
-            self.reference, self.state, work.whole_raster, lambda: work.is_preparing
+            self.reference, self.state, lambda: work.raster, lambda: work.is_preparing
         )
         self.exactness.follow(self.fidelity)
         # Before the sensitivities, so that it lies below regions.

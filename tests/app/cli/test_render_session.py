@@ -10,8 +10,7 @@ import pytest
 
 from app.cli import run
 from app.state.session import Session, SessionContent
-from app.state.settings import SessionSettings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import SessionSettings, VolumeMemory
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs

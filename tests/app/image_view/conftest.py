@@ -4,16 +4,15 @@ import pytest
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.state.brightness import Brightness
-from app.state.preferences import Preferences
+from app.state.viewer_state import ViewerState
 
 
 @pytest.fixture
 def pane(qtbot):
     """A pane of a client that has no engine yet."""
-    preferences = Preferences(None)
-    pane = EnginePane("Engine", EngineClient("test"), Brightness(preferences, preferences), "exact")
-    preferences.setParent(pane)
+    state = ViewerState()
+    pane = EnginePane("Engine", EngineClient("test"), state.brightness, "exact")
+    state.setParent(pane)
     qtbot.addWidget(pane, before_close_func=_close)
     return pane
 

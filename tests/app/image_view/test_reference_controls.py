@@ -8,45 +8,44 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from app.image_view.reference_controls import DIAMETER, REACH, BrightnessSlider, LightBall, light_at
-from app.state.brightness import BRIGHTEST, DARKEST, Brightness
-from app.state.preferences import Preferences
+from app.state.brightness import BRIGHTEST, DARKEST
 from app.state.viewer_state import ViewerState
 from model.rendering.brightness import LIT_BRIGHTNESS
 from model.scene.scene import LightDirection, LightRange
 
 
 def test_slider_and_brightness_follow_one_another(qtbot):
-    preferences = Preferences(None)
-    brightness = Brightness(preferences, preferences)
+    state = ViewerState()
+    brightness = state.brightness
     sliders = [BrightnessSlider(brightness) for _ in range(2)]
     for slider in sliders:
         qtbot.addWidget(slider)
     one, other = (slider.slider for slider in sliders)
-    assert brightness.value == 1 and one.value() == 0 and not sliders[0].reset.isEnabled()
+    assert brightness.of("exact") == 1 and one.value() == 0 and not sliders[0].reset.isEnabled()
     one.setValue(8)
-    assert brightness.value == 2
+    assert brightness.of("exact") == 2
     assert other.value() == 8 and sliders[1].number.text() == "2.00×"
     brightness.set(100.0)
-    assert brightness.value == BRIGHTEST and one.value() == one.maximum()
+    assert brightness.of("exact") == BRIGHTEST and one.value() == one.maximum()
     one.setValue(one.minimum())
-    assert brightness.value == DARKEST
+    assert brightness.of("exact") == DARKEST
     sliders[1].reset.click()
-    assert brightness.value == 1 and one.value() == 0
-    assert not brightness.is_chosen
+    assert brightness.of("exact") == 1 and one.value() == 0
+    assert brightness.value is None
     # Every step of the slider is one of the brightness, and comes back as itself.
     for step in range(one.minimum(), one.maximum() + 1):
         one.setValue(step)
-        assert brightness.value == pytest.approx(2 ** (step / 8), abs=6e-4)
+        assert brightness.of("exact") == pytest.approx(2 ** (step / 8), abs=6e-4)
         assert brightness.step == step
 
 
 def test_what_is_not_chosen_follows_the_light(qtbot):
-    preferences = Preferences(None)
-    brightness = Brightness(preferences, preferences)
+    state = ViewerState()
+    brightness = state.brightness
     slider = BrightnessSlider(brightness)
     qtbot.addWidget(slider)
     brightness.set_lighting("exact", "direct")
-    assert brightness.value == LIT_BRIGHTNESS and slider.number.text() == "2.00×"
+    assert brightness.of("exact") == LIT_BRIGHTNESS and slider.number.text() == "2.00×"
     assert not slider.reset.isEnabled()
     # A model that was trained without light is shown as it is, and changed by the same factor.
     assert brightness.of("learned") == 1
@@ -56,12 +55,12 @@ def test_what_is_not_chosen_follows_the_light(qtbot):
     assert brightness.of("learned") == 3
     brightness.set(None)
     brightness.set_lighting("exact", "none")
-    assert brightness.value == 1
+    assert brightness.of("exact") == 1
     brightness.set(1.0)
     brightness.set_lighting("exact", "soft")
-    assert brightness.value == 1 and slider.reset.isEnabled()
+    assert brightness.of("exact") == 1 and slider.reset.isEnabled()
     slider.reset.click()
-    assert brightness.value == LIT_BRIGHTNESS
+    assert brightness.of("exact") == LIT_BRIGHTNESS
 
 
 def test_a_drag_is_one_undo_step_and_so_is_a_reset(qtbot, make_window):
@@ -69,21 +68,21 @@ def test_a_drag_is_one_undo_step_and_so_is_a_reset(qtbot, make_window):
     brightness, stack = window.brightness, window.state.edits.stack
     slider = BrightnessSlider(brightness)
     qtbot.addWidget(slider)
-    usual = brightness.value
+    usual = brightness.of("exact")
     slider.slider.setSliderDown(True)
     for step in (3, 9, 16):
         slider.slider.setValue(step)
-    assert brightness.value == 4 and stack.count() == 0
+    assert brightness.of("exact") == 4 and stack.count() == 0
     slider.slider.setSliderDown(False)
     assert stack.count() == 1 and stack.undoText() == "brightness"
     slider.reset.click()
-    assert brightness.value == usual and stack.count() == 2
+    assert brightness.of("exact") == usual and stack.count() == 2
     window.state.edits.undo()
-    assert brightness.value == 4
+    assert brightness.of("exact") == 4
     window.state.edits.undo()
-    assert brightness.value == usual and not brightness.is_chosen
+    assert brightness.of("exact") == usual and brightness.value is None
     window.state.edits.redo()
-    assert brightness.value == 4
+    assert brightness.of("exact") == 4
 
 
 def test_the_kind_of_light_is_undone_among_the_edits(make_window):

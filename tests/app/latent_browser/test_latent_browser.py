@@ -153,15 +153,15 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     before = window.state.transfer_function
     centre = browser.grid.cell_rect(3).center().toPoint()
     QTest.mouseClick(browser.grid, Qt.MouseButton.LeftButton, pos=centre)
-    assert window.brightness.value == pytest.approx(grid.exposures[3])
+    assert window.brightness.of("exact") == pytest.approx(grid.exposures[3])
     assert session.place == pytest.approx(session.map.places[session.different[3]])
     assert window.state.edits.stack.count() == 1
     centre = browser.grid.cell_rect(12).center().toPoint()
     QTest.mouseClick(browser.grid, Qt.MouseButton.LeftButton, pos=centre)
-    assert window.brightness.value == 1
+    assert window.brightness.of("exact") == 1
     for _ in range(2):
         window.state.edits.undo()
-    assert window.state.transfer_function == before and window.brightness.value == 1
+    assert window.state.transfer_function == before and window.brightness.of("exact") == 1
     # They stay while the view turns, and are chosen anew for a filter.
     chosen = session.different
     with qtbot.waitSignal(session.overviewChanged):

@@ -1,19 +1,16 @@
 """Values of all that is kept between runs, none of them the usual one."""
 
-from __future__ import annotations
-
 from ramp import make_tf
 
 from app.state.sensitivity_state import NamedRegion
-from app.state.settings import FigureSettings, Settings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import FigureSettings, Settings, VolumeMemory
 from model.scene.crop import CropBox
 from model.scene.region import Outline
 from model.scene.scene import LightDirection
 from model.scene.view import View
 
 
-def region(name: str) -> NamedRegion:
+def region(name):
     return NamedRegion(name, Outline.rectangle(0.1, 0.1, 0.4, 0.3))
 
 

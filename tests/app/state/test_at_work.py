@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import worker
 from app.engines.client import Channel, EngineClient
-from app.engines.requests import BatchRequest, Watch
+from app.engines.requests import BatchRequest
 from app.state import at_work
 from app.state.at_work import AtWork
 
@@ -20,11 +18,11 @@ from app.state.at_work import AtWork
 class Slow(FakeEngine):
     """Draws half of several images, and the other when it may."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__()
         self.half, self.may_end = threading.Semaphore(0), threading.Semaphore(0)
 
-    def images(self, request: BatchRequest, watch: Watch) -> np.ndarray:  # type: ignore[override]
+    def images(self, request, watch):  # type: ignore[override]
         watch.note(0.5)
         self.half.release()
         assert self.may_end.acquire(timeout=PATIENCE_S)
@@ -35,7 +33,7 @@ class Slow(FakeEngine):
 class Asking:
     """Two channels of an asker, and what is told of them."""
 
-    def __init__(self, qtbot: QtBot) -> None:
+    def __init__(self, qtbot):
         self.client, self.engine = EngineClient("test"), Slow()
         self.channels = [Channel(self.client, name, self.client) for name in ("one", "two")]
         self.told: list[float | None] = []
@@ -44,13 +42,13 @@ class Asking:
         with qtbot.waitSignal(self.client.engineReady):
             self.client.start(lambda: self.engine, "Loading …")
 
-    def ask(self, number: int = 0) -> None:
+    def ask(self, number=0):
         image = make_request(1)
         self.channels[number].ask(BatchRequest(image.inputs, image.quality))
 
 
 @pytest.fixture
-def asking(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Asking]:
+def asking(qtbot, monkeypatch):
     monkeypatch.setattr(worker, "PROGRESS_S", 0.0)
     monkeypatch.setattr(at_work, "PATIENCE_MS", 40)
     asking = Asking(qtbot)
@@ -60,14 +58,14 @@ def asking(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> Iterator[Asking]:
     asking.client.join()
 
 
-def test_what_takes_long_is_told_until_it_is_there(qtbot: QtBot, asking: Asking) -> None:
+def test_what_takes_long_is_told_until_it_is_there(qtbot, asking):
     asking.ask()
     qtbot.waitUntil(lambda: asking.told == [0.0])
     asking.engine.may_end.release()
     qtbot.waitUntil(lambda: asking.told == [0.0, 0.75, None])
 
 
-def test_what_is_called_off_is_no_longer_told(qtbot: QtBot, asking: Asking) -> None:
+def test_what_is_called_off_is_no_longer_told(qtbot, asking):
     asking.ask()
     asking.ask(1)
     qtbot.waitUntil(lambda: asking.told == [0.0])

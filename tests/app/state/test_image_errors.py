@@ -1,13 +1,9 @@
-from __future__ import annotations
-
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from numpy.typing import NDArray
 from window_fakes import make_request
 
 from app.engines.exactness import distance
@@ -15,24 +11,17 @@ from app.engines.messages import Result
 from app.engines.requests import Image, Quality
 from app.state.image_errors import ImageErrors
 from model.rendering.raster import Raster
-from model.scene.inputs import SceneInputs
 from model.scene.view import View
 
 WHOLE = Raster(64, 48)
 INPUTS = make_request(1).inputs
 
 
-def gray(level: float, raster: Raster = WHOLE) -> NDArray[np.float32]:
+def gray(level, raster=WHOLE):
     return np.full((*raster.shape, 4), level, np.float32)
 
 
-def result(
-    level: float,
-    quality: Quality | None = None,
-    error: float | None = None,
-    inputs: SceneInputs = INPUTS,
-    **changes: Any,
-) -> Result:
+def result(level, quality=None, error=None, inputs=INPUTS, **changes):
     quality = quality or Quality(48, raster=WHOLE)
     image = replace(Image(gray(level, quality.pixels), 0.1, error=error), **changes)
     return Result(replace(make_request(1), quality=quality, inputs=inputs), image)
@@ -44,16 +33,16 @@ LIVE = Quality(48, live=True, raster=WHOLE)
 COARSE = gray(0.4, Raster(32, 24))
 
 
-def moving(level: float, error: float | None = None) -> Result:
+def moving(level, error=None):
     """An image while something moves: a coarse one, or one of all pixels with an error."""
     return result(level, LIVE, error) if error else result(level, LIVE, rgba=COARSE)
 
 
-def said(errors: ImageErrors, moves: bool = False, settled: bool = False) -> str:
+def said(errors, moves=False, settled=False):
     return errors.fidelity(INPUTS, moves, settled, WHOLE).text
 
 
-def test_two_images_are_compared_as_a_screen_shows_them() -> None:
+def test_two_images_are_compared_as_a_screen_shows_them():
     rng = np.random.default_rng(0)
     coarse = rng.random((31, 40, 4)).astype(np.float32)
     fine = rng.random((90, 128, 4)).astype(np.float32)
@@ -69,7 +58,7 @@ def test_two_images_are_compared_as_a_screen_shows_them() -> None:
     assert distance(other, large) == pytest.approx(expected, rel=0.03)
 
 
-def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known() -> None:
+def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known():
     errors = ImageErrors()
     errors.note(moving(0.4), WHOLE)
     assert said(errors, moves=True) == "coarser while moving" and said(errors) == "refining"
@@ -80,7 +69,7 @@ def test_what_is_not_exact_is_said_in_words_where_its_error_is_not_known() -> No
     assert said(errors, moves=True) == "error .02"
 
 
-def test_a_path_traced_image_has_its_estimated_error() -> None:
+def test_a_path_traced_image_has_its_estimated_error():
     errors = ImageErrors()
     quality = Quality(48, raster=WHOLE)
     errors.note(result(0.5, quality, float("inf")), WHOLE)
@@ -101,7 +90,7 @@ def test_a_path_traced_image_has_its_estimated_error() -> None:
     assert "at 1 sample per" in errors.fidelity(INPUTS, False, True, WHOLE).reasons[0]
 
 
-def test_time_and_error_of_the_last_moving_image_are_measured() -> None:
+def test_time_and_error_of_the_last_moving_image_are_measured():
     errors = ImageErrors()
     # Kernels are compiled before the first one.
     errors.note(result(0.4, LIVE, seconds=30.0, rgba=COARSE), WHOLE)

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QObject, Signal
-from pytestqt.qtbot import QtBot
 
 from app.engines.client import Channel, Clients
 from app.engines.exactness import STOPS
 from app.engines.messages import Result
 from app.engines.requests import IMAGES, Image, ImageRequest
 from app.state.image_scheduler import ImageScheduler
-from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.view import View
 
@@ -30,65 +26,61 @@ class Client(QObject):
     is_ready = True
     settled = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__()
         self.asked: list[ImageRequest] = []
         self.abandoned: list[str] = []
         self.is_held = False
         self.images = Channel(self, IMAGES, self)  # type: ignore[arg-type]
 
-    def open(self, channel: Channel) -> None:
+    def open(self, channel):
         """It has one channel."""
 
-    def submit(self, request: ImageRequest) -> None:
+    def submit(self, request):
         self.asked.append(request)
         self.images.accept(request)
 
-    def abandon(self, channel: str) -> None:
+    def abandon(self, channel):
         self.abandoned.append(channel)
 
-    def hold(self, is_held: bool) -> None:
+    def hold(self, is_held):
         self.is_held = is_held
 
-    def answer(self, is_last: bool = True, width: int = 10) -> None:
+    def answer(self, is_last=True, width=10):
         """Answer the newest request."""
         rgba = np.zeros((4, width, 4), np.float32)
         self.images.deliver(Result(self.asked[-1], Image(rgba, 0.1, is_last=is_last)))
 
 
 @pytest.fixture
-def generator() -> Client:
+def generator():
     return Client()
 
 
 @pytest.fixture
-def reference() -> Client:
+def reference():
     return Client()
 
 
 @pytest.fixture
-def analyst() -> Client:
+def analyst():
     return Client()
 
 
 @pytest.fixture
-def scheduler(
-    state: ViewerState, generator: Client, reference: Client, analyst: Client
-) -> Iterator[ImageScheduler]:
-    clients: Any = Clients(generator, reference, analyst)  # type: ignore[arg-type]
+def scheduler(state, generator, reference, analyst):
+    clients = Clients(generator, reference, analyst)  # type: ignore[arg-type]
     scheduler = ImageScheduler(state, clients, state)
     scheduler.raster = PANE
     yield scheduler
     scheduler.end()
 
 
-def turn(state: ViewerState, azimuth: float) -> None:
+def turn(state, azimuth):
     state.move_view(View(azimuth=azimuth))
 
 
-def test_at_rest_each_engine_is_asked_once_for_all_pixels(
-    state: ViewerState, scheduler: ImageScheduler, generator: Client, reference: Client
-) -> None:
+def test_at_rest_each_engine_is_asked_once_for_all_pixels(state, scheduler, generator, reference):
     for client in (generator, reference):
         scheduler.send()
         assert len(client.asked) == 1
@@ -107,8 +99,8 @@ def test_at_rest_each_engine_is_asked_once_for_all_pixels(
 
 
 def test_while_something_moves_one_image_is_on_its_way_and_the_next_is_of_the_newest_state(
-    state: ViewerState, scheduler: ImageScheduler, reference: Client
-) -> None:
+    state, scheduler, reference
+):
     scheduler.send()
     for azimuth in (10.0, 20.0, 30.0):
         turn(state, azimuth)
@@ -129,10 +121,8 @@ def test_while_something_moves_one_image_is_on_its_way_and_the_next_is_of_the_ne
     assert len(reference.asked) == count
 
 
-def test_the_next_image_is_asked_for_before_the_last_is_shown(
-    state: ViewerState, scheduler: ImageScheduler, reference: Client
-) -> None:
-    asked: list[int] = []
+def test_the_next_image_is_asked_for_before_the_last_is_shown(state, scheduler, reference):
+    asked = []
     reference.images.answered.connect(lambda _result: asked.append(len(reference.asked)))
     turn(state, 10.0)
     turn(state, 20.0)
@@ -141,12 +131,8 @@ def test_the_next_image_is_asked_for_before_the_last_is_shown(
 
 
 def test_answers_wait_for_the_first_sharp_image_and_no_longer(
-    qtbot: QtBot,
-    state: ViewerState,
-    scheduler: ImageScheduler,
-    reference: Client,
-    analyst: Client,
-) -> None:
+    qtbot, state, scheduler, reference, analyst
+):
     scheduler.send()
     assert analyst.is_held
     reference.answer(is_last=False)
@@ -164,9 +150,7 @@ def test_answers_wait_for_the_first_sharp_image_and_no_longer(
     qtbot.waitUntil(lambda: not analyst.is_held)
 
 
-def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(
-    scheduler: ImageScheduler, reference: Client
-) -> None:
+def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(scheduler, reference):
     scheduler.send()
     reference.answer()
     scheduler.stop = STOPS["exact"]
@@ -177,9 +161,7 @@ def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(
     assert reference.asked[-1].stop == STOPS["exact"]
 
 
-def test_what_nobody_sees_is_not_asked_for(
-    state: ViewerState, scheduler: ImageScheduler, generator: Client, reference: Client
-) -> None:
+def test_what_nobody_sees_is_not_asked_for(state, scheduler, generator, reference):
     scheduler.hidden = frozenset({reference})  # type: ignore[arg-type]
     scheduler.send()
     turn(state, 10.0)
@@ -191,8 +173,8 @@ def test_what_nobody_sees_is_not_asked_for(
 
 
 def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
-    state: ViewerState, scheduler: ImageScheduler, generator: Client, reference: Client
-) -> None:
+    state, scheduler, generator, reference
+):
     scheduler.generator_follows = True
     # While something moves it draws alone, and the reference stops.
     for azimuth in (10.0, 20.0):

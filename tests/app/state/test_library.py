@@ -1,47 +1,43 @@
-from __future__ import annotations
-
 import json
 import shutil
-from pathlib import Path
-from typing import Any
 
 import pytest
 from fake_models import WEIGHTS, make_model
 from ramp import make_volume
 
-from app.state.library import KnownModel, Library
+from app.state.library import Library
 from app.state.preferences import Preferences
 from model.generator.catalog import shipped_models
 from model.networks.card import MODEL_FILE, load_card
-from model.scene.scene import FORMAT_VERSION, Scene
+from model.scene.scene import FORMAT_VERSION
 
 
 @pytest.fixture
-def preferences() -> Preferences:
+def preferences():
     return Preferences()
 
 
 @pytest.fixture
-def library(preferences: Preferences) -> Library:
+def library(preferences):
     return Library(preferences)
 
 
-def fingerprint(name: str = "ramp", top: float = 200.0) -> str:
+def fingerprint(name="ramp", top=200.0):
     return make_volume(name, top).fingerprint
 
 
-BROKEN_CARDS: list[Any] = [
+BROKEN_CARDS = [
     *("", "no JSON", "[" * 100_000, [], 7, {}, {"tfscope_model": None}, {"tfscope_model": 1.0}),
     *({"tfscope_model": 999}, {"tfscope_model": FORMAT_VERSION}),
     {"tfscope_model": FORMAT_VERSION, "scene": 3, "size": []},
 ]
-WRONG_PARTS: list[dict[str, Any]] = [
+WRONG_PARTS = [
     *({"scene": []}, {"size": {"width": "wide"}}, {"metrics": 3}, {"training": None}),
     *({"weights": ["a", "b"]}, {"sha256": None}),
 ]
 
 
-def test_damaged_cards_and_weights_are_told(library: Library, tmp_path: Path) -> None:
+def test_damaged_cards_and_weights_are_told(library, tmp_path):
     folder = make_model(tmp_path / "model")
     check = library.check_model(folder)
     assert check.is_fine and check.errors == "RMSE 0.050."
@@ -55,14 +51,14 @@ def test_damaged_cards_and_weights_are_told(library: Library, tmp_path: Path) ->
         assert_said(library, folder, MODEL_FILE)
 
 
-def test_weights_that_are_truncated_or_altered(library: Library, tmp_path: Path) -> None:
+def test_weights_that_are_truncated_or_altered(library, tmp_path):
     folder = make_model(tmp_path / "model")
     for content in (WEIGHTS[:-1], b"", b"x" + WEIGHTS[1:]):
         (folder / "generator-1.safetensors").write_bytes(content)
         assert_said(library, folder, "generator-1.safetensors", "truncated or altered")
 
 
-def test_missing_files_are_named(library: Library, tmp_path: Path) -> None:
+def test_missing_files_are_named(library, tmp_path):
     folder = make_model(tmp_path / "model")
     (folder / "generator-1.safetensors").unlink()
     assert_said(library, folder, "generator-1.safetensors", "missing")
@@ -73,7 +69,7 @@ def test_missing_files_are_named(library: Library, tmp_path: Path) -> None:
     assert_said(library, folder, MODEL_FILE, "missing")
 
 
-def test_what_is_no_folder_of_a_model(library: Library, tmp_path: Path) -> None:
+def test_what_is_no_folder_of_a_model(library, tmp_path):
     assert_said(library, tmp_path, MODEL_FILE)
     assert_said(library, tmp_path / "gone", "no such folder")
     folder = make_model(tmp_path / "runs" / "mine")
@@ -81,7 +77,7 @@ def test_what_is_no_folder_of_a_model(library: Library, tmp_path: Path) -> None:
     assert_said(library, tmp_path / "runs", "'mine'")
 
 
-def assert_said(library: Library, folder: Path, *parts: str) -> None:
+def assert_said(library, folder, *parts):
     check = library.check_model(folder)
     assert not check.is_fine
     assert str(folder) in check.problem
@@ -91,13 +87,11 @@ def assert_said(library: Library, folder: Path, *parts: str) -> None:
     assert check.problem.endswith(".") and ";" in check.problem and "\n" not in check.problem
 
 
-def models_of(library: Library, preferences: Preferences, fingerprint: str) -> list[KnownModel]:
+def models_of(library, preferences, fingerprint):
     return library.models_of(fingerprint, preferences.volume(fingerprint).models)
 
 
-def test_models_of_a_volume_are_the_newest_first(
-    library: Library, preferences: Preferences, tmp_path: Path
-) -> None:
+def test_models_of_a_volume_are_the_newest_first(library, preferences, tmp_path):
     ours = fingerprint()
     for name in ("old", "new", "gone", "other"):
         folder = make_model(tmp_path / name)
@@ -112,8 +106,8 @@ def test_models_of_a_volume_are_the_newest_first(
 
 
 def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
-    library: Library, preferences: Preferences, tmp_path: Path
-) -> None:
+    library, preferences, tmp_path
+):
     scene = library.check_model(shipped_models()[0]).scene
     assert scene is not None
     same = [f for f in shipped_models() if same_volume(library, f, scene)]
@@ -132,12 +126,12 @@ def test_shipped_models_come_last_and_once_but_for_the_one_opened_last(
     assert [m.folder for m in models] == [same[-1], copy, *same[:-1]]
 
 
-def same_volume(library: Library, folder: Path, scene: Scene) -> bool:
+def same_volume(library, folder, scene):
     other = library.check_model(folder).scene
     return other is not None and other.volume_fingerprint == scene.volume_fingerprint
 
 
-def test_the_volume_of_a_model(library: Library, preferences: Preferences, tmp_path: Path) -> None:
+def test_the_volume_of_a_model(library, preferences, tmp_path):
     folder = make_model(tmp_path / "runs" / "model")
     assert library.volume_of(folder) is None
     assert library.volume_of(tmp_path / "gone") is None

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +9,7 @@ from model.scene.volume import Volume
 PLACE = Path("volume.nrrd")
 
 
-def test_an_outlier_does_not_widen_what_is_looked_at_first() -> None:
+def test_an_outlier_does_not_widen_what_is_looked_at_first():
     voxels = np.linspace(2, 7, 8000).reshape(20, 20, 20)
     voxels[3, 3, 3] = 1e9
     volume = Volume(voxels)
@@ -24,7 +22,7 @@ def test_an_outlier_does_not_widen_what_is_looked_at_first() -> None:
     assert np.diff(opened.edges).min() < 5 / 250
 
 
-def test_another_range_changes_what_follows_from_it_alone() -> None:
+def test_another_range_changes_what_follows_from_it_alone():
     volume = Volume(np.arange(8000, dtype=np.int16).reshape(20, 20, 20))
     opened = OpenedVolume.of(PLACE, volume)
     assert opened.volume.scalar_range == (0, 7999)

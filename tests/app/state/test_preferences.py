@@ -12,24 +12,22 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from kept_values import MEMORY, SETTINGS, region
-from pytestqt.qtbot import QtBot
 from ramp import make_tf
 
 from app.state import kept_file
 from app.state import preferences as preferences_module
 from app.state.preferences import MOST_RECENT, Preferences, settings_file, volume_file
-from app.state.settings import Settings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import Settings, VolumeMemory
 from model.json_files import build_valid
 from model.scene.view import View
 
 
 @pytest.fixture(autouse=True)
-def short_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+def short_pause(monkeypatch):
     monkeypatch.setattr(preferences_module, "PAUSE_MS", 10)
 
 
-def test_everything_is_there_in_the_next_run(tmp_path: Path) -> None:
+def test_everything_is_there_in_the_next_run(tmp_path):
     folder = tmp_path / "not" / "there"
     for each in (SETTINGS, MEMORY):
         usual = type(each)()
@@ -45,7 +43,7 @@ def test_everything_is_there_in_the_next_run(tmp_path: Path) -> None:
     assert again.start_problem == again.refresh("f1") == ""
 
 
-WRONG_VALUES: list[Any] = [
+WRONG_VALUES = [
     *(-3.5, -7, 10**400, "no such", True, [1], {"a": 1}, float("nan"), float("inf"), None),
     *("\udce9", [[[[]]]], [{"name": "x", "outline": {"points": [[0, 0], [1, 1], [5e9, 0]]}}]),
 ]
@@ -53,7 +51,7 @@ WRONG_VALUES: list[Any] = [
 
 @pytest.mark.parametrize("wrong", WRONG_VALUES)
 @pytest.mark.parametrize("good", [SETTINGS, MEMORY])
-def test_a_wrong_value_is_its_default_and_spoils_no_other(good: Any, wrong: Any) -> None:
+def test_a_wrong_value_is_its_default_and_spoils_no_other(good, wrong):
     kind, usual = type(good), type(good)()
     data = json.loads(json.dumps(asdict(good)))
     for name in data:
@@ -71,13 +69,13 @@ def test_a_wrong_value_is_its_default_and_spoils_no_other(good: Any, wrong: Any)
             assert value == wrong and type(value) is type(wrong)
 
 
-def test_a_damaged_region_costs_no_other() -> None:
+def test_a_damaged_region_costs_no_other():
     data = json.loads(json.dumps(asdict(MEMORY)))
     data["regions"].insert(1, {"name": 3, "outline": {"points": []}})
     assert build_valid(VolumeMemory, data) == (MEMORY, ["regions"])
 
 
-def test_what_is_damaged_in_a_file_is_told_and_the_rest_is_there(tmp_path: Path) -> None:
+def test_what_is_damaged_in_a_file_is_told_and_the_rest_is_there(tmp_path):
     first = Preferences(tmp_path)
     first.note_volume("f1", **vars(MEMORY))
     first.finish()
@@ -95,7 +93,7 @@ def test_what_is_damaged_in_a_file_is_told_and_the_rest_is_there(tmp_path: Path)
 
 
 @pytest.mark.parametrize("content", ["", "{", '{"a": 1}', "[1]", "\x00\x01", "[" * 100_000])
-def test_a_damaged_or_foreign_file_is_set_aside_and_told(tmp_path: Path, content: str) -> None:
+def test_a_damaged_or_foreign_file_is_set_aside_and_told(tmp_path, content):
     path = tmp_path / "settings.json"
     path.write_text(content)
     preferences = Preferences(tmp_path)
@@ -111,14 +109,12 @@ def test_a_damaged_or_foreign_file_is_set_aside_and_told(tmp_path: Path, content
     assert aside == {content, "damaged again"}
 
 
-def test_a_file_that_cannot_be_read_is_not_overwritten(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_that_cannot_be_read_is_not_overwritten(tmp_path, monkeypatch):
     first = Preferences(tmp_path)
     first.set(legend=True)
     first.finish()
 
-    def locked(*_: object, **__: object) -> str:
+    def locked(*_, **__):
         raise PermissionError(13, "Permission denied")
 
     with monkeypatch.context() as patch:
@@ -130,13 +126,11 @@ def test_a_file_that_cannot_be_read_is_not_overwritten(
     assert Preferences(tmp_path).settings == Settings(legend=True)
 
 
-def test_edits_in_a_row_are_written_once_and_elsewhere(
-    qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_edits_in_a_row_are_written_once_and_elsewhere(qtbot, tmp_path, monkeypatch):
     threads = []
     write = kept_file.write_atomically
 
-    def watched(path: Path, content: bytes) -> None:
+    def watched(path, content):
         threads.append(threading.current_thread())
         write(path, content)
 
@@ -152,10 +146,10 @@ def test_edits_in_a_row_are_written_once_and_elsewhere(
     assert volume_file(tmp_path, "b").values.tf == make_tf(150.0)
 
 
-def test_a_disk_that_fails_is_told_once(qtbot: QtBot, tmp_path: Path) -> None:
+def test_a_disk_that_fails_is_told_once(qtbot, tmp_path):
     (tmp_path / "file").write_text("")
     preferences = Preferences(tmp_path / "file" / "folder")
-    told: list[str] = []
+    told = []
     preferences.problem.connect(told.append)
     preferences.note_volume("a", tf=make_tf(120.0))
     qtbot.waitUntil(lambda: bool(told))
@@ -166,7 +160,7 @@ def test_a_disk_that_fails_is_told_once(qtbot: QtBot, tmp_path: Path) -> None:
     assert preferences.volume("b").tf == make_tf(130.0)
 
 
-def test_recent_files_are_the_newest_ones_each_once(tmp_path: Path) -> None:
+def test_recent_files_are_the_newest_ones_each_once(tmp_path):
     preferences = Preferences()
     files = [tmp_path / "data" / f"{n}.json" for n in range(MOST_RECENT + 2)]
     for path in [*files, files[5]]:
@@ -229,7 +223,7 @@ def test_nothing_that_either_of_two_windows_has_added_is_lost(
         assert volume_file(folder, fingerprint).values.view in (any_of or {None})
 
 
-def test_a_window_sees_what_another_has_made(tmp_path: Path) -> None:
+def test_a_window_sees_what_another_has_made(tmp_path):
     first, second = Preferences(tmp_path), Preferences(tmp_path)
     first.set(legend=True)
     first.note_volume("f", up_axis="+y")

@@ -1,11 +1,7 @@
-from __future__ import annotations
-
 import sys
-from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QProcess
-from pytestqt.qtbot import QtBot
 
 from app.state import preparation
 from app.state.preparation import Preparation
@@ -28,24 +24,24 @@ HANGS = "import time; time.sleep(600)"
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
     return tmp_path
 
 
-def preparing(program: str, folder: Path, longest_s: float = 60) -> Preparation:
+def preparing(program, folder, longest_s=60):
     work = Preparation(None, (sys.executable, "-S", "-c", program, str(folder)), longest_s)
     work.begin()
     return work
 
 
-def processes_of(work: Preparation) -> list[QProcess]:
+def processes_of(work):
     return work.findChildren(QProcess)
 
 
-def test_what_is_wanted_is_compiled_once(qtbot: QtBot, folder: Path) -> None:
+def test_what_is_wanted_is_compiled_once(qtbot, folder):
     work = preparing(KEEPS, folder)
-    told: list[tuple[int, int]] = []
+    told = []
     work.progressed.connect(lambda done, of: told.append((done, of)))
     assert not work.is_prepared(IMAGES)
     work.want([IMAGES, QUESTIONS])
@@ -61,7 +57,7 @@ def test_what_is_wanted_is_compiled_once(qtbot: QtBot, folder: Path) -> None:
     assert not processes_of(again)
 
 
-def test_few_processes_compile_all_that_is_wanted(qtbot: QtBot, folder: Path) -> None:
+def test_few_processes_compile_all_that_is_wanted(qtbot, folder):
     work = preparing(KEEPS, folder)
     lights = ("none", "direct", "soft", "path")
     groups = [KernelGroup(kind, light, "images") for light in lights for kind in ("int8", "uint8")]
@@ -73,8 +69,8 @@ def test_few_processes_compile_all_that_is_wanted(qtbot: QtBot, folder: Path) ->
 
 
 def test_nothing_is_compiled_before_the_first_picture_unless_that_takes_long(
-    qtbot: QtBot, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    qtbot, folder, monkeypatch
+):
     monkeypatch.setattr(preparation, "PATIENCE_MS", 200)
     command = sys.executable, "-S", "-c", KEEPS, str(folder)
     at_once, patient = Preparation(None, command), Preparation(None, command)
@@ -90,9 +86,7 @@ def test_nothing_is_compiled_before_the_first_picture_unless_that_takes_long(
 
 
 @pytest.mark.parametrize(("program", "longest_s"), [(FAILS, 60), (HANGS, 0.1)])
-def test_what_fails_or_hangs_is_left_to_the_engines(
-    qtbot: QtBot, folder: Path, program: str, longest_s: float
-) -> None:
+def test_what_fails_or_hangs_is_left_to_the_engines(qtbot, folder, program, longest_s):
     work = preparing(program, folder, longest_s)
     with qtbot.waitSignal(work.prepared):
         work.want([IMAGES])
@@ -100,16 +94,14 @@ def test_what_fails_or_hangs_is_left_to_the_engines(
     assert not IMAGES.is_prepared
 
 
-def test_a_program_that_cannot_start_is_left_to_the_engines(qtbot: QtBot, folder: Path) -> None:
+def test_a_program_that_cannot_start_is_left_to_the_engines(qtbot, folder):
     work = Preparation(None, (str(folder / "nowhere"),))
     work.begin()
     work.want([IMAGES])
     qtbot.waitUntil(lambda: work.is_prepared(IMAGES))
 
 
-def test_where_nothing_can_be_kept_nothing_is_started(
-    monkeypatch: pytest.MonkeyPatch, folder: Path
-) -> None:
+def test_where_nothing_can_be_kept_nothing_is_started(monkeypatch, folder):
     monkeypatch.setattr(preparation, "keeps_kernels", lambda: False)
     work = preparing(HANGS, folder)
     work.want([IMAGES])
@@ -117,7 +109,7 @@ def test_where_nothing_can_be_kept_nothing_is_started(
     assert not processes_of(work)
 
 
-def test_the_end_of_the_window_is_theirs(folder: Path) -> None:
+def test_the_end_of_the_window_is_theirs(folder):
     work = preparing(HANGS, folder)
     work.want([IMAGES, QUESTIONS])
     processes = processes_of(work)

@@ -1,7 +1,5 @@
 """Lights that take too long are given up, by times that are made up."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from ramp import make_tf
@@ -16,14 +14,14 @@ from model.scene.view import View
 WHOLE = Raster(800, 600)
 
 
-def image(seconds: float, by_raycast: bool = True, scale: float = 1.0) -> Result:
+def image(seconds, by_raycast=True, scale=1.0):
     inputs = SceneInputs.of(View(), make_tf())
     request = ImageRequest(inputs, Quality(WHOLE.shorter, raster=WHOLE))
     drawn = np.zeros((*WHOLE.scaled(scale).shape, 4), np.float32)
     return Result(request, Image(drawn, seconds, by_raycast=by_raycast))
 
 
-def test_soft_light_is_given_up_by_its_second_image_of_more_than_its_time() -> None:
+def test_soft_light_is_given_up_by_its_second_image_of_more_than_its_time():
     lights = SlowLights()
     assert lights.judge("soft", image(9.0), WHOLE, is_busy=True) == 0
     # With the first one, what draws it was loaded. A quarter of the width is what moves.
@@ -36,7 +34,7 @@ def test_soft_light_is_given_up_by_its_second_image_of_more_than_its_time() -> N
 
 
 @pytest.mark.parametrize("fast", [image(0.09, scale=0.18), image(1.4)])
-def test_soft_light_stays_once_it_was_fast(fast: Result) -> None:
+def test_soft_light_stays_once_it_was_fast(fast):
     lights = SlowLights()
     assert lights.judge("soft", fast, WHOLE) == 0
     assert lights.judge("soft", image(99.0), WHOLE) == 0
@@ -44,7 +42,7 @@ def test_soft_light_stays_once_it_was_fast(fast: Result) -> None:
     assert not lights.found
 
 
-def test_direct_light_goes_out_by_the_ray_casters_second_image() -> None:
+def test_direct_light_goes_out_by_the_ray_casters_second_image():
     lights = SlowLights()
     # VTK's says nothing of it.
     assert lights.judge("direct", image(99.0, by_raycast=False), WHOLE) == 0
@@ -56,7 +54,7 @@ def test_direct_light_goes_out_by_the_ray_casters_second_image() -> None:
     assert lights.found == {"direct"}
 
 
-def test_automatic_light_is_the_best_that_is_not_slow() -> None:
+def test_automatic_light_is_the_best_that_is_not_slow():
     automatic = ReferenceChoices()
     assert automatic.settings(None).lighting == "soft"
     assert automatic.settings(None, frozenset({"soft"})).lighting == "direct"

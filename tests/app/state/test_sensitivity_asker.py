@@ -1,15 +1,14 @@
-"""Questions about sensitivities, by the times that their answers take."""
+"""Who is asked about sensitivities, when and how finely, and what the answers say."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QObject
-from pytestqt.qtbot import QtBot
+from ramp import make_tf
 
 from app.engines.client import Channel
 from app.engines.messages import Result
@@ -23,10 +22,14 @@ from app.engines.requests import (
     ValueSensitivityRequest,
     VisibilityRequest,
 )
-from app.state.sensitivity_asker import REST_SIZE, SensitivityAsker
+from app.state.sensitivity_asker import REST_SIZE, Answer, SensitivityAsker, displayed
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
+from model.scene.region import Outline
+from model.scene.view import View
+from model.sensitivity.display import agreement
 
 SLOW = ("exact", 512), ("learned", 128)
 BOTH, EXACT, LEARNED = ["exact", "learned"], ["exact"], ["learned"]
@@ -38,19 +41,19 @@ UNPAID = 0.015
 class Client(QObject):
     """Keeps what it is asked for on its channels until the test has it answered."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__()
         self.channels: dict[str, Channel] = {}
         self.waiting: dict[str, Request] = {}
 
-    def open(self, channel: Channel) -> None:
+    def open(self, channel):
         self.channels[channel.name] = channel
 
-    def submit(self, request: Request) -> None:
+    def submit(self, request):
         self.waiting[request.channel] = request
         self.channels[request.channel].accept(request)
 
-    def abandon(self, channel: str) -> None:
+    def abandon(self, channel):
         self.waiting.pop(channel, None)
 
 
@@ -65,7 +68,7 @@ class Asking:
     learned: Client = field(default_factory=Client)
     cost: Callable[[Request], float] = lambda _request: 0.01
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         self.asker = SensitivityAsker(
             self.state, self.asked, {"exact": self.exact, "learned": self.learned},  # type: ignore[dict-item]
             self.state, lambda: self.now,
@@ -75,7 +78,7 @@ class Asking:
         self.asker.show(Raster(720, 512))
         self.asker.ask()
 
-    def answer(self, note: Callable[[], object] = lambda: None) -> float:
+    def answer(self, note=lambda: None):
         """Answer all that waits, and return the seconds that it took.
 
         What is noted is noted just before an answer replaces the one before.
@@ -90,7 +93,7 @@ class Asking:
             client.channels[name].deliver(Result(request, Image(np.ones(1), seconds)))
         return self.now - began
 
-    def drag(self, seconds: float, picture: float) -> tuple[float, float]:
+    def drag(self, seconds, picture):
         """Turn the view, and return the answers' share and the greatest age of one that is shown.
 
         Parameters
@@ -112,11 +115,11 @@ class Asking:
                 spent += self.answer(lambda: ages.append(self.age(began)))
         return spent / (self.now - began), max(ages)
 
-    def turn(self) -> None:
+    def turn(self):
         """Move the view to where it tells the time."""
         self.state.move_view(replace(self.state.view, azimuth=self.now))
 
-    def age(self, began: float) -> float:
+    def age(self, began):
         """Age of the oldest answer that is shown, since what it shows was there last."""
         shown = self.asker.region, self.asker.visibility, self.asker.field
         times = [answer.request.inputs.view.azimuth for answer in shown if answer is not None]
@@ -124,18 +127,18 @@ class Asking:
 
 
 @pytest.fixture
-def asking(state: ViewerState) -> Iterator[Asking]:
+def asking(state):
     """Of a volume without a model."""
     asking = Asking(state)
     yield asking
     asking.asker.stop()
 
 
-def costs(pixel: float, fixed: float) -> Callable[[Request], float]:
+def costs(pixel, fixed):
     """Time of answers, in part by their pixels: a derivative's is the longest."""
     weights = {RegionSensitivityRequest: 1.0, ValueSensitivityRequest: 0.5, VisibilityRequest: 0.3}
 
-    def cost(request: Request) -> float:
+    def cost(request):
         pixels = request.quality.pixels
         return weights[type(request)] * (pixel * pixels.width * pixels.height + fixed)
 
@@ -144,12 +147,11 @@ def costs(pixel: float, fixed: float) -> Callable[[Request], float]:
 
 @pytest.mark.parametrize("picture", [0.02, 0.07, 0.12])
 @pytest.mark.parametrize(
-    ("pixel", "fixed"),
-    [(2e-8, 2e-4), (5e-7, 1e-3), (3e-6, 2e-3), (9e-6, 2e-3), (1e-6, 0.018)],
+    ("pixel", "fixed"), [(2e-8, 2e-4), (5e-7, 1e-3), (3e-6, 2e-3), (9e-6, 2e-3), (1e-6, 0.018)]
 )
 def test_while_something_moves_answers_take_a_fifth_and_none_gets_old(
-    asking: Asking, picture: float, pixel: float, fixed: float
-) -> None:
+    asking, picture, pixel, fixed
+):
     asking.cost = costs(pixel, fixed)
     asking.asked.keep(140.0)
     asking.answer()
@@ -169,8 +171,8 @@ def test_while_something_moves_answers_take_a_fifth_and_none_gets_old(
 
 @pytest.mark.parametrize(("fixed", "most"), [(0.08, SHARE + UNPAID), (0.15, 0.32)])
 def test_where_the_smallest_answers_take_too_long_none_gets_older_than_a_second(
-    asking: Asking, fixed: float, most: float
-) -> None:
+    asking, fixed, most
+):
     asking.cost = costs(1e-6, fixed)
     asking.answer()
     share, oldest = asking.drag(20.0, 0.05)
@@ -178,7 +180,7 @@ def test_where_the_smallest_answers_take_too_long_none_gets_older_than_a_second(
     assert OLDEST < oldest <= 1.0
 
 
-def test_one_slow_answer_makes_those_after_it_smaller_and_not_older(asking: Asking) -> None:
+def test_one_slow_answer_makes_those_after_it_smaller_and_not_older(asking):
     asking.cost = cost = costs(3e-6, 1e-3)
     asking.answer()
     asking.drag(2.0, 0.05)
@@ -189,7 +191,7 @@ def test_one_slow_answer_makes_those_after_it_smaller_and_not_older(asking: Aski
     assert share <= SHARE + UNPAID and oldest <= OLDEST
 
 
-def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking: Asking, qtbot: QtBot) -> None:
+def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking, qtbot):
     asking.cost = costs(3e-6, 1e-3)
     asking.answer()
     asking.drag(1.0, 0.05)
@@ -204,7 +206,7 @@ def test_where_the_mouse_rests_in_a_drag_the_answers_follow(asking: Asking, qtbo
     assert asking.asker.is_fresh(asking.asker.region)
 
 
-def test_while_something_moves_a_curve_that_nobody_sees_is_not_asked_for(asking: Asking) -> None:
+def test_while_something_moves_a_curve_that_nobody_sees_is_not_asked_for(asking):
     asking.asked.choose(whole_curve=False)
     asking.answer()
     before = asking.asker.region
@@ -218,7 +220,7 @@ def test_while_something_moves_a_curve_that_nobody_sees_is_not_asked_for(asking:
     assert asking.asker.is_fresh(asking.asker.region)
 
 
-def test_while_something_moves_nothing_stays_of_who_is_not_asked(asking: Asking) -> None:
+def test_while_something_moves_nothing_stays_of_who_is_not_asked(asking):
     asking.asker.set_learned(128)
     asking.answer()
     assert set(asking.asker.regions) == set(BOTH)
@@ -248,15 +250,7 @@ def test_while_something_moves_nothing_stays_of_who_is_not_asked(asking: Asking)
         ("automatic", True, 2, "field", BOTH[::-1], EXACT),
     ],
 )
-def test_who_answers(
-    asking: Asking,
-    engine: str,
-    has_model: bool,
-    slow: int,
-    question: Any,
-    rest: list[str],
-    live: list[str],
-) -> None:
+def test_who_answers(asking, engine, has_model, slow, question, rest, live):
     asker = asking.asker
     asking.asked.keep(140.0)
     asking.asked.choose(engine=engine)
@@ -273,7 +267,7 @@ def test_who_answers(
     assert asker.order(question) == []
 
 
-def test_answers_at_rest_are_as_wide_as_the_reference(asking: Asking) -> None:
+def test_answers_at_rest_are_as_wide_as_the_reference(asking):
     asker = asking.asker
     asker.show(Raster(1280, 320))
     asker.set_learned(128)
@@ -286,10 +280,31 @@ def test_answers_at_rest_are_as_wide_as_the_reference(asking: Asking) -> None:
     assert asker.quality("exact", "field").size == 320
 
 
-def test_the_first_answer_with_what_is_loaded_for_it_counts_no_more_than_once() -> None:
+def test_the_first_answer_with_what_is_loaded_for_it_counts_no_more_than_once():
     pace = Pace()
     for seconds, expected in ((15.0, 15.0), (0.05, 0.05), (0.15, 0.1)):
         pace.note("field", 100, seconds)
         assert pace.expected("field", 100) == pytest.approx(expected)
     pace.forget()
     assert pace.expected("field", 100) is None
+
+
+def answered(size, strength, shift=0.0):
+    """Responses of an image in which every pixel changes alike."""
+    inputs = SceneInputs.of(View(), make_tf())
+    request = RegionSensitivityRequest(inputs, Quality(size), Outline(), 3.0)
+    curve = np.exp(-((np.arange(256) - 120 - shift) ** 2) / 200)
+    # The change of a norm grows with the root of the number of pixels.
+    value = (strength * size * curve).astype(np.float32)
+    return displayed(Answer(request, value, "exact"))
+
+
+def test_strengths_are_compared_whatever_the_numbers_of_pixels():
+    found = agreement(answered(128, 0.3), answered(256, 0.1))
+    assert found is not None
+    assert found.cosine == pytest.approx(1.0)
+    assert found.strength == pytest.approx(3.0)
+    apart = agreement(answered(128, 0.1), answered(128, 0.1, shift=80.0))
+    assert apart is not None
+    assert apart.cosine < 0.1 and apart.strength == pytest.approx(1.0)
+    assert agreement(answered(128, 0.0), answered(128, 0.0)) is None

@@ -1,12 +1,8 @@
 """The file of a session: what it holds, and what is said of one that cannot be opened."""
 
-from __future__ import annotations
-
 import json
 from contextlib import suppress
 from dataclasses import asdict, fields, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +10,7 @@ from kept_values import MEMORY, SETTINGS
 
 from app.state.sensitivity_state import Choices
 from app.state.session import Session, SessionContent, SessionError, session_settings
-from app.state.volume_memory import VolumeMemory
+from app.state.settings import VolumeMemory
 
 CONTENT = SessionContent(
     replace(MEMORY, path="", models=()),
@@ -26,14 +22,14 @@ CONTENT = SessionContent(
 """None of them the usual value."""
 
 
-def make_session(folder: Path) -> Session:
+def make_session(folder):
     volume = folder / "data" / "ball.nrrd"
     volume.parent.mkdir(exist_ok=True)
     volume.touch()
     return Session(volume, "0f" * 32, CONTENT, folder / "data")
 
 
-def test_every_field_comes_back(tmp_path: Path) -> None:
+def test_every_field_comes_back(tmp_path):
     usual = SessionContent()
     for part, kind in ((CONTENT, usual), *((getattr(CONTENT, n), getattr(usual, n))
                        for n in ("memory", "settings", "sensitivity"))):  # fmt: skip
@@ -45,7 +41,7 @@ def test_every_field_comes_back(tmp_path: Path) -> None:
     assert Session.load(tmp_path / "a.tfscope") == session
 
 
-def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:
+def test_a_volume_that_moved_with_the_session_is_found(tmp_path):
     before, after = tmp_path / "before", tmp_path / "after"
     before.mkdir()
     make_session(before).save(before / "a.tfscope")
@@ -73,7 +69,7 @@ def test_a_volume_that_moved_with_the_session_is_found(tmp_path: Path) -> None:
         ({"model": []}, "Expected object"),
     ],
 )
-def test_what_is_no_session_is_refused(tmp_path: Path, change: dict[str, Any], words: str) -> None:
+def test_what_is_no_session_is_refused(tmp_path, change, words):
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)
     path.write_text(json.dumps({**json.loads(path.read_text()), **change}))
@@ -95,9 +91,7 @@ def test_what_is_no_session_is_refused(tmp_path: Path, change: dict[str, Any], w
         ("", "browsing", "yes"),
     ],
 )
-def test_what_is_wrong_is_named_and_costs_no_more(
-    tmp_path: Path, part: str, name: str, value: object
-) -> None:
+def test_what_is_wrong_is_named_and_costs_no_more(tmp_path, part, name, value):
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)
     data = json.loads(path.read_text())
@@ -110,7 +104,7 @@ def test_what_is_wrong_is_named_and_costs_no_more(
     assert asdict(found.content) == expected
 
 
-def test_other_files_are_no_sessions(tmp_path: Path) -> None:
+def test_other_files_are_no_sessions(tmp_path):
     path = tmp_path / "a.tfscope"
     with pytest.raises(SessionError, match="cannot be read"):
         Session.load(path)
@@ -122,7 +116,7 @@ def test_other_files_are_no_sessions(tmp_path: Path) -> None:
         make_session(tmp_path).save(path / "b.tfscope")
 
 
-def test_damaged_files_are_opened_or_refused(tmp_path: Path) -> None:
+def test_damaged_files_are_opened_or_refused(tmp_path):
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)
     whole, rng = path.read_bytes(), np.random.default_rng(0)

@@ -1,14 +1,9 @@
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from pytestqt.qtbot import QtBot
 
 from app.image_view.gestures import pan, turn
-from app.state.viewer_state import ViewerState
 from model.errors import ViewError
 from model.scene.crop import CropBox
 from model.scene.orientation import STANDARD_VIEWS, WHOLE, corners, home_view
@@ -17,11 +12,11 @@ from model.scene.view import Projection, View
 BOX = (0.8, 0.48, 0.36)
 
 
-def at(azimuth: float) -> View:
+def at(azimuth):
     return View(azimuth)
 
 
-def test_a_volume_starts_at_its_home_view(qtbot: QtBot, state: ViewerState) -> None:
+def test_a_volume_starts_at_its_home_view(qtbot, state):
     state.set_view(View(10.0))
     signals = [state.navigationChanged, state.viewChanged, state.viewChangeFinished]
     with qtbot.waitSignals(signals):
@@ -38,7 +33,7 @@ def test_a_volume_starts_at_its_home_view(qtbot: QtBot, state: ViewerState) -> N
     assert state.home == home_view(BOX)
 
 
-def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state: ViewerState) -> None:
+def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state):
     part = corners(CropBox((0.3, 0.3, 0.3), (0.6, 0.6, 0.6)))
     state.start_view(BOX, "-y", shown=part)
     assert state.view == state.home == home_view(BOX, "-y", points=part)
@@ -49,7 +44,7 @@ def test_home_shows_a_part_and_the_whole_volume_is_one_step_away(state: ViewerSt
     assert state.view == home_view(BOX, "+x")
 
 
-def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerState) -> None:
+def test_the_home_view_follows_the_image_while_it_is_looked_from(state):
     state.start_view(BOX)
     square = state.home
     state.set_reach((1.5, 0.5), follow=True)
@@ -69,12 +64,12 @@ def test_the_home_view_follows_the_image_while_it_is_looked_from(state: ViewerSt
     assert state.view == home_view(BOX, "-y")
 
 
-def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: ViewerState) -> None:
+def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state):
     part = 0.25 * WHOLE + np.array([0.7, 0.05, 0.2])
     middle = part.mean(axis=0)
     proportions = (0.4, 0.5, 0.7681)
 
-    def place() -> NDArray[np.float64]:
+    def place():
         return Projection(state.view, proportions).places(middle[None])[0]
 
     state.start_view(proportions, shown=part, reach=(1.0, 0.5))
@@ -98,7 +93,7 @@ def test_turns_are_about_what_is_shown_where_no_model_stands_beside_it(state: Vi
     assert (state.view.pan_x, state.view.pan_y) == (0.0, 0.0)
 
 
-def test_a_picture_has_all_that_is_shown_in_its_middle(state: ViewerState) -> None:
+def test_a_picture_has_all_that_is_shown_in_its_middle(state):
     part = 0.25 * WHOLE + np.array([0.7, 0.05, 0.2])
     proportions = (0.4, 0.5, 0.7681)
     state.start_view(proportions, shown=part, reach=(1.0, 0.5))

@@ -1,21 +1,21 @@
-from __future__ import annotations
+"""Edits of the viewer's state, and refreshes while something moves."""
 
+import itertools
+import time
 from dataclasses import replace
 
 import pytest
-from pytestqt.qtbot import QtBot
+from PySide6.QtCore import QObject
 from ramp import make_tf
 
-from app.state.viewer_state import ViewerState
+from app.state.viewer_state import INTERVAL_S, ViewerState
 from model.scene.crop import CropBox
 from model.scene.scene import LightDirection
 from model.scene.tf_editing import recolor_stop
 from model.scene.view import View
 
 
-def test_a_moving_view_is_announced_at_each_step_and_finished_once(
-    qtbot: QtBot, state: ViewerState
-) -> None:
+def test_a_moving_view_is_announced_at_each_step_and_finished_once(qtbot, state):
     steps = [View(azimuth=a) for a in (1.0, 2.0, 3.0)]
     signals = [state.viewChanged] * 3 + [state.viewChangeFinished]
     with qtbot.waitSignals(signals, order="strict"):
@@ -27,7 +27,7 @@ def test_a_moving_view_is_announced_at_each_step_and_finished_once(
     assert not state.live
 
 
-def test_a_drag_becomes_one_undo_step(state: ViewerState) -> None:
+def test_a_drag_becomes_one_undo_step(state):
     before = state.transfer_function
     for mean in (140.0, 150.0, 160.0):
         state.tf_input.move(make_tf(mean))
@@ -43,7 +43,7 @@ def test_a_drag_becomes_one_undo_step(state: ViewerState) -> None:
     assert state.transfer_function == make_tf(160.0)
 
 
-def test_a_cancelled_drag_restores_what_was(qtbot: QtBot, state: ViewerState) -> None:
+def test_a_cancelled_drag_restores_what_was(qtbot, state):
     before = state.transfer_function
     state.tf_input.move(make_tf(140.0))
     with qtbot.waitSignal(state.tf_input.changeFinished):
@@ -52,7 +52,7 @@ def test_a_cancelled_drag_restores_what_was(qtbot: QtBot, state: ViewerState) ->
     assert state.edits.stack.count() == 0
 
 
-def test_a_drag_of_the_light_is_one_undo_step_while_there_is_light(state: ViewerState) -> None:
+def test_a_drag_of_the_light_is_one_undo_step_while_there_is_light(state):
     first, last = LightDirection(-30.0, 30.0), LightDirection(20.0, 10.0)
     state.start_light(first)
     assert not state.edits.stack.canUndo()
@@ -71,7 +71,7 @@ def test_a_drag_of_the_light_is_one_undo_step_while_there_is_light(state: Viewer
     assert state.light is None
 
 
-def test_a_crop_is_undone_and_redone_among_the_edits(qtbot: QtBot, state: ViewerState) -> None:
+def test_a_crop_is_undone_and_redone_among_the_edits(qtbot, state):
     tf = state.transfer_function
     edited = replace(tf, color=recolor_stop(tf.color, 0, (1.0, 0.0, 0.0)))
     half, third = CropBox((0.5, 0.0, 0.0)), CropBox((0.5, 0.3, 0.0))
@@ -106,9 +106,7 @@ def test_a_crop_is_undone_and_redone_among_the_edits(qtbot: QtBot, state: Viewer
         (("a",) * 7, (0.0, 2.0, 4.0, 6.0, 6.4, 7.3, 8.2), (143.0, 142.0, 141.0)),
     ],
 )
-def test_edits_of_a_key_merge_for_a_second_only(
-    state: ViewerState, keys: tuple[str | None, ...], times: tuple[float, ...], left: tuple[float]
-) -> None:
+def test_edits_of_a_key_merge_for_a_second_only(state, keys, times, left):
     clock = iter(times)
     state.edits.clock = lambda: next(clock)
     for number, key in enumerate(keys):
@@ -117,3 +115,42 @@ def test_edits_of_a_key_merge_for_a_second_only(
     for expected in left:
         state.edits.undo()
         assert state.transfer_function == make_tf(expected)
+
+
+def test_while_something_moves_refreshes_are_few_and_show_the_newest(qtbot):
+    parent = QObject()
+    state = ViewerState(parent)
+    shown = []
+    times = []
+
+    def note():
+        times.append(time.monotonic())
+
+    state.inputsChanged.connect(state.calm.soon(lambda: shown.append(state.view.azimuth)))
+    state.inputsChanged.connect(state.calm.soon(note))
+
+    def turn():
+        state.move_view(replace(state.view, azimuth=state.view.azimuth + 0.01))
+        return len(shown) >= 4
+
+    qtbot.waitUntil(turn)
+    assert shown == sorted(shown) and len(times) == 4
+    assert all(b - a > 0.9 * INTERVAL_S for a, b in itertools.pairwise(times))
+    turn()
+    state.finish_view()
+    assert shown[-1] == state.view.azimuth
+
+
+def test_at_rest_a_refresh_is_at_once_and_the_last_of_a_name_counts(qtbot):
+    parent = QObject()
+    state = ViewerState(parent)
+    said = []
+    refresh = state.calm.soon(lambda: said.append("at rest"))
+    refresh("an argument of a signal")
+    assert said == ["at rest"]
+    state.move_view(replace(state.view, azimuth=1.0))
+    for word in ("first", "second"):
+        state.calm.ask(said.append, lambda word=word: said.append(word))
+    assert said == ["at rest"]
+    state.finish_view()
+    assert said == ["at rest", "second"]

@@ -1,7 +1,7 @@
 import pytest
 from PySide6.QtCore import QRectF
 
-from app.short_numbers import MINUS
+from app.number_box import MINUS
 from app.tf_editor.plot_area import HEADROOM, LEFT_MARGIN, RIGHT_MARGIN, PlotArea, PlotLabels
 from app.tf_editor.unit_axis import ScalarAxis
 

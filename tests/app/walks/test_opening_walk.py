@@ -1,9 +1,6 @@
 """From the drop of a file to the pixels."""
 
-from __future__ import annotations
-
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,23 +8,18 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from rested_window import rested
-from window_fakes import FakeBuilders
 
-from app.engines.messages import Result
 from app.state.library import Library
-from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 from model.scene.ranges import fit_to_range
 from model.scene.region import Outline
 from model.scene.scene import Scene
-from model.scene.transfer_function import Range
 from model.scene.view import View
 
 
-def drop(window: MainWindow, name: str) -> None:
+def drop(window, name):
     """Drop a file on the window."""
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(f"/somewhere/{name}.nrrd")])
@@ -37,11 +29,11 @@ def drop(window: MainWindow, name: str) -> None:
     QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
 
 
-def seen_over(window: MainWindow) -> list[tuple[str, Range]]:
+def seen_over(window):
     """The volume's name and the TF's range of each picture that the pane shows from now on."""
-    seen: list[tuple[str, Range]] = []
+    seen = []
 
-    def note(result: Result) -> None:
+    def note(result):
         name = window.windowTitle().partition(" ")[0]
         seen.append((name, result.request.inputs.opacity_tf.scalar_range))
 
@@ -50,25 +42,21 @@ def seen_over(window: MainWindow) -> list[tuple[str, Range]]:
 
 
 @pytest.fixture
-def window(
-    qtbot: QtBot, builders: FakeBuilders, make_window: Callable[..., MainWindow]
-) -> MainWindow:
+def window(qtbot, builders, make_window):
     """A window with a volume; two others can be dropped on it."""
     for name, top in (("tall", 300.0), ("flat", 150.0)):
         builders.volumes[name] = make_volume(name, top)
     return rested(qtbot, make_window)
 
 
-def opened(qtbot: QtBot, window: MainWindow, name: str) -> None:
+def opened(qtbot, window, name):
     """Wait until a volume's pictures are there."""
     work = window.workspace
     qtbot.waitUntil(lambda: work.opened is not None and work.opened.volume.name == name)
     qtbot.waitUntil(lambda: work.is_settled and window.reference.canvas.image is not None)
 
 
-def test_a_dropped_volume_is_drawn_once_and_as_its_own(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_dropped_volume_is_drawn_once_and_as_its_own(qtbot, window, builders):
     seen, engines = seen_over(window), len(builders.references)
     drop(window, "tall")
     assert "Reading tall.nrrd" in window.status.news
@@ -82,9 +70,7 @@ def test_a_dropped_volume_is_drawn_once_and_as_its_own(
     assert window.preferences.recent("volumes")[0].name == "tall.nrrd"
 
 
-def test_what_is_remembered_is_there_with_the_first_picture(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_what_is_remembered_is_there_with_the_first_picture(qtbot, window, builders):
     drop(window, "tall")
     opened(qtbot, window, "tall")
     view, crop = View(azimuth=77.0), CropBox((0.1, 0.0, 0.0), (0.9, 1.0, 1.0))
@@ -110,7 +96,7 @@ def test_what_is_remembered_is_there_with_the_first_picture(
     assert "restored" in window.status.news
 
 
-def test_a_file_that_cannot_be_read_leaves_all_as_it_was(qtbot: QtBot, window: MainWindow) -> None:
+def test_a_file_that_cannot_be_read_leaves_all_as_it_was(qtbot, window):
     before, title = window.state.inputs, window.windowTitle()
     drop(window, "gone")
     qtbot.waitUntil(lambda: "the file is missing" in window.notice.text)
@@ -122,9 +108,7 @@ def test_a_file_that_cannot_be_read_leaves_all_as_it_was(qtbot: QtBot, window: M
     assert window.notice.text == ""
 
 
-def test_a_file_that_is_dropped_while_another_is_read_replaces_it(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_file_that_is_dropped_while_another_is_read_replaces_it(qtbot, window, builders):
     builders.held["tall"] = threading.Event()
     seen = seen_over(window)
     drop(window, "tall")
@@ -140,11 +124,8 @@ def test_a_file_that_is_dropped_while_another_is_read_replaces_it(
 
 
 def test_a_model_that_is_opened_while_its_volume_is_read_gives_its_range(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    qtbot, window, builders, monkeypatch
+):
     scene = builders.scene = Scene.of(builders.volumes["tall"].over((150.0, 250.0)), image_size=16)
     monkeypatch.setattr(Library, "scene_of", lambda _self, _folder: scene)
     builders.held["tall"] = threading.Event()
@@ -158,9 +139,7 @@ def test_a_model_that_is_opened_while_its_volume_is_read_gives_its_range(
     assert window.state.edits.stack.undoText() == ""
 
 
-def test_a_reading_that_is_cancelled_leaves_all_as_it_was(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_reading_that_is_cancelled_leaves_all_as_it_was(qtbot, window, builders):
     builders.held["tall"] = threading.Event()
     before, title = window.state.inputs, window.windowTitle()
     window.files._slow.setInterval(1)

@@ -4,23 +4,16 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
-from pytestqt.qtbot import QtBot
-from window_fakes import PATIENCE_S, FakeBuilders, FakeEngine
+from window_fakes import PATIENCE_S, FakeEngine
 
 from app.engines.engines import REAL_BUILDERS
-from app.engines.messages import Result
-from app.engines.requests import UNWATCHED, VisibilityRequest, Watch
-from app.window.main_window import MainWindow
+from app.engines.requests import UNWATCHED
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.inputs import SceneInputs
 
 PIXEL_S, ANSWER_S = 8e-6, 0.2
 """Ten times what a pixel takes on two cores, and what an answer of the analyst does."""
@@ -35,7 +28,7 @@ class Slow:
     widths: list[int] = field(default_factory=list)
     overrun: float = 0.0
 
-    def work(self, seconds: float) -> None:
+    def work(self, seconds):
         begun = time.monotonic()
         # One after the other, as on a core that all share.
         time.sleep(seconds)
@@ -43,13 +36,11 @@ class Slow:
 
 
 @pytest.fixture
-def slow(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> Slow:
+def slow(builders, monkeypatch):
     """Have images and answers take long, without work for this machine."""
     slow, core = Slow(), threading.Lock()
 
-    def render(
-        _self: Any, _inputs: Any, size: int | Raster, *_: Any, **_named: Any
-    ) -> NDArray[np.float32]:
+    def render(_self, _inputs, size, *_, **_named):
         raster = Raster.of(size)
         with core:
             slow.widths.append(raster.width)
@@ -57,9 +48,7 @@ def slow(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> Slow:
         return np.ones((*raster.shape, 4), np.float32)
 
     class SlowAnalyst(FakeEngine):
-        def visibility(
-            self, request: VisibilityRequest, watch: Watch = UNWATCHED
-        ) -> NDArray[np.float32]:
+        def visibility(self, request, watch=UNWATCHED):
             with core:
                 slow.work(ANSWER_S)
             return super().visibility(request)
@@ -71,9 +60,7 @@ def slow(builders: FakeBuilders, monkeypatch: pytest.MonkeyPatch) -> Slow:
 
 
 @pytest.mark.slow
-def test_nothing_on_screen_is_older_than_a_second_while_something_moves(
-    qtbot: QtBot, slow: Slow, make_window: Callable[..., MainWindow]
-) -> None:
+def test_nothing_on_screen_is_older_than_a_second_while_something_moves(qtbot, slow, make_window):
     window = make_window(model=None, size="pane", lighting="direct", drawing="raycast")
     asker, state = window.workspace.sensitivity, window.state
     qtbot.waitUntil(
@@ -81,14 +68,14 @@ def test_nothing_on_screen_is_older_than_a_second_while_something_moves(
         timeout=1000 * PATIENCE_S,
     )
     begun = time.monotonic()
-    states: list[tuple[SceneInputs, float]] = [(state.inputs, begun)]
+    states = [(state.inputs, begun)]
     born = {"image": begun, "area": begun}
     oldest, looked, gap = dict.fromkeys(born, 0.0), begun, 0.0
 
-    def show(what: str, inputs: SceneInputs) -> None:
+    def show(what, inputs):
         born[what] = next((at for one, at in states if one == inputs), born[what])
 
-    def move() -> bool:
+    def move():
         nonlocal looked, gap
         now = time.monotonic()
         gap, looked = max(gap, now - looked), now
@@ -98,7 +85,7 @@ def test_nothing_on_screen_is_older_than_a_second_while_something_moves(
         states.append((state.inputs, now))
         return now - begun > DRAG_S
 
-    def note(result: Result) -> None:
+    def note(result):
         show("image", result.request.inputs)
 
     window.reference.resultShown.connect(note)
@@ -111,5 +98,5 @@ def test_nothing_on_screen_is_older_than_a_second_while_something_moves(
     # What this machine itself was late is not the window's.
     late = 3 * (gap + slow.overrun)
     assert oldest["image"] < OLDEST_S + late and oldest["area"] < OLDEST_S + late
-    whole = window.workspace.reference.whole_raster().width
+    whole = window.workspace.reference.raster.width
     assert max(slow.widths) < whole / 2

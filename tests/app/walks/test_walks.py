@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import pytest
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from rested_window import rested
-from window_fakes import PATIENCE_S, FakeBuilders
+from window_fakes import PATIENCE_S
 
 from app.engines.engines import REAL_BUILDERS
 from app.engines.messages import Result
-from app.engines.requests import ImageRequest, RegionSensitivityRequest
-from app.window.main_window import MainWindow
+from app.engines.requests import RegionSensitivityRequest
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
@@ -37,14 +34,14 @@ class Drag:
     end: QPoint
     steps: int = 0
 
-    def press(self) -> None:
+    def press(self):
         QTest.mousePress(self.widget, LEFT, pos=self.start)
 
-    def step(self) -> None:
+    def step(self):
         self.steps += 1
         QTest.mouseMove(self.widget, self.start + (self.end - self.start) * (self.steps / MOVES))
 
-    def release(self) -> None:
+    def release(self):
         QTest.mouseRelease(self.widget, LEFT, pos=self.end)
 
 
@@ -55,11 +52,11 @@ class Shown:
     results: list[Result] = field(default_factory=list)
 
     @property
-    def inputs(self) -> list[SceneInputs]:
+    def inputs(self):
         return [result.request.inputs for result in self.results]
 
 
-def handle(window: MainWindow) -> Drag:
+def handle(window):
     """Drag the point of the first mode upwards."""
     area = window.editor.area
     at = [
@@ -71,7 +68,7 @@ def handle(window: MainWindow) -> Drag:
     return Drag(area.widget.viewport(), *at)
 
 
-def turn(window: MainWindow) -> Drag:
+def turn(window):
     """Turn the view by a drag in its pane."""
     canvas = window.reference.canvas
     rect = canvas.image_rect
@@ -81,7 +78,7 @@ def turn(window: MainWindow) -> Drag:
 WALKS = {"handle": handle, "view": turn}
 
 
-def with_a_mode(qtbot: QtBot, window: MainWindow) -> MainWindow:
+def with_a_mode(qtbot, window):
     """Have a TF with a handle where it is dragged."""
     window.state.tf_input.set(make_tf())
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -89,7 +86,7 @@ def with_a_mode(qtbot: QtBot, window: MainWindow) -> MainWindow:
 
 
 @pytest.fixture
-def window(qtbot: QtBot, make_window: Callable[..., MainWindow]) -> MainWindow:
+def window(qtbot, make_window):
     """A window that one fake ray caster draws."""
     window = with_a_mode(qtbot, rested(qtbot, make_window))
     # Questions about the region are another walk.
@@ -98,12 +95,7 @@ def window(qtbot: QtBot, make_window: Callable[..., MainWindow]) -> MainWindow:
 
 
 @pytest.fixture
-def real_window(
-    qtbot: QtBot,
-    builders: FakeBuilders,
-    make_window: Callable[..., MainWindow],
-    monkeypatch: pytest.MonkeyPatch,
-) -> MainWindow:
+def real_window(qtbot, builders, make_window, monkeypatch):
     """A window that the ray caster draws, in truth, with kernels that are there."""
     renderer = RaycastRenderer(make_volume(), "direct")
     renderer.render(SceneInputs.of(View(), make_tf()), 8)
@@ -113,7 +105,7 @@ def real_window(
 
 
 @pytest.fixture
-def gate(window: MainWindow, builders: FakeBuilders) -> Iterator[threading.Semaphore]:
+def gate(window, builders):
     """Lets the images of the fake ray caster through, one by one."""
     gate = builders.references[-1].gate = threading.Semaphore(0)
     yield gate
@@ -122,13 +114,13 @@ def gate(window: MainWindow, builders: FakeBuilders) -> Iterator[threading.Semap
         gate.release()
 
 
-def watched(window: MainWindow) -> Shown:
+def watched(window):
     shown = Shown()
     window.reference.resultShown.connect(shown.results.append)
     return shown
 
 
-def let_go(qtbot: QtBot, window: MainWindow, drag: Drag, shown: Shown) -> Result:
+def let_go(qtbot, window, drag, shown):
     """End a drag, and return the picture that remains."""
     drag.release()
     qtbot.waitUntil(lambda: window.workspace.is_settled and not window.state.live)
@@ -138,14 +130,10 @@ def let_go(qtbot: QtBot, window: MainWindow, drag: Drag, shown: Shown) -> Result
 
 @pytest.mark.parametrize("walk", WALKS)
 def test_one_picture_is_on_its_way_and_the_next_is_of_the_newest_state(
-    qtbot: QtBot,
-    window: MainWindow,
-    builders: FakeBuilders,
-    gate: threading.Semaphore,
-    walk: str,
-) -> None:
+    qtbot, window, builders, gate, walk
+):
     engine, shown = builders.references[-1], watched(window)
-    asked: list[ImageRequest] = []
+    asked = []
     window.reference.client.images.asked.connect(asked.append)
     drag = WALKS[walk](window)
     before, drawn = window.state.inputs, len(engine.requests)
@@ -162,7 +150,7 @@ def test_one_picture_is_on_its_way_and_the_next_is_of_the_newest_state(
     gate.release()
     qtbot.waitUntil(lambda: len(asked) == 2)
     assert asked[1].inputs == newest
-    assert asked[1].quality.pixels.width <= window.workspace.reference.whole_raster().width
+    assert asked[1].quality.pixels.width <= window.workspace.reference.raster.width
     gate.release()
     qtbot.waitUntil(lambda: len(shown.results) == 2)
     # Nothing moves: what is shown is what there is.
@@ -172,14 +160,12 @@ def test_one_picture_is_on_its_way_and_the_next_is_of_the_newest_state(
         gate.release()
     last = let_go(qtbot, window, drag, shown)
     assert last.request.inputs == window.state.inputs
-    assert last.request.quality.pixels == window.workspace.reference.whole_raster()
+    assert last.request.quality.pixels == window.workspace.reference.raster
     numbers = [result.request.sequence for result in shown.results]
     assert numbers == sorted(numbers)
 
 
-def test_what_is_taken_back_is_not_shown_any_more(
-    qtbot: QtBot, window: MainWindow, gate: threading.Semaphore, builders: FakeBuilders
-) -> None:
+def test_what_is_taken_back_is_not_shown_any_more(qtbot, window, gate, builders):
     engine, shown = builders.references[-1], watched(window)
     before, drawn = window.state.inputs, len(engine.requests)
     drag = handle(window)
@@ -203,9 +189,7 @@ def test_what_is_taken_back_is_not_shown_any_more(
 
 
 @pytest.mark.parametrize("walk", WALKS)
-def test_the_last_of_the_ray_casters_pictures_is_the_best(
-    qtbot: QtBot, real_window: MainWindow, walk: str
-) -> None:
+def test_the_last_of_the_ray_casters_pictures_is_the_best(qtbot, real_window, walk):
     window = real_window
     shown = watched(window)
     drag = WALKS[walk](window)
@@ -217,7 +201,7 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(
     qtbot.waitUntil(lambda: shown.inputs[-1] == newest, timeout=1000 * PATIENCE_S)
     last = let_go(qtbot, window, drag, shown)
     assert last.request.inputs == newest
-    whole = window.workspace.reference.whole_raster()
+    whole = window.workspace.reference.raster
     assert last.request.quality.pixels == whole
     settings = window.workspace.reference.settings
     renderer = RaycastRenderer(
@@ -232,9 +216,7 @@ def test_the_last_of_the_ray_casters_pictures_is_the_best(
     assert shown.results[0].request.quality.live
 
 
-def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(
-    qtbot: QtBot, window: MainWindow, builders: FakeBuilders
-) -> None:
+def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(qtbot, window, builders):
     canvas, answers = window.reference.canvas, window.workspace.sensitivity
     engine = builders.analysts[-1]
     gate = engine.gate = threading.Semaphore(0)
@@ -242,7 +224,7 @@ def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(
     QTest.keyClick(window, Qt.Key.Key_R)
     drag = Drag(canvas, rect.center() - QPoint(60, 60), rect.center() + QPoint(60, 60))
     drag.press()
-    seen: list[RegionSensitivityRequest] = []
+    seen = []
     asked = len(engine.others)
     for _ in range(MOVES):
         drag.step()

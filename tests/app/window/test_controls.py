@@ -1,8 +1,5 @@
 """Every control of the window, with everything open: order and reach of Tab, names, the wheel."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator
 from itertools import pairwise
 
 import pytest
@@ -20,13 +17,11 @@ from PySide6.QtWidgets import (
     QTabBar,
     QWidget,
 )
-from pytestqt.qtbot import QtBot
 from superqt import QDoubleRangeSlider
 
 from app.image_view.image_canvas import ImageCanvas
 from app.window.figure import FigureChoice
 from app.window.figure_dialog import FigureDialog
-from app.window.main_window import MainWindow
 from app.window.raw_dialog import RawDialog
 from app.window.settings_dialog import SettingsDialog
 from model.scene.region import Outline
@@ -37,14 +32,14 @@ MOST = 200
 """Keys after which Tab goes round in a circle without the first one."""
 
 
-def controls_of(parent: QWidget) -> list[QWidget]:
+def controls_of(parent):
     """Everything that shows a value and might take the wheel, in menus and popups, too."""
     kinds = (QAbstractSpinBox, QComboBox, QAbstractSlider, QTabBar)
     found = [w for kind in kinds for w in parent.findChildren(kind)]
     return [w for w in found if not isinstance(w, QScrollBar)]
 
 
-def shown_by(control: QWidget) -> object:
+def shown_by(control):
     if isinstance(control, QAbstractSpinBox):
         return control.text()
     if isinstance(control, QComboBox | QTabBar):
@@ -53,7 +48,7 @@ def shown_by(control: QWidget) -> object:
     return control.value()
 
 
-def turn(control: QWidget, notches: int) -> None:
+def turn(control, notches):
     at = QPointF(control.width() / 2, control.height() / 2)
     QApplication.sendEvent(
         control,
@@ -65,7 +60,7 @@ def turn(control: QWidget, notches: int) -> None:
     )  # fmt: skip
 
 
-def assert_wheel_changes_nothing(parent: QWidget) -> int:
+def assert_wheel_changes_nothing(parent):
     controls = controls_of(parent)
     for control in controls:
         before, name = shown_by(control), control.accessibleName() or control.toolTip()
@@ -94,12 +89,12 @@ def window(qtbot, make_window):
     return window
 
 
-def walked(qtbot: QtBot, window: MainWindow, key: Qt.Key = Qt.Key.Key_Tab) -> list[QWidget]:
+def walked(qtbot, window, key=Qt.Key.Key_Tab):
     """What has the focus, one after the other, until the first one has it again."""
     first = window.top_bar.volume
     first.setFocus()
     qtbot.waitUntil(first.hasFocus)
-    found: list[QWidget] = [first]
+    found = [first]
     for _ in range(MOST):
         QTest.keyClick(found[-1], key)
         following = QApplication.focusWidget()
@@ -114,7 +109,7 @@ def walked(qtbot: QtBot, window: MainWindow, key: Qt.Key = Qt.Key.Key_Tab) -> li
     raise AssertionError([name_of(each) for each in found])
 
 
-def controls(window: MainWindow) -> Iterator[QWidget]:
+def controls(window):
     """Everything in sight that can be used."""
     for widget in window.findChildren(QWidget):
         inner = isinstance(widget.parentWidget(), (QAbstractSpinBox, QLineEdit, QComboBox))
@@ -127,7 +122,7 @@ def controls(window: MainWindow) -> Iterator[QWidget]:
             yield widget
 
 
-def name_of(widget: QWidget) -> str:
+def name_of(widget):
     """What a screen reader says."""
     interface = QAccessible.queryAccessibleInterface(widget)
     return interface.text(QAccessible.Text.Name) if interface else ""
@@ -147,8 +142,8 @@ def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
         "panel": window.sensitivity.findings,
     }
 
-    def area(widget: QWidget) -> str:
-        above: QWidget | None = widget
+    def area(widget):
+        above = widget
         while above is not None:
             for name, part in areas.items():
                 if part is above:
@@ -175,7 +170,7 @@ def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
     assert assert_wheel_changes_nothing(window) >= 15
     assert (window.state.transfer_function, window.state.crop) == (tf, crop)
     assert (window.sensitivity_state.choices, window.latent_state.choices) == choices
-    assert not window.brightness.is_chosen
+    assert window.brightness.value is None
 
 
 def test_nor_do_those_of_the_dialogs(qtbot, window, tmp_path):

@@ -1,13 +1,10 @@
 """Figures: where images, captions, legend and scale bar are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from ramp import make_tf
 
-from app.window.figure import FigureLook, Subject, Which, figure, panels, pixels_of
+from app.window.figure import FigureLook, Subject, figure, panels, pixels_of
 from model.rendering.scale_bar import Scale
 from model.scene.inputs import SceneInputs
 from model.scene.view import View
@@ -17,13 +14,13 @@ INPUTS = SceneInputs.of(View(), make_tf())
 BLACK, WHITE = (0, 0, 0), (255, 255, 255)
 
 
-def plain(level: float, height: int, width: int) -> NDArray[np.float32]:
+def plain(level, height, width):
     image = np.full((height, width, 4), level, np.float32)
     image[..., 3] = 1.0
     return image
 
 
-def made(look: FigureLook, which: Which, **images: NDArray[np.float32]) -> NDArray[np.int64]:
+def made(look, which, **images):
     subject = Subject("K", SCALE)
     drawn = {name: (image, 1.0) for name, image in images.items()}
     return pixels_of(figure(look, drawn, which, INPUTS, subject)).astype(int)

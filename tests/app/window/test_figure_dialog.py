@@ -1,11 +1,9 @@
-from __future__ import annotations
-
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
-from app.window.figure import FigureChoice, Which
+from app.window.figure import FigureChoice
 from app.window.figure_dialog import FigureDialog
 
 
@@ -16,7 +14,7 @@ def dialog(qtbot):
     return dialog
 
 
-def choose(dialog: FigureDialog, box_name: str, text: str) -> None:
+def choose(dialog, box_name, text):
     """Choose an entry as a click does."""
     box = getattr(dialog, box_name)
     row = next(i for i in range(box.count()) if text in box.itemText(i))
@@ -25,7 +23,7 @@ def choose(dialog: FigureDialog, box_name: str, text: str) -> None:
 
 
 def test_each_of_what_it_may_show_has_its_proportions(qtbot):
-    sizes: dict[Which, tuple[int, int]] = {
+    sizes = {
         "reference": (960, 720),
         "generator": (128, 128),
         "both": (1454, 720),
@@ -76,7 +74,7 @@ def test_a_movie_has_even_sides_that_players_show_and_a_background(qtbot):
 
 
 def test_each_choice_is_previewed(qtbot, dialog):
-    asked: list[FigureChoice] = []
+    asked = []
     dialog.preview = asked.append
     dialog.legend_box.setChecked(True)
     choose(dialog, "background_box", "White")

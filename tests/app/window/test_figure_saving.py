@@ -1,16 +1,13 @@
-from __future__ import annotations
-
 import threading
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PySide6.QtGui import QGuiApplication, QImage
 from PySide6.QtWidgets import QDialog, QFileDialog
 from window_fakes import PATIENCE_S, FakeEngine
 
-from app.engines.requests import PictureRequest, SupersededError, Watch
-from app.window.figure import FigureChoice, Which
+from app.engines.requests import SupersededError
+from app.window.figure import FigureChoice
 from app.window.figure_dialog import FigureDialog
 
 
@@ -62,9 +59,9 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
     window.reference.canvas.show_image(None)
     window.saving.ask()
     assert "no image" in window.notice.text
-    offered: list[tuple[int, int]] = []
+    offered = []
 
-    def no(dialog: FigureDialog) -> QDialog.DialogCode:
+    def no(dialog):
         offered.append((dialog.choice().width, dialog.choice().height))
         return QDialog.DialogCode.Rejected
 
@@ -79,9 +76,9 @@ def test_figures_are_saved_and_copied(qtbot, window, builders, tmp_path, monkeyp
 def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     qtbot, window, tmp_path, monkeypatch
 ):
-    asked: list[int] = []
+    asked = []
 
-    def picture(self: FakeEngine, request: PictureRequest, is_wanted: object) -> NDArray[np.uint8]:
+    def picture(self, request, is_wanted):
         asked.append(request.quality.samples)
         return np.full((40, 90, 4), 255, np.uint8)
 
@@ -102,7 +99,7 @@ def test_a_path_traced_picture_has_as_many_samples_as_were_asked_for(
     # One that takes long says how far it is, and can be cancelled.
     begun, given_up = threading.Event(), threading.Event()
 
-    def draw_slowly(self: FakeEngine, request: PictureRequest, watch: Watch) -> NDArray[np.uint8]:
+    def draw_slowly(self, request, watch):
         while watch.is_wanted():
             watch.note(0.5)
             begun.set()
@@ -128,9 +125,9 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
     qtbot, make_window, tmp_path, monkeypatch
 ):
     window = make_window()
-    begun: list[FigureChoice] = []
+    begun = []
 
-    def no(dialog: FigureDialog) -> QDialog.DialogCode:
+    def no(dialog):
         begun.append(dialog.choice())
         return QDialog.DialogCode.Rejected
 
@@ -151,7 +148,7 @@ def test_figures_of_both_images_begin_as_the_screen_and_wait_for_both(
         ("reference", True, True),
     ]
     window.panes.show_images("both")
-    choices: tuple[Which, ...] = ("both", "difference", "generator")
+    choices = ("both", "difference", "generator")
     for which in choices:
         place = tmp_path / f"{which}.png"
         window.saving.draw(FigureChoice(404, 200, (0, 0, 0), which=which), place)

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 from functools import partial
@@ -15,11 +13,9 @@ from ramp import make_tf, make_volume
 from window_fakes import PATIENCE_S
 
 from app.window import files
-from app.window.main_window import MainWindow
 from app.window.volume_dialogs import PropertiesDialog
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
-from model.scene.volume import Volume
 from model.volume_files import read_volume
 from model.volume_files.progress import counted
 from model.volume_files.raw import RawLayout
@@ -30,12 +26,12 @@ def window(make_window):
     return make_window(model=None)
 
 
-def buttons(window: MainWindow) -> dict[str, QPushButton]:
+def buttons(window):
     found = window.notice.findChildren(QPushButton)
     return {button.text(): button for button in found if not button.isHidden()}
 
 
-def over(tf: TransferFunction, lo: float, hi: float) -> TransferFunction:
+def over(tf, lo, hi):
     return TransferFunction(
         OpacityTF((lo, hi), tf.opacity.modes),
         ColorTF((lo, hi), ((lo, 0.0, 0.0, 0.0), (hi, 1.0, 1.0, 1.0))),
@@ -137,25 +133,25 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
         assert f"{kind}.gone" in window.notice.text
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     layout = RawLayout((4, 5, 6), "uint8", spacing=(1.0, 1.0, 2.5))
-    asked: list[Path] = []
+    asked = []
 
     class Dialog:
-        def __init__(self, path: Path, parent: object) -> None:
+        def __init__(self, path, parent):
             asked.append(path)
 
-        def exec(self) -> bool:
+        def exec(self):
             return True
 
-        def choice(self) -> RawLayout:
+        def choice(self):
             return layout
 
-        def deleteLater(self) -> None:  # noqa: N802 (Qt's name)
+        def deleteLater(self):  # noqa: N802 (Qt's name)
             pass
 
     monkeypatch.setattr(files, "RawDialog", Dialog)
-    used: list[RawLayout | None] = []
+    used = []
 
-    def read(path: Path, raw: RawLayout | None = None) -> object:
+    def read(path, raw=None):
         used.append(raw)
         return replace(make_volume(path.stem), spacing=(1.0, 1.0, 2.5))
 
@@ -169,7 +165,7 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
     assert used == [layout, layout]
     go_on, ended = threading.Event(), threading.Event()
 
-    def read_slowly(path: Path) -> Volume:
+    def read_slowly(path):
         try:
             for number in counted("slices read", range(500)):
                 if number == 120:

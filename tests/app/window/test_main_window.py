@@ -1,21 +1,18 @@
 """The window as a whole, on fake engines."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QWidget
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
-from window_fakes import FakeEngine
 
-from app.image_view.engine_pane import EnginePane
+from app.state import workspace
 from app.state.preferences import Preferences
 from app.state.viewer_state import HOME_VIEW
 from app.window.main_window import MainWindow
@@ -27,18 +24,18 @@ from model.scene.volume import Volume
 from model.volume_files.shipped import shipped_volumes, title_of
 
 
-def shown(pane: EnginePane) -> int:
+def shown(pane):
     """Sequence number of the image that a pane shows."""
     assert pane.canvas.image is not None
     return pane.canvas.image.pixelColor(0, 0).red()
 
 
-def action(window: MainWindow, text: str) -> QAction:
+def action(window, text):
     (found,) = (a for a in window.findChildren(QAction) if a.text().replace("&", "") == text)
     return found
 
 
-def settle(qtbot: QtBot, window: MainWindow) -> None:
+def settle(qtbot, window):
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
@@ -158,9 +155,7 @@ def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_on
     assert len(builders.generators) == 1
 
 
-def let_go_when_hidden(
-    window: MainWindow, gate: threading.Semaphore, loading: threading.Event
-) -> None:
+def let_go_when_hidden(window, gate, loading):
     while window.isVisible():
         threading.Event().wait(0.005)
     gate.release()
@@ -233,7 +228,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
         switch.trigger()
     settle(qtbot, window)
     assert not builders.drawn[-1].draws_missing
-    opened: list[Path] = []
+    opened = []
     monkeypatch.setattr(
         window.workspace.opening, "open", lambda path, *_, **__: opened.append(path)
     )
@@ -263,7 +258,7 @@ def test_who_draws_while_something_moves_is_never_queued(qtbot, make_window, bui
     window.workspace.reference.choose(drawing="vtk")
     settle(qtbot, window)
     assert builders.settings[-1].renderer == "vtk"
-    engine: FakeEngine = builders.references[-1]
+    engine = builders.references[-1]
     engine.gate = threading.Semaphore(0)
     before = len(engine.requests)
     window.state.move_view(View(azimuth=0.0))
@@ -301,18 +296,18 @@ def test_the_light_is_moved_where_both_images_follow_it(qtbot, make_window, buil
     assert builders.generators[-1].requests[-1].inputs.light is None
 
 
-def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp_path):
+def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp_path, monkeypatch):
     light = LightDirection(50.0, -20.0)
     builders.volumes["other"] = Volume(make_volume("other").scalars[:, :, :3], name="other")
     builders.volumes["ramp 2"] = make_volume("ramp 2", 210.0)
     builders.volumes["ramp 3"] = make_volume("ramp 3", 220.0)
 
-    def start() -> MainWindow:
+    def start():
         window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
         qtbot.addWidget(window)
         return window
 
-    def opened(window: MainWindow, name: str) -> tuple[str, LightDirection | None]:
+    def opened(window, name):
         with qtbot.waitSignal(window.workspace.settled):
             window.workspace.opening.open(Path(name))
         return builders.settings[-1].lighting, window.state.light
@@ -325,20 +320,21 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp
     first.brightness.set(2.0)
     first.state.crop_input.set(half)
     assert opened(first, "ramp 2") == ("soft", light)
-    assert first.brightness.value == 2 and first.state.crop is None
+    assert first.brightness.of("exact") == 2 and first.state.crop is None
     assert opened(first, "other") == fresh
     # What a start has asked for is not kept.
-    first.workspace.reference.light.place(light)
-    assert not first.brightness.is_chosen
+    first.state.start_light(light)
+    assert first.brightness.value is None
     first.close()
     second = start()
     assert opened(second, "other") == fresh
     # A light is proposed only for a volume that was seen in none.
-    second.workspace.reference.propose("path")
+    traced = SimpleNamespace(lighting="path", angles=None)
+    monkeypatch.setattr(workspace, "sample_of", lambda _volume: traced)
     assert opened(second, "ramp 3")[0] == "path"
-    second.workspace.reference.propose("path")
     assert opened(second, "ramp") == ("soft", light)
-    assert second.brightness.value == 2 and second.state.crop == half
+    monkeypatch.undo()
+    assert second.brightness.of("exact") == 2 and second.state.crop == half
     assert builders.references[-1].requests[-1].inputs.crop == half
     assert not second.state.edits.stack.canUndo()
     second.state.crop_input.set(None)

@@ -1,7 +1,5 @@
 """The menus of shipped volumes and models, with models that only look like shipped ones."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
@@ -11,13 +9,12 @@ from PySide6.QtWidgets import QCheckBox, QComboBox, QMenu, QPushButton
 from ramp import make_volume
 
 from app.state import library
-from app.window.main_window import MainWindow
 from app.window.menus import menu_names
 from app.window.settings_dialog import SettingsDialog
 
 
-def menu_of(window: MainWindow, *titles: str) -> QMenu:
-    menu: object = window.top_bar.menu_bar
+def menu_of(window, *titles):
+    menu = window.top_bar.menu_bar
     for title in titles:
         found = [a.menu() for a in menu.actions() if a.text().replace("&", "") == title]
         menu = found[0]
@@ -35,7 +32,7 @@ def shipped(tmp_path, monkeypatch):
     return {"model": model, "volume": volume}
 
 
-def visible(menu: QMenu) -> list[str]:
+def visible(menu):
     """Entries that are seen when a menu opens."""
     menu.aboutToShow.emit()
     return [a.text().replace("&", "") for a in menu.actions() if a.isVisible() and a.text()]
@@ -44,7 +41,7 @@ def visible(menu: QMenu) -> list[str]:
 def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, shipped):
     builders.volumes["other"] = make_volume("other", 300.0)
     window = make_window("other", model=None)
-    opened: list[Path] = []
+    opened = []
     window.workspace.volumeOpened.connect(lambda volume: opened.append(volume.path))
     menu = menu_of(window, "Help", "The paper's networks")
     assert visible(menu) == ["Ramp, no light", "Open model…"]

@@ -1,7 +1,4 @@
-from __future__ import annotations
-
 import threading
-from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
@@ -11,7 +8,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMessageBox, QPushButton
 from window_fakes import FakeEngine
 
-from app.engines.requests import PictureRequest
 from app.window.figure import FigureChoice
 from model.errors import RenderError
 from model.scene.view import View
@@ -22,9 +18,9 @@ TURN = FigureChoice(64, 48, seconds=0.5, rate=8)
 @pytest.fixture
 def asked(monkeypatch):
     """Requests for pictures, which are as red as their azimuth."""
-    requests: list[PictureRequest] = []
+    requests = []
 
-    def picture(self: FakeEngine, request: PictureRequest, _is_wanted: object) -> np.ndarray:
+    def picture(self, request, _is_wanted):
         requests.append(request)
         if self.gate is not None:
             assert self.gate.acquire(timeout=20)
@@ -47,7 +43,7 @@ def window(make_window, asked):
     return window
 
 
-def frames_of(path: Path) -> np.ndarray:
+def frames_of(path):
     return np.stack([frame[..., :3] for frame in iio.imiter(path)])
 
 
@@ -122,7 +118,7 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
     assert not [*tmp_path.iterdir()] and window.saving.progress is None
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     # A window is closed with a movie only where that is meant.
-    asked: list[str] = []
+    asked = []
     for answer, left in (("No", ["turn.mp4"]), ("Yes", [])):
         gate = builders.references[-1].gate = threading.Semaphore(1)
         window.status.say("")
@@ -131,9 +127,7 @@ def test_what_cannot_be_drawn_or_written_is_told_and_leaves_no_file(
         progress = window.saving.progress
         qtbot.waitUntil(lambda progress=progress: progress.value() == 1)
 
-        def question(
-            _parent: object, _title: str, text: str, answer: str = answer
-        ) -> QMessageBox.StandardButton:
+        def question(_parent, _title, text, answer=answer):
             asked.append(text)
             return QMessageBox.StandardButton[answer]
 

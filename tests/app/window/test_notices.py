@@ -1,7 +1,5 @@
 """Notices and cards over the images."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest
@@ -30,7 +28,7 @@ def bar(qtbot):
     window.close()
 
 
-def shown_buttons(bar: Notices) -> list[str]:
+def shown_buttons(bar):
     return [b.text() for b in bar.findChildren(QPushButton) if b.isVisible()]
 
 
@@ -39,7 +37,7 @@ def test_of_many_notices_the_newest_are_shown(bar):
         bar.add(f"notice {number}")
     assert bar.text.splitlines() == [f"notice {number}" for number in (4, 3, 2, 1, 0)]
 
-    def seen() -> list[str]:
+    def seen():
         return [line.text for line in bar._lines if line.isVisible()]
 
     assert seen() == ["notice 4", "notice 3", "notice 2"]
@@ -52,7 +50,7 @@ def test_of_many_notices_the_newest_are_shown(bar):
 
 
 def test_a_screen_reader_says_errors_at_once(bar, monkeypatch):
-    said: list[tuple[str, str]] = []
+    said = []
     monkeypatch.setattr(
         controls.QAccessible,
         "updateAccessibility",
@@ -81,7 +79,7 @@ def test_a_notice_replaces_the_one_of_its_key(bar):
 
 
 def test_a_button_acts_once_and_removes_its_notice_first(qtbot, bar):
-    seen: list[str] = []
+    seen = []
     bar.add("below")
     bar.add(
         "found",
@@ -109,7 +107,7 @@ def test_escape_dismisses_one_after_another(qtbot, bar):
 class Card(QWidget):
     """A widget of some size."""
 
-    def __init__(self, width: int, height: int) -> None:
+    def __init__(self, width, height):
         super().__init__()
         self.content = QWidget()
         self.content.setFixedSize(width, height)
@@ -118,7 +116,7 @@ class Card(QWidget):
         column.addWidget(self.content)
         self.hide()
 
-    def grow(self, height: int) -> None:
+    def grow(self, height):
         self.content.setFixedHeight(height)
 
 
@@ -172,7 +170,7 @@ def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
     begun, left = card.geometry(), Qt.MouseButton.LeftButton
     grip = QPoint(20, 10)
 
-    def drag(by: QPoint) -> None:
+    def drag(by):
         QTest.mousePress(card, left, pos=grip)
         QTest.mouseMove(card, grip + by)
         QTest.mouseRelease(card, left, pos=grip)

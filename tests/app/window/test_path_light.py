@@ -1,18 +1,14 @@
 """One denoised path-traced sample in the place of a model that knows another light."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 from ramp import make_volume
 
 from app.engines.requests import VisibilityRequest
 from app.state import generator_work
 from app.state.generator_work import PATH_TITLE
-from app.window.main_window import MainWindow
 from model.rendering.path_tracing import denoising
 from model.scene.view import View
 
@@ -23,7 +19,7 @@ def network(monkeypatch):
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
 
 
-def settle(qtbot: QtBot, window: MainWindow) -> None:
+def settle(qtbot, window):
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
@@ -86,7 +82,7 @@ def test_live_questions_follow_live_images_and_leave_time_for_them(
     qtbot.waitUntil(lambda: bool(window.workspace.sensitivity.regions))
     asked = builders.analysts[-1].others
 
-    def live() -> int:
+    def live():
         return sum(each.quality.live for each in asked if isinstance(each, VisibilityRequest))
 
     before = live()

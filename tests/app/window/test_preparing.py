@@ -6,11 +6,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
-from window_fakes import PATIENCE_S, FakeBuilders
+from window_fakes import PATIENCE_S
 
 from app.engines.client import EngineState
-from app.engines.engines import ReferenceSettings
 from app.state import generator_work, reference_work
 from app.state.generator_work import PATH_TITLE
 from app.state.library import Library
@@ -18,7 +16,6 @@ from app.window.main_window import MainWindow
 from model.kernel_cache import KernelGroup
 from model.rendering.path_tracing import denoising
 from model.scene.scene import Scene
-from model.scene.volume import Volume
 
 
 class HeldPreparation(QObject):
@@ -27,34 +24,34 @@ class HeldPreparation(QObject):
     prepared = Signal()
     progressed = Signal(int, int)
 
-    def __init__(self, parent: QObject) -> None:
+    def __init__(self, parent):
         super().__init__(parent)
         self.there: set[KernelGroup] = set()
         self.wanted: Sequence[KernelGroup] = ()
         self.text = ""
 
-    def want(self, groups: Sequence[KernelGroup]) -> None:
+    def want(self, groups):
         self.wanted = groups
         done = len(self.there & set(groups))
         self.text = f"{done} of {len(groups)}" if done < len(groups) else ""
         self.progressed.emit(done, len(groups))
 
-    def is_prepared(self, group: KernelGroup) -> bool:
+    def is_prepared(self, group):
         return group in self.there
 
-    def finish(self, group: KernelGroup) -> None:
+    def finish(self, group):
         self.there.add(group)
         self.want(self.wanted)
         self.prepared.emit()
 
-    def begin(self) -> None:
+    def begin(self):
         """Nothing waits."""
 
-    def stop(self) -> None:
+    def stop(self):
         """Nothing runs."""
 
 
-def kernels(_volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, ...]:
+def kernels(_volume, settings):
     light = settings.lighting
     return KernelGroup("uint8", light, "images"), KernelGroup("uint8", light, "questions")
 
@@ -155,7 +152,7 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
 
 
-def opened(qtbot: QtBot, builders: FakeBuilders) -> MainWindow:
+def opened(qtbot, builders):
     window = MainWindow(replace(builders.make(), kernels=kernels))
     qtbot.addWidget(window)
     window.workspace.reference.choose(lighting="path")

@@ -1,14 +1,11 @@
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QInputDialog, QMessageBox
 from ramp import make_tf
 
-from app.engines.requests import BatchRequest
-from app.state.own_presets import save_own_preset
 from app.tf_editor.tf_menu import PICTURE
+from app.window.presets import save_own_preset
 from model.scene.ranges import stretch_to_range
 
 
@@ -19,7 +16,7 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, make_window, build
     window.brightness.set(1.0)
     menu.aboutToShow.emit()
 
-    def asked() -> list[BatchRequest]:
+    def asked():
         return [r for r in builders.analysts[-1].others if r.channel == "presets"]
 
     qtbot.waitUntil(lambda: bool(asked()))
@@ -29,7 +26,7 @@ def test_each_preset_shows_the_volume_and_can_be_taken(qtbot, make_window, build
     assert request.inputs.view.basis() == pytest.approx(state.view.basis())
     assert request.inputs.view == state.for_picture(state.view)
 
-    def level(number: int) -> int:
+    def level(number):
         image = entries.item(number).icon().pixmap(PICTURE, PICTURE).toImage()
         return image.pixelColor(PICTURE // 2, PICTURE // 2).red()
 
@@ -58,11 +55,11 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     menu, state = window.editor.menu.presets, window.state
     entries = {a.text(): a for a in menu.actions()}
 
-    def names() -> list[str]:
+    def names():
         menu.aboutToShow.emit()
         return [menu.list.item(row).text() for row in range(menu.list.count())]
 
-    def save(name: str, mean: float) -> None:
+    def save(name, mean):
         state.tf_input.set(make_tf(mean), "edit")
         monkeypatch.setattr(QInputDialog, "getText", lambda *_: (name, True))
         entries["Save as preset…"].trigger()
@@ -92,7 +89,7 @@ def test_the_users_own_presets_are_kept_replaced_and_removed(make_window, tmp_pa
     assert names() == shipped
 
 
-def refuse(*_: object, **__: object) -> None:
+def refuse(*_, **__):
     raise OSError(16, "busy")
 
 

@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from pytestqt.qtbot import QtBot
 
 from app.window.raw_dialog import UNKNOWN, RawDialog
 from model.volume_files import read_volume
@@ -16,7 +13,7 @@ def open_dialog(qtbot, tmp_path):
     z, y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in (16, 20, 24)), indexing="ij")
     bytes_ = (30000 * np.exp(-2 * (x * x + y * y + z * z))).astype(">u2").tobytes()
 
-    def opened(name: str, content: bytes = bytes_) -> RawDialog:
+    def opened(name, content=bytes_):
         (tmp_path / name).write_bytes(content)
         dialog = RawDialog(tmp_path / name)
         dialogs.append(dialog)
@@ -28,7 +25,7 @@ def open_dialog(qtbot, tmp_path):
         dialog.done(0)
 
 
-def wait(qtbot: QtBot, dialog: RawDialog) -> None:
+def wait(qtbot, dialog):
     """Wait until the newest previews are there."""
     qtbot.waitUntil(lambda: not dialog._previews.is_running)
 
@@ -52,7 +49,7 @@ def test_every_change_is_checked_and_previewed(qtbot, open_dialog):
     wait(qtbot, dialog)
     dialog.dimension_boxes[2].setValue(17)
     assert not dialog.open_button.isEnabled()
-    assert "too few" in dialog.fit_text and "16 voxels along z" in dialog.fit_text
+    assert "too few" in dialog.fit.text() and "16 voxels along z" in dialog.fit.text()
     wait(qtbot, dialog)
     first = dialog.slices[0].image
     assert first is not None and first.height() == 17
@@ -71,11 +68,11 @@ def test_a_file_that_nothing_fits_and_one_that_is_gone(qtbot, open_dialog, tmp_p
     dialog = open_dialog("prime.raw", b"x" * 1009)
     wait(qtbot, dialog)
     assert dialog.choice() == UNKNOWN and not dialog.open_button.isEnabled()
-    assert "1,009 bytes" in dialog.fit_text
+    assert "1,009 bytes" in dialog.fit.text()
     (tmp_path / "prime.raw").unlink()
     dialog.dimension_boxes[0].setValue(9)
     wait(qtbot, dialog)
-    assert "prime.raw: the file cannot be read" in dialog.fit_text
+    assert "prime.raw: the file cannot be read" in dialog.fit.text()
     assert not dialog.open_button.isEnabled()
 
 
@@ -85,7 +82,7 @@ def test_a_header_is_skipped(qtbot, open_dialog, tmp_path):
     wait(qtbot, dialog)
     assert dialog.choice() == RawLayout((6, 5, 4), "uint16", offset=32)
     dialog.offset_box.setValue(0)
-    assert "32 bytes too many. A header? It would fit with 32 bytes skipped" in dialog.fit_text
+    assert "32 bytes too many. A header? It would fit with 32 bytes skipped" in dialog.fit.text()
     dialog.offset_box.setValue(32)
     assert dialog.open_button.isEnabled()
     volume = read_volume(tmp_path / "scan_6x5x4_uint16.raw", raw=dialog.choice())

@@ -1,32 +1,20 @@
 """What the window saves as a TF it opens again as the same picture."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PySide6.QtWidgets import QPushButton
-from pytestqt.qtbot import QtBot
 
-from app.window.main_window import MainWindow
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.transfer_function import (
-    ColorTF,
-    GaussianMode,
-    OpacityTF,
-    Range,
-    TransferFunction,
-)
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 
 WIDE, NARROW = (0.0, 65535.0), (29_900.0, 30_200.0)
 
 
-def shells() -> Volume:
+def shells():
     """Shells of values over all 16 bits, most of the voxels about 30,000, as in a specimen."""
     z, y, x = np.mgrid[0:14, 0:15, 0:16]
     distance = np.sqrt((x - 8) ** 2 + (y - 7) ** 2 + (z - 7) ** 2)
@@ -36,18 +24,18 @@ def shells() -> Volume:
     return Volume(values.astype(np.float32), name="shells")
 
 
-def colors(scalar_range: Range) -> ColorTF:
+def colors(scalar_range):
     lo, hi = scalar_range
     return ColorTF(scalar_range, ((lo, 0.1, 0.3, 0.9), ((lo + hi) / 2, 1, 1, 0), (hi, 1, 0, 0)))
 
 
-def curve(scalar_range: Range, count: int) -> OpacityTF:
+def curve(scalar_range, count):
     heights = np.random.default_rng(count).uniform(0, 0.8, count).tolist()
     values = np.linspace(*scalar_range, count).tolist()
     return OpacityTF(scalar_range, points=tuple(zip(values, heights, strict=True)))
 
 
-def modes(scalar_range: Range, *each: GaussianMode) -> OpacityTF:
+def modes(scalar_range, *each):
     return OpacityTF(scalar_range, each)
 
 
@@ -69,7 +57,7 @@ KINDS = {
 }
 
 
-def picture(window: MainWindow) -> NDArray[np.float32]:
+def picture(window):
     opened = window.workspace.opened
     assert opened is not None and opened.volume.scalar_range == window.state.scalar_range
     renderer = RaycastRenderer(opened.volume, threads=1)
@@ -79,7 +67,7 @@ def picture(window: MainWindow) -> NDArray[np.float32]:
     return image
 
 
-def open_over(qtbot: QtBot, window: MainWindow, change: Callable[[], object]) -> None:
+def open_over(qtbot, window, change):
     """Change the TF, and wait until the volume is shown over its range."""
     change()
     opened = window.workspace
@@ -96,7 +84,7 @@ def opened_shells(builders):
     builders.volumes["shells"] = shells()
 
 
-def notice_buttons(window: MainWindow) -> dict[str, QPushButton]:
+def notice_buttons(window):
     found = window.notice.findChildren(QPushButton)
     return {button.text(): button for button in found if not button.isHidden()}
 

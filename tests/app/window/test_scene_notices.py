@@ -1,30 +1,24 @@
 """Notices about how a volume is shown: nothing visible, no light, a logarithmic scale."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PySide6.QtWidgets import QPushButton
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeEngine
 
-from app.engines.requests import UNWATCHED, ImageRequest, Watch
+from app.engines.requests import UNWATCHED
 from app.state import reference_choices
-from app.window.main_window import MainWindow
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
 from model.scene.volume import Volume
 
 
-def draw(self: FakeEngine, request: ImageRequest, watch: Watch = UNWATCHED) -> NDArray[np.float32]:
+def draw(self, request, watch=UNWATCHED):
     """As opaque as the TF at its most opaque."""
     self.requests.append(request)
     pixels = request.quality.pixels
@@ -48,9 +42,7 @@ def test_nothing_visible_is_said_with_a_way_out(qtbot, make_window, builders, mo
     assert window.state.transfer_function != empty
 
 
-def draw_slowly(
-    self: FakeEngine, request: ImageRequest, watch: Watch = UNWATCHED
-) -> NDArray[np.float32]:
+def draw_slowly(self, request, watch=UNWATCHED):
     """As the ray caster draws, slowly."""
     self.by_raycast = True
     time.sleep(0.1)
@@ -75,7 +67,7 @@ def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders,
     qtbot.waitUntil(lambda: "has no light" in notice.text)
     assert work.settings.lighting == "none"
     assert window.reference_controls.light.title == "None (too slow)"
-    buttons: dict[str, Any] = {b.text(): b for b in notice.findChildren(QPushButton)}
+    buttons = {b.text(): b for b in notice.findChildren(QPushButton)}
     buttons["Light it"].click()
     assert work.settings.lighting == "direct"
     assert notice.text == ""
@@ -83,7 +75,7 @@ def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders,
     # The last image stays while another light is prepared.
     pane = window.reference
     assert pane.canvas.image is not None
-    shown: list[Any] = []
+    shown = []
     pane.client.stateChanged.connect(
         lambda _s: shown.append((pane.canvas.image, pane.canvas.message))
     )
@@ -104,17 +96,17 @@ def halo(builders):
     return volume
 
 
-def offer(window: MainWindow) -> list[QPushButton]:
+def offer(window):
     found = window.notice.findChildren(QPushButton)
     return [b for b in found if b.text() == "Logarithmic scale" and not b.isHidden()]
 
 
-def shown(window: MainWindow) -> Volume:
+def shown(window):
     assert window.workspace.opened is not None
     return window.workspace.opened.volume
 
 
-def click(qtbot: QtBot, window: MainWindow) -> None:
+def click(qtbot, window):
     with qtbot.waitSignal(window.workspace.rangeChanged):
         offer(window)[0].click()
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -202,7 +194,7 @@ def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, hal
     assert not offer(window)
 
 
-def shows_as_the_model(window: MainWindow, scene: Scene) -> bool:
+def shows_as_the_model(window, scene):
     volume, canvas = shown(window), window.generator.canvas
     return (volume.scalar_range, volume.scale) == (scene.scalar_range, "log") and not canvas.message
 

@@ -1,19 +1,15 @@
 """Sessions in the window: everything comes back, and nothing of what was there is lost."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QFileDialog
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
 from model.scene.crop import CropBox
 from model.scene.region import Outline
-from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 
 VIEW = View(70.0, -25.0, 10.0, 1.2)
@@ -30,7 +26,7 @@ def volume(tmp_path):
 def open_window(qtbot, builders, volume, tmp_path):
     """Open a window as the next run would, on the ramp."""
 
-    def opened() -> MainWindow:
+    def opened():
         window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
         qtbot.addWidget(window)
         with qtbot.waitSignal(window.workspace.volumeStarted):
@@ -40,7 +36,7 @@ def open_window(qtbot, builders, volume, tmp_path):
     return opened
 
 
-def change_all(window: MainWindow, tf: TransferFunction) -> None:
+def change_all(window, tf):
     """Make something of each kind."""
     window.state.tf_input.set(tf, "another")
     window.state.set_view(VIEW)
@@ -56,12 +52,12 @@ def change_all(window: MainWindow, tf: TransferFunction) -> None:
     window.brightness.finish()
 
 
-def open_session(qtbot: QtBot, window: MainWindow, path: Path) -> None:
+def open_session(qtbot, window, path):
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.files.open(path)
 
 
-def texts_of(window: MainWindow) -> list[str]:
+def texts_of(window):
     """What the notices say."""
     return [text for text in window.notice.text.splitlines() if text]
 

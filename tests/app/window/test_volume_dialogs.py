@@ -1,16 +1,13 @@
 """The dialogs that tell what a file holds, and what is known of the open volume."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from window_fakes import make_volume
 
 from app.window.volume_dialogs import ContentsDialog
 from model.errors import VolumeError
-from model.scene.volume import Content, FileFacts, Volume
+from model.scene.volume import Content, FileFacts
 from model.volume_files.choice import Choice
 
 ARRAYS = (
@@ -21,7 +18,7 @@ CHANNELS = tuple(Content("channel", str(k), (4, 5, 6), "uint8", 120, k == 0) for
 
 
 def test_what_is_shown_is_chosen_at_first(qtbot):
-    chosen: list[Choice] = []
+    chosen = []
     dialog = ContentsDialog("a.vti", ARRAYS + CHANNELS, chosen.append)
     qtbot.addWidget(dialog)
     assert dialog.choice() == Choice(array="density", channel="0")
@@ -44,9 +41,9 @@ def window(make_window):
 @pytest.fixture
 def several(window, monkeypatch):
     """Have volumes read of a file with three channels; what was asked for."""
-    asked: list[Choice | None] = []
+    asked = []
 
-    def read(path: Path, choice: Choice | None = None) -> Volume:
+    def read(path, choice=None):
         asked.append(choice)
         number = int((choice or Choice()).channel or 0)
         listed = tuple(replace(c, is_read=k == number) for k, c in enumerate(CHANNELS))
@@ -60,7 +57,7 @@ def several(window, monkeypatch):
 
 def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, monkeypatch):
 
-    def asking() -> list[ContentsDialog]:
+    def asking():
         return [dialog for dialog in window.findChildren(ContentsDialog) if dialog.isVisible()]
 
     path, read = tmp_path / "cells.tif", window.workspace.opening._read_volume
@@ -79,7 +76,7 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
     # A choice that is gone gives way.
     several.clear()
 
-    def refuse(path: Path, choice: Choice | None = None) -> Volume:
+    def refuse(path, choice=None):
         several.append(choice)
         if choice is not None:
             raise VolumeError(f"{path}: there is no channel '2'; there are 0, 1.")

@@ -1,7 +1,5 @@
 """What VTK cannot draw the ray caster draws, which is said; what nothing draws is not saved."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PIL import Image
@@ -13,7 +11,6 @@ from app.image_view.picture import BLACK
 from app.state import reference_work
 from app.state.reference_choices import SlowLights
 from app.window.figure import FigureChoice
-from app.window.main_window import MainWindow
 from model.errors import CannotDrawError
 from model.rendering import opengl, vtk_renderer
 from model.rendering.raster import Raster
@@ -28,7 +25,7 @@ CHOICE = FigureChoice(48, 32, BLACK)
 class SoftIsSlow(SlowLights):
     """Finds soft light, which VTK has not, too slow from the start."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__()
         self.found = frozenset({"soft"})
 
@@ -46,11 +43,11 @@ def real_reference(builders, monkeypatch):
     monkeypatch.setattr(reference_work, "SlowLights", SoftIsSlow)
 
 
-def fail(*_: object, **__: object) -> None:
+def fail(*_, **__):
     raise CannotDrawError("VTK cannot draw ramp on this machine ('out of memory'); crop it.")
 
 
-def by_the_ray_caster(window: MainWindow, inputs: SceneInputs) -> np.ndarray:
+def by_the_ray_caster(window, inputs):
     settings = window.workspace.reference.settings
     renderer = RaycastRenderer(
         make_volume(), settings.lighting, sample_distance=settings.smooth_distance
@@ -114,7 +111,7 @@ def test_the_ground_truth_next_to_a_generator_is_vtks_without_a_graphics_card(
     monkeypatch.setattr(opengl, "opengl_name", lambda: "llvmpipe (LLVM 15.0.6, 256 bits)")
     window = make_window(lighting="direct")
     client = window.reference.client
-    shown: list[str] = []
+    shown = []
     window.reference.resultShown.connect(lambda result: shown.append(result.image.by))
     for lighting, name in (("direct", "VTK"), ("none", "VTK"), ("soft", "ray caster")):
         window.workspace.reference.choose(lighting=lighting)

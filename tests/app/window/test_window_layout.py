@@ -1,7 +1,5 @@
 """The window's measures: what has room, what folds, and what never moves."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest
@@ -21,7 +19,6 @@ from PySide6.QtWidgets import (
 
 from app.theme import apply_theme
 from app.window.help_pages import status_keys
-from app.window.main_window import MainWindow
 from app.window.settings_dialog import apply_single_keys
 from model.scene.region import Outline
 
@@ -44,11 +41,11 @@ def theme(qapp):
     apply_theme(qapp, "dark")
 
 
-def place(widget: QWidget, window: QWidget) -> QRect:
+def place(widget, window):
     return QRect(widget.mapTo(window, QPoint()), widget.size())
 
 
-def action(window: MainWindow, keys: str) -> QAction:
+def action(window, keys):
     (found,) = [
         a
         for a in window.findChildren(QAction)
@@ -57,7 +54,7 @@ def action(window: MainWindow, keys: str) -> QAction:
     return found
 
 
-def cut_in(window: QWidget) -> list[str]:
+def cut_in(window):
     """Names of controls that are seen, but not as a whole."""
     found = []
     for widget in window.findChildren(QWidget):
@@ -74,7 +71,7 @@ def cut_in(window: QWidget) -> list[str]:
     return found
 
 
-def assert_whole(window: MainWindow, size: tuple[int, int]) -> None:
+def assert_whole(window, size):
     QApplication.processEvents()
     least = window.minimumSizeHint()
     assert (window.width(), window.height()) == size
@@ -201,7 +198,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     window.reference.canvas.setFocus()
     qtbot.waitUntil(window.reference.canvas.hasFocus)
 
-    def area() -> str:
+    def area():
         focus = QApplication.focusWidget()
         areas = {
             "top": window.top_bar,
@@ -211,7 +208,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
         }
         return next(n for n, a in areas.items() if a is focus or a.isAncestorOf(focus))
 
-    def walk() -> list[str]:
+    def walk():
         """Areas in their order; the editor's own, one after another, count as one."""
         seen = [area()]
         for _ in range(12):
@@ -243,7 +240,7 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     assert window.panes.images == [window.generator]
     titles = [a.text() for a in window.top_bar.menus.actions() if a.menu() is not None]
     assert titles == ["&File", "&View", "&Region", "&Help"]
-    opened: list[bool] = []
+    opened = []
     monkeypatch.setattr(window.top_bar, "open_menus", lambda: opened.append(True))
     QTest.keyPress(window, Qt.Key.Key_Alt)
     QTest.keyClick(window, Qt.Key.Key_F7, Qt.KeyboardModifier.AltModifier)

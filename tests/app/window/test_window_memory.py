@@ -1,12 +1,9 @@
 """What the window and its volumes looked like comes back, over other volumes and restarts."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QSize
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from window_fakes import FakeBuilders
 
@@ -45,7 +42,7 @@ def builders():
 def open_window(qtbot, builders, tmp_path):
     """Open a window as the next run would, on the ramp."""
 
-    def opened() -> MainWindow:
+    def opened():
         window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
         qtbot.addWidget(window)
         show(qtbot, window, "ramp")
@@ -54,7 +51,7 @@ def open_window(qtbot, builders, tmp_path):
     return opened
 
 
-def show(qtbot: QtBot, window: MainWindow, name: str) -> None:
+def show(qtbot, window, name):
     with qtbot.waitSignal(window.workspace.volumeStarted):
         window.workspace.opening.open(Path(name))
 

@@ -5,24 +5,19 @@ the screen changes much. ``pytest tests/pictures tests/app/window/test_window_pi
 --regenerate-pictures`` stores them anew.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 from pathlib import Path
 
 import imageio.v3 as iio
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QApplication, QWidget
-from pytestqt.qtbot import QtBot
+from PySide6.QtWidgets import QApplication
 from toy_codec import toy_space
 
 from app.theme import apply_theme
 from app.window.figure import FigureChoice
 from app.window.figure_dialog import FigureDialog
-from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
 STORED = Path(__file__).parents[2] / "pictures" / "stored" / "window"
@@ -37,7 +32,7 @@ MOST_RMSE = 0.025
 NAMES = ("start", "browser", "value", "region", "dialog")
 
 
-def blocks(widget: QWidget) -> NDArray[np.uint8]:
+def blocks(widget):
     """Mean brightness of a widget's blocks, shape (30, 48)."""
     gray = widget.grab().toImage().convertToFormat(QImage.Format.Format_Grayscale8)
     lines = np.frombuffer(gray.constBits(), np.uint8).reshape(gray.height(), -1)
@@ -48,11 +43,11 @@ def blocks(widget: QWidget) -> NDArray[np.uint8]:
     return np.rint(sums / np.outer(np.diff(rows), np.diff(columns))).astype(np.uint8)
 
 
-def difference(a: NDArray[np.uint8], b: NDArray[np.uint8]) -> float:
+def difference(a, b):
     return float(np.sqrt(np.mean((a.astype(float) - b) ** 2)) / 255)
 
 
-def shown(name: str, qtbot: QtBot, window: MainWindow) -> QWidget:
+def shown(name, qtbot, window):
     """Bring the window to where a picture is of, and return what is pictured."""
     window.resize(1440, 900)
     if name == "region":

@@ -1,12 +1,8 @@
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 from ramp import make_tf, make_volume
 
-from app.window.file_dialogs import ask_for_place, file_name
+from app.window.context import ask_for_place, file_name
 from model.scene.transfer_function import TransferFunction
 
 
@@ -19,11 +15,11 @@ def window(make_window):
 def answer(monkeypatch):
     """What the user chooses in every file dialog; empty cancels."""
 
-    def set_answer(path: Path | str) -> None:
-        def file(*_args: object) -> tuple[str, str]:
+    def set_answer(path):
+        def file(*_args):
             return str(path), ""
 
-        def folder(*_args: object) -> str:
+        def folder(*_args):
             return str(path)
 
         monkeypatch.setattr(QFileDialog, "getOpenFileName", file)

@@ -3,7 +3,7 @@ from PySide6.QtCore import QEvent, QPoint
 from PySide6.QtGui import QHelpEvent
 from PySide6.QtWidgets import QApplication, QMenu, QToolTip
 
-from app.menu_tips import show_tips
+from app.controls import show_tips
 from app.theme import apply_theme
 
 LONG = "A sentence that says rather much about an entry, and that is wrapped where it is too long"

@@ -1,0 +1,347 @@
+"""Cards over the images: a first volume, which way is up, the crop box."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+
+from PySide6.QtCore import QEvent, QObject, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtGui import QIcon, QImage
+from PySide6.QtWidgets import (
+    QApplication,
+    QGridLayout,
+    QHBoxLayout,
+    QLabel,
+    QPushButton,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+from superqt import QDoubleRangeSlider
+
+from app import theme
+from app.controls import Card, WheelGuard, label, line_up, picture_icon, picture_tip
+from app.engines.background import Pause
+from app.engines.client import EngineState
+from app.icons import IconButton
+from app.number_box import WholeNumberBox
+from app.state.viewer_state import ViewerState
+from app.window.context import Context
+from app.window.files import Files
+from app.window.small_pictures import SmallPictures
+from model.scene.crop import (
+    WITHOUT_VOLUME,
+    CropBox,
+    axis_name,
+    least_length,
+    place_of,
+    voxel_at,
+)
+from model.scene.orientation import home_view
+from model.scene.view import AXES, DEFAULT_UP
+from model.volume_files.shipped import picture_of, shipped_volumes, title_of
+
+SAMPLE_PICTURE = 72
+"""Side of a sample's picture, in pixels."""
+
+EDGE = 8
+"""Least distance to the edges of the image, in pixels."""
+
+
+class EmptyCard(Card):
+    """Lies in the middle of the reference's image once a first volume could not be read."""
+
+    def __init__(self, context: Context, files: Files) -> None:
+        super().__init__(context.reference.canvas)
+        self._pane, self._workspace = context.reference, context.workspace
+        self.open = QPushButton("Open…")
+        self.open.setToolTip("Open a volume's file (Ctrl+O)")
+        self.open.clicked.connect(files.ask_and_open)
+        self.samples: list[QToolButton] = []
+        for path in shipped_volumes():
+            sample = QToolButton()
+            sample.setText(title_of(path))
+            sample.setAccessibleName(f"Open the sample volume {title_of(path)}")
+            sample.setIcon(QIcon(str(picture_of(path))))
+            sample.setIconSize(QSize(SAMPLE_PICTURE, SAMPLE_PICTURE))
+            sample.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+            sample.clicked.connect(lambda _on=False, path=path: files.open_volume(path))
+            self.samples.append(sample)
+        head = line_up(QHBoxLayout(), label("Drop a volume here, or", "title"), self.open, None)
+        pictures = line_up(QHBoxLayout(), *self.samples)
+        line_up(QVBoxLayout(self), head, pictures, margins=(12, 8, 12, 8))
+        self.hide()
+        self._pane.canvas.installEventFilter(self)
+        self._pane.client.stateChanged.connect(self._follow)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Stay in the middle of the image."""
+        if event.type() == QEvent.Type.Resize and not self.isHidden():
+            self._place()
+        return False
+
+    def _follow(self, state: EngineState) -> None:
+        self.set_shown(state is EngineState.FAILED and self._workspace.opened is None)
+
+    def set_shown(self, shown: bool) -> None:
+        """Show the card, with what the image says above it, or hide it."""
+        self.setVisible(shown)
+        self._pane.canvas.below_message = self if shown else None
+        if shown:
+            self._place()
+
+    def _place(self) -> None:
+        self.adjustSize()
+        room = self._pane.canvas.size() - self.size()
+        top = min(room.height() // 2 + self.height() // 4, room.height() - EDGE)
+        self.move(max(room.width() // 2, 0), max(top, 0))
+        self.raise_()
+
+
+ICON, PICTURE = 40, 200
+"""Sides of the pictures on the buttons, and next to the mouse, in pixels."""
+
+TF_REST_MS = 300
+"""Pause after an edit of the TF until the pictures follow it."""
+
+
+class UpAxisCard(Card):
+    """Asks with six buttons, one per axis; hidden until there is a volume that does not say."""
+
+    def __init__(self, context: Context) -> None:
+        super().__init__()
+        self._context, self._state, self._workspace = context, context.state, context.workspace
+        self._pictures = SmallPictures("up axis", PICTURE, context, self._show_pictures)
+        self._buttons: dict[str, QToolButton] = {}
+        self._lay_out()
+        self._rest = Pause(self, TF_REST_MS, self._ask_for_pictures)
+        self._state.navigationChanged.connect(self._follow)
+        self._state.tf_input.changeFinished.connect(lambda _tf: self._rest.start())
+        # An analyst that was started anew knows of no question.
+        self._workspace.reference.analystReplaced.connect(self._ask_for_pictures)
+        self.hide()
+
+    def ask(self, present: str = "") -> None:
+        """Show the question; the button of the axis that points up now is marked."""
+        self._set_pictures({})
+        for axis, button in self._buttons.items():
+            button.setCheckable(axis == present)
+            button.setChecked(axis == present)
+        self.show()
+
+    def button(self, axis: str) -> QToolButton:
+        """Return an axis' button."""
+        return self._buttons[axis]
+
+    def _lay_out(self) -> None:
+        tip = "Keep the volume as it is, and do not ask again"
+        self.leave = IconButton("close", "Keep it", tip=tip, colors=theme.ON_IMAGE)
+        self.leave.clicked.connect(self._remember)
+        for axis in AXES:
+            button = self._buttons[axis] = QToolButton()
+            button.setText(axis.replace("-", "−"))
+            button.setIconSize(QSize(ICON, ICON))
+            button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
+            button.setAccessibleName(f"{axis} is up")
+            # After a click the card is gone, and another button would have its focus.
+            button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+            button.clicked.connect(partial(self._choose, axis))
+        head = line_up(QHBoxLayout(), label("Which way is up?", "title"), None, self.leave)
+        pictures = line_up(QHBoxLayout(), *self._buttons.values(), spacing=4)
+        line_up(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
+
+    def _set_pictures(self, pictures: Mapping[str, QImage]) -> None:
+        for axis, button in self._buttons.items():
+            picture = pictures.get(axis)
+            text = f"Turn the volume so that its {axis} axis points up"
+            button.setIcon(picture_icon(picture, ICON))
+            button.setToolTip(text if picture is None else picture_tip(picture, text))
+
+    def _choose(self, axis: str, _checked: bool = False) -> None:
+        self.hide()
+        self._state.set_up_axis(axis)
+        self._remember()
+
+    def start_volume(self) -> None:
+        """Ask about another volume, unless its file or the user has said which way is up."""
+        opened = self._workspace.opened
+        if opened is None:
+            return
+        known = opened.volume.up or self._remembered(opened.fingerprint)
+        if known or opened.path.absolute() in {p.absolute() for p in shipped_volumes()}:
+            self.hide()
+            return
+        self.ask(self._state.up_axis)
+        self._ask_for_pictures()
+
+    def _remembered(self, fingerprint: str) -> str:
+        return self._context.preferences.volume(fingerprint).up_axis
+
+    def _ask_for_pictures(self) -> None:
+        opened = self._workspace.opened
+        if opened is None or self.isHidden():
+            return
+        proportions, points = opened.volume.proportions, opened.shown
+        homes = [home_view(proportions, axis, points=points) for axis in AXES]
+        views = [self._state.for_picture(home) for home in homes]
+        self._pictures.ask([replace(self._state.inputs, view=view) for view in views])
+
+    def _show_pictures(self, images: list[QImage]) -> None:
+        if not self.isHidden():
+            self._set_pictures(dict(zip(AXES, images, strict=True)))
+
+    def _follow(self) -> None:
+        """Remember an axis that was chosen elsewhere."""
+        opened = self._workspace.opened
+        if opened is not None:
+            known = self._remembered(opened.fingerprint) or opened.volume.up
+            if self._state.up_axis != (known or DEFAULT_UP):
+                self._remember()
+
+    def _remember(self) -> None:
+        opened = self._workspace.opened
+        self._pictures.stop_tracing()
+        if opened is not None:
+            self.hide()
+            self._context.preferences.note_volume(opened.fingerprint, up_axis=self._state.up_axis)
+
+
+SLIDER_WIDTH = 180
+"""Of a slider at least, in pixels."""
+
+PADDING = 22
+"""Width of a voxel's box next to its number, in pixels."""
+
+SLIDER_TIP = "Drag an end, or the middle to move the slab"
+
+
+class CropCard(Card):
+    """Shows the state's crop box and changes it; initially hidden."""
+
+    shownChanged = Signal(bool)
+    """Emitted when the card is shown or hidden, other than with its window."""
+
+    def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self._state = state
+        self._dimensions = WITHOUT_VOLUME
+        self.names = [QLabel() for _ in range(3)]
+        self.sliders = [
+            QDoubleRangeSlider(Qt.Orientation.Horizontal)  # type: ignore[no-untyped-call]
+            for _ in range(3)
+        ]
+        self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
+        self.whole = QPushButton("Whole volume")
+        self.whole.setToolTip("Show all of the volume again")
+        # After a click, keys such as W are the window's again.
+        self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.whole.clicked.connect(lambda: state.crop_input.set(None))
+        self.dismiss = IconButton(
+            "close",
+            "Close",
+            "K",
+            "Close this card; the volume stays cropped",
+            colors=theme.ON_IMAGE,
+        )
+        self.dismiss.clicked.connect(lambda: self.set_shown(False))
+        self._lay_out()
+        state.crop_input.changed.connect(self._show)
+        state.navigationChanged.connect(self._name)
+        self.set_volume(WITHOUT_VOLUME)
+        self.hide()
+
+    @property
+    def is_shown(self) -> bool:
+        """Whether the card is there while its window is."""
+        return not self.isHidden()
+
+    def set_shown(self, shown: bool) -> None:
+        """Show or hide the card; the crop box stays as it is."""
+        focus = QApplication.focusWidget()
+        if not shown and focus is not None and self.isAncestorOf(focus):
+            # Otherwise the next number box would have it.
+            self.window().setFocus()
+        if shown != self.is_shown:
+            for slider in self.sliders:
+                # It does not see the mouse's release.
+                slider.setSliderDown(False)
+            self.setVisible(shown)
+            self.shownChanged.emit(shown)
+
+    def set_volume(self, dimensions: tuple[int, int, int]) -> None:
+        """Set the number of voxels along x, y and z."""
+        self._dimensions = dimensions
+        for axis, count in enumerate(dimensions):
+            # Its ends come no nearer to each other.
+            self.sliders[axis].setSingleStep(least_length(count))
+            for box in self.planes[axis]:
+                box.set_limits(0, count - 1)
+                box.setFixedWidth(box.fontMetrics().horizontalAdvance(f"{count}") + PADDING)
+        self._name()
+        self._show()
+
+    def _lay_out(self) -> None:
+        head = line_up(QHBoxLayout(), label("Crop", "title"), None, self.whole, self.dismiss)
+        rows = QGridLayout()
+        rows.setHorizontalSpacing(8)
+        rows.setVerticalSpacing(4)
+        rows.setColumnStretch(2, 1)
+        for axis, (first, last) in enumerate(self.planes):
+            slider = self.sliders[axis]
+            slider.setToolTip(SLIDER_TIP)
+            slider.setMinimumWidth(SLIDER_WIDTH)
+            slider.setRange(0.0, 1.0)
+            # The keys' way are the numbers next to it.
+            slider.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            WheelGuard(slider)
+            for column, widget in enumerate((self.names[axis], first, slider, last)):
+                rows.addWidget(widget, axis, column)
+            slider.valueChanged.connect(partial(self._drag, axis))
+            slider.sliderReleased.connect(self._state.crop_input.finish)
+            for side, box in enumerate((first, last)):
+                box.valueChanged.connect(partial(self._type, axis, side))
+        line_up(QVBoxLayout(self), head, rows, margins=(12, 6, 8, 8), spacing=4)
+
+    def _name(self) -> None:
+        for axis, count in enumerate(self._dimensions):
+            name = axis_name(axis, self._state.axis_labels)
+            self.names[axis].setText(name)
+            self.sliders[axis].setAccessibleName(f"Shown part along {name}")
+            for end, box in zip(("First", "Last"), self.planes[axis], strict=True):
+                meaning = f"{end} voxel along {name}"
+                box.setAccessibleName(meaning)
+                box.setToolTip(f"{meaning}\nVoxels are numbered from 0 to {count - 1}")
+
+    def _show(self) -> None:
+        crop = self._state.crop or CropBox()
+        self.whole.setEnabled(self._state.crop is not None)
+        for axis, count in enumerate(self._dimensions):
+            span = crop.low[axis], crop.high[axis]
+            with QSignalBlocker(self.sliders[axis]):
+                self.sliders[axis].setValue(span)
+            first, last = (voxel_at(place, count) for place in span)
+            apart = math.ceil(least_length(count) * (count - 1) - 1e-9)
+            self.planes[axis][0].set_limits(0, max(last - apart, first))
+            self.planes[axis][1].set_limits(min(first + apart, last), count - 1)
+            for box, voxel in zip(self.planes[axis], (first, last), strict=True):
+                box.show_value(voxel)
+
+    def _drag(self, axis: int, span: tuple[float, float]) -> None:
+        crop = self._state.crop or CropBox()
+        self._state.crop_input.move(crop.with_span(axis, *span))
+
+    def _type(self, axis: int, side: int, voxel: int) -> None:
+        crop, count = self._state.crop or CropBox(), self._dimensions[axis]
+        place, least = place_of(voxel, count), least_length(count)
+        self._state.crop_input.set(crop.with_plane(axis, side, place, least))
+        self._show()
+
+
+def _voxel_box() -> WholeNumberBox:
+    """A box for the number of a voxel; typed numbers apply on Enter or focus loss."""
+    box = WholeNumberBox()
+    box.setKeyboardTracking(False)
+    box.setAlignment(Qt.AlignmentFlag.AlignRight)
+    return box

@@ -1,0 +1,116 @@
+"""The scripts that install what tfscope needs."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+
+
+def script(name: str) -> ModuleType:
+    path = Path(__file__).parent.parent / ".ci" / f"{name}.py"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+python_packages, system_libraries = script("python_packages"), script("system_libraries")
+
+
+def test_settings_are_those_of_pip_variables_before_files(monkeypatch, tmp_path):
+    file = tmp_path / "pip.conf"
+    file.write_text(
+        "[global]\nfind-links = /from/file\nextra-index-url = https://a.example/x\n"
+        "    https://b.example/x\n"
+    )
+    for name in [name for name in os.environ if name.startswith("PIP_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("PIP_CONFIG_FILE", str(file))
+    monkeypatch.setenv("PIP_FIND_LINKS", "/from/variable")
+    settings = python_packages.pip_settings()
+    assert settings["find-links"] == "/from/variable"
+    options = python_packages.uv_options(settings, has_nvidia=False)
+    expected = [
+        "--extra-index-url",
+        "https://a.example/x",
+        "--extra-index-url",
+        "https://b.example/x",
+    ]
+    start = options.index("--extra-index-url")
+    assert options[start : start + 4] == expected
+    assert options[options.index("--find-links") + 1] == "/from/variable"
+    assert "--torch-backend" not in options
+
+
+@pytest.mark.parametrize("has_nvidia", [True, False])
+def test_without_settings_only_an_nvidia_gpu_brings_cuda(has_nvidia):
+    options = python_packages.uv_options({}, has_nvidia)
+    assert options == ([] if has_nvidia else ["--torch-backend", "cpu"])
+
+
+@pytest.mark.parametrize("failing", ["--target", "--python"])
+def test_where_uv_cannot_be_had_or_fails_pip_installs(failing, monkeypatch):
+    ran: list[list[str]] = []
+
+    def record(command: list[str], **_: object) -> SimpleNamespace:
+        ran.append(list(command))
+        return SimpleNamespace(returncode=int(failing in command), stdout="")
+
+    monkeypatch.setattr(subprocess, "run", record)
+    assert python_packages.main(["torch==2.13.0", "--editable", "."]) == 0
+    assert ran[-1][:4] == [*python_packages.PIP]
+    assert ran[-1][-3:] == ["torch==2.13.0", "--editable", "."]
+
+
+def test_nothing_is_missing_where_the_tests_run():
+    # The Makefile has installed what was missing before it ran the tests.
+    assert system_libraries.missing_packages() == []
+
+
+def test_a_library_that_does_not_load_names_its_package(monkeypatch):
+    real = system_libraries.ctypes.CDLL
+
+    def without_egl(name: str) -> object:
+        if "EGL" in name:
+            raise OSError(name)
+        return real(name)
+
+    monkeypatch.setattr(system_libraries.ctypes, "CDLL", without_egl)
+    assert system_libraries.missing_packages() == ["libegl-mesa0", "libegl1", "libgl1-mesa-dri"]
+
+
+def test_without_rights_the_exact_command_is_printed(monkeypatch, capsys):
+    monkeypatch.setattr(system_libraries, "_administrator", lambda: None)
+    monkeypatch.setattr(system_libraries.shutil, "which", lambda name: f"/usr/bin/{name}")
+    assert system_libraries.install(["libegl1", "libgl1"]) == 1
+    printed = capsys.readouterr().err
+    assert "sudo apt-get update && sudo apt-get install" in printed
+    assert printed.rstrip().endswith("libegl1 libgl1")
+
+
+def test_with_rights_apt_get_installs(monkeypatch):
+    ran: list[list[str]] = []
+
+    def record(command: list[str], **_: object) -> SimpleNamespace:
+        ran.append(command)
+        return SimpleNamespace(returncode=0)
+
+    monkeypatch.setattr(system_libraries, "_administrator", lambda: ["sudo", "-n"])
+    monkeypatch.setattr(system_libraries.shutil, "which", lambda name: f"/usr/bin/{name}")
+    monkeypatch.setattr(system_libraries.subprocess, "run", record)
+    assert system_libraries.install(["libegl1"]) == 0
+    assert ran[0][:4] == ["sudo", "-n", "apt-get", "update"]
+    assert ran[1][:4] == ["sudo", "-n", "apt-get", "install"]
+    assert ran[1][-1] == "libegl1"
+
+
+def test_an_old_python_is_said(monkeypatch, capsys):
+    monkeypatch.setattr(system_libraries.sys, "version_info", (3, 9, 2))
+    assert system_libraries.main(["--python"]) == 1
+    assert "make PYTHON=python3.11" in capsys.readouterr().err
