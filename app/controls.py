@@ -26,8 +26,11 @@ from PySide6.QtGui import (
     QTextDocument,
 )
 from PySide6.QtWidgets import (
+    QAbstractButton,
     QBoxLayout,
     QComboBox,
+    QDialog,
+    QDialogButtonBox,
     QFrame,
     QLabel,
     QLayout,
@@ -200,6 +203,23 @@ def line_up(
     return line
 
 
+_Button = TypeVar("_Button", bound=QAbstractButton)
+
+
+def clicked(button: _Button, slot: Callable[[], object]) -> _Button:
+    """Have a button call a function without Qt's `checked` argument; return the button."""
+    button.clicked.connect(lambda _checked=False: slot())
+    return button
+
+
+def close_box(dialog: QDialog) -> QDialogButtonBox:
+    """Return a dialog's button to close it; the dialog is deleted then."""
+    box = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
+    box.rejected.connect(dialog.reject)
+    dialog.finished.connect(dialog.deleteLater)
+    return box
+
+
 def label(text: str, role: Literal["title", "dim"]) -> QLabel:
     """Return a plain text in the style of its role."""
     made = QLabel(text)
@@ -337,15 +357,12 @@ class Action:
 
 def action_button(action: Action, before: Callable[[], object]) -> QPushButton:
     """Return a button that removes its notice, by calling `before`, and then acts."""
-    button = QPushButton(action.label)
-    button.setAutoDefault(False)
 
-    def act(_checked: bool = False) -> None:
+    def act() -> None:
         before()
         action.slot()
 
-    button.clicked.connect(act)
-    return button
+    return clicked(QPushButton(action.label, autoDefault=False), act)
 
 
 def order_focus(widgets: Sequence[QWidget]) -> None:

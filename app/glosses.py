@@ -9,7 +9,6 @@ from pathlib import Path
 from PySide6.QtGui import QCursor, QTextDocument
 from PySide6.QtWidgets import (
     QDialog,
-    QDialogButtonBox,
     QLabel,
     QTextBrowser,
     QToolTip,
@@ -18,6 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
+from app.controls import close_box, line_up
 
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
@@ -87,15 +87,10 @@ def open_page(
         page.setHtml(text)
     else:
         page.setMarkdown(text)
-    close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-    close.rejected.connect(dialog.reject)
-    column = QVBoxLayout(dialog)
-    for widget in filter(None, (above, page, close)):
-        column.addWidget(widget)
+    line_up(QVBoxLayout(dialog), *filter(None, (above, page, close_box(dialog))))
     page.document().setTextWidth(WIDTH)
     height = round(page.document().size().height()) + MARGIN[1]
     dialog.resize(WIDTH + MARGIN[0], min(height, parent.window().height()))
-    dialog.finished.connect(dialog.deleteLater)
     dialog.open()
     return page, dialog
 

@@ -115,12 +115,13 @@ class LatentPictures(QObject):
         """Numbers of samples that are blended, by request."""
         self._grid_key: object = None
         self._hover_rest = Pause(self, REST_MS, lambda: self._ask_hover(live=False))
-        state.inputsChangeFinished.connect(self.ask)
+        for changed in (
+            state.inputsChangeFinished, latent.choicesChanged, self.session.filterChanged,
+        ):  # fmt: skip
+            changed.connect(self.ask)
         latent.brushChanged.connect(lambda _brush: self._ask_grid(live=latent.dragging))
         latent.hoverChanged.connect(self._hover_changed)
-        latent.choicesChanged.connect(lambda _choices: self.ask())
         self.session.mapChanged.connect(self._map_changed)
-        self.session.filterChanged.connect(self.ask)
         # Coarse pictures first, which are there in a fraction of the time.
         self.session.differentChanged.connect(lambda: self._ask_grid(live=True))
         self.exact = clients["exact"]

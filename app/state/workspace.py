@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from app.engines.client import Clients, EngineClient, EngineName, EngineState
 from app.engines.engines import Builders
@@ -101,28 +102,31 @@ class Workspace(QObject):
         self._connect()
 
     def _connect(self) -> None:
-        state, work = self._state, self.reference
-        state.inputsChangeFinished.connect(self._update_hint)
-        state.tf_input.changeFinished.connect(self.opening.follow)
-        self.opening.warned.connect(self.problem)
-        work.resized.connect(self.sensitivity.show)
-        work.choicesChanged.connect(self._share_patience)
-        self._share_patience(work.choices)
-        work.settingsChanged.connect(self._relight)
-        work.analystReplaced.connect(self._restart_questions)
-        self._clients.generator.engineReady.connect(self._generator_ready)
-        self._clients.generator.stateChanged.connect(self._follow_failure)
-        for client in self._images:
-            client.images.answered.connect(self.sensitivity.follow_image)
-            client.settled.connect(self._report_settled)
-        # A model that is loaded takes the processor from the first picture.
+        state, work, generator = self._state, self.reference, self._clients.generator
         reference = self._clients.reference
-        reference.images.answered.connect(lambda _result: self.model.begin())
-        reference.settled.connect(self.model.begin)
-        state.edits.edited.connect(self._keep_edits)
-        state.viewChangeFinished.connect(lambda view: self._keep(view=view))
-        self._asked.changed.connect(self._keep_changed_regions)
-        self._asked.finished.connect(lambda _what: self._keep_regions())
+        wires: list[tuple[SignalInstance, Callable[..., object]]] = [
+            (state.inputsChangeFinished, self._update_hint),
+            (state.tf_input.changeFinished, self.opening.follow),
+            (state.edits.edited, self._keep_edits),
+            (state.viewChangeFinished, lambda view: self._keep(view=view)),
+            (self._asked.changed, self._keep_changed_regions),
+            (self._asked.finished, lambda _what: self._keep_regions()),
+            (self.opening.warned, self.problem.emit),
+            (work.resized, self.sensitivity.show),
+            (work.choicesChanged, self._share_patience),
+            (work.settingsChanged, self._relight),
+            (work.analystReplaced, self._restart_questions),
+            (generator.engineReady, self._generator_ready),
+            (generator.stateChanged, self._follow_failure),
+            *((client.images.answered, self.sensitivity.follow_image) for client in self._images),
+            *((client.settled, self._report_settled) for client in self._images),
+            # A model that is loaded takes the processor from the first picture.
+            (reference.images.answered, lambda _result: self.model.begin()),
+            (reference.settled, self.model.begin),
+        ]
+        for signal, slot in wires:
+            signal.connect(slot)
+        self._share_patience(work.choices)
 
     def _share_patience(self, choices: ReferenceChoices) -> None:
         """Have pictures of the map be as fast as the images are to be."""

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from superqt import QDoubleRangeSlider
 
 from app import theme
-from app.controls import Card, WheelGuard, label, line_up, picture_icon, picture_tip
+from app.controls import Card, WheelGuard, clicked, label, line_up, picture_icon, picture_tip
 from app.engines.background import Pause
 from app.engines.client import EngineState
 from app.icons import IconButton
@@ -56,18 +56,16 @@ class EmptyCard(Card):
     def __init__(self, context: Context, files: Files) -> None:
         super().__init__(context.reference.canvas)
         self._pane, self._workspace = context.reference, context.workspace
-        self.open = QPushButton("Open…")
+        self.open = clicked(QPushButton("Open…"), files.ask_and_open)
         self.open.setToolTip("Open a volume's file (Ctrl+O)")
-        self.open.clicked.connect(files.ask_and_open)
         self.samples: list[QToolButton] = []
         for path in shipped_volumes():
-            sample = QToolButton()
+            sample = clicked(QToolButton(), partial(files.open_volume, path))
             sample.setText(title_of(path))
             sample.setAccessibleName(f"Open the sample volume {title_of(path)}")
             sample.setIcon(QIcon(str(picture_of(path))))
             sample.setIconSize(QSize(SAMPLE_PICTURE, SAMPLE_PICTURE))
             sample.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
-            sample.clicked.connect(lambda _on=False, path=path: files.open_volume(path))
             self.samples.append(sample)
         head = line_up(QHBoxLayout(), label("Drop a volume here, or", "title"), self.open, None)
         pictures = line_up(QHBoxLayout(), *self.samples)
@@ -137,17 +135,16 @@ class UpAxisCard(Card):
 
     def _lay_out(self) -> None:
         tip = "Keep the volume as it is, and do not ask again"
-        self.leave = IconButton("close", "Keep it", tip=tip, colors=theme.ON_IMAGE)
-        self.leave.clicked.connect(self._remember)
+        leave = IconButton("close", "Keep it", tip=tip, colors=theme.ON_IMAGE)
+        self.leave = clicked(leave, self._remember)
         for axis in AXES:
-            button = self._buttons[axis] = QToolButton()
+            button = self._buttons[axis] = clicked(QToolButton(), partial(self._choose, axis))
             button.setText(axis.replace("-", "−"))
             button.setIconSize(QSize(ICON, ICON))
             button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
             button.setAccessibleName(f"{axis} is up")
             # After a click the card is gone, and another button would have its focus.
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-            button.clicked.connect(partial(self._choose, axis))
         head = line_up(QHBoxLayout(), label("Which way is up?", "title"), None, self.leave)
         pictures = line_up(QHBoxLayout(), *self._buttons.values(), spacing=4)
         line_up(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
@@ -159,7 +156,7 @@ class UpAxisCard(Card):
             button.setIcon(picture_icon(picture, ICON))
             button.setToolTip(text if picture is None else picture_tip(picture, text))
 
-    def _choose(self, axis: str, _checked: bool = False) -> None:
+    def _choose(self, axis: str) -> None:
         self.hide()
         self._state.set_up_axis(axis)
         self._remember()
@@ -233,11 +230,10 @@ class CropCard(Card):
             for _ in range(3)
         ]
         self.planes = [(_voxel_box(), _voxel_box()) for _ in range(3)]
-        self.whole = QPushButton("Whole volume")
+        self.whole = clicked(QPushButton("Whole volume"), lambda: state.crop_input.set(None))
         self.whole.setToolTip("Show all of the volume again")
         # After a click, keys such as W are the window's again.
         self.whole.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.whole.clicked.connect(lambda: state.crop_input.set(None))
         self.dismiss = IconButton(
             "close",
             "Close",
@@ -245,7 +241,7 @@ class CropCard(Card):
             "Close this card; the volume stays cropped",
             colors=theme.ON_IMAGE,
         )
-        self.dismiss.clicked.connect(lambda: self.set_shown(False))
+        clicked(self.dismiss, lambda: self.set_shown(False))
         self._lay_out()
         state.crop_input.changed.connect(self._show)
         state.navigationChanged.connect(self._name)

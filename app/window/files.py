@@ -225,9 +225,7 @@ class Files(QObject):
         """Show all that is known of the open volume and its file."""
         opened = self._workspace.opened
         if opened is not None:
-            dialog = PropertiesDialog(opened.path, opened.volume, self._respace, self._window)
-            dialog.finished.connect(dialog.deleteLater)
-            dialog.open()
+            PropertiesDialog(opened.path, opened.volume, self._respace, self._window).open()
 
     def _respace(self, **typed: str) -> None:
         """Read the open volume again with a typed spacing or stretch; its TF and view stay."""

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QDialog,
-    QDialogButtonBox,
     QFormLayout,
     QLabel,
     QLineEdit,
@@ -21,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import label, line_up, list_box
+from app.controls import clicked, close_box, label, line_up, list_box
 from app.image_view.reference_controls import DRAWINGS, SIZES
 from app.state.settings import RecentKind, ThemeChoice
 from app.theme import apply_theme
@@ -57,14 +56,11 @@ class SettingsDialog(QDialog):
             self._form.addRow(group)
             for name, control, explanation in settings:
                 self._add(group, name, control, explanation)
-        close = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        close.rejected.connect(self.reject)
-        parts = self.search, self._nothing, self._form, None, close
+        parts = self.search, self._nothing, self._form, None, close_box(self)
         line_up(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
         self._filter("")
         # What is filtered out leaves room, so that the field stays where it is.
         self.setFixedSize(WIDTH, self.sizeHint().height())
-        self.finished.connect(self.deleteLater)
 
     @property
     def found(self) -> list[str]:
@@ -77,8 +73,7 @@ class SettingsDialog(QDialog):
         renderer = _list(DRAWINGS, work.choices.drawing, lambda name: work.choose(drawing=name))
         size = _list(SIZES, work.choices.size, lambda size: work.choose(size=size))
         cube = _switch(settings.cube, lambda _on: self._overlays.toggle("cube"))
-        forget = QPushButton("Forget them")
-        forget.clicked.connect(lambda: self._forget(forget))
+        forget = clicked(QPushButton("Forget them"), lambda: self._forget(forget))
         return {
             "Ground truth": [
                 (

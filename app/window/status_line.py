@@ -38,7 +38,7 @@ class KeyHints(QObject):
         for each in maps:
             each.setStatusTip(status_keys("Map of TFs (B)"))
         panel.setStatusTip(status_keys("Values and edits"))
-        regions.changed.connect(lambda _what: self._follow())
+        regions.changed.connect(self._follow)
         self._follow()
         self.show("")
 
@@ -121,8 +121,8 @@ class StatusLine(QStatusBar):
         self.addPermanentWidget(self._view)
         self.setSizeGripEnabled(False)
         self._rest = Pause(self, NEWS_MS, lambda: self.say(""))
-        state.viewChangeFinished.connect(lambda _view: self._show_view())
-        state.navigationChanged.connect(self._show_view)
+        for changed in (state.viewChangeFinished, state.navigationChanged):
+            changed.connect(self._show_view)
         # It may be about what is undone.
         state.edits.undone.connect(self._forget)
         self._show_view()

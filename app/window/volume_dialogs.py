@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import label, line_up
+from app.controls import clicked, close_box, label, line_up
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -199,9 +199,8 @@ class PropertiesDialog(QDialog):
         self.spacing.setAccessibleName("Spacing along x, y and z, and its unit")
         self.stretch = QLineEdit(f"{volume.file.stretch:.6g}")
         self.stretch.setAccessibleName("How many times as long as its spacing says z is drawn")
-        self.apply = QPushButton("Read again")
+        self.apply = clicked(QPushButton("Read again"), self._apply)
         self.apply.setEnabled(False)
-        self.apply.clicked.connect(self._apply)
         for box in (self.spacing, self.stretch):
             box.setCursorPosition(0)
             box.textEdited.connect(self._check)
@@ -222,9 +221,7 @@ class PropertiesDialog(QDialog):
         area.setWidgetResizable(True)
         area.setFrameShape(QScrollArea.Shape.NoFrame)
         area.setWidget(content)
-        buttons = QDialogButtonBox(QDialogButtonBox.StandardButton.Close)
-        buttons.rejected.connect(self.reject)
-        line_up(QVBoxLayout(self), area, buttons, margins=MARGINS)
+        line_up(QVBoxLayout(self), area, close_box(self), margins=MARGINS)
         self.resize(560, 460)
 
     def _check(self) -> None:
