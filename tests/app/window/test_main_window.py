@@ -239,39 +239,15 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     assert opened == shipped_volumes()
 
 
-def test_who_draws_while_something_moves_is_never_queued(qtbot, make_window, builders):
+def test_another_renderer_is_built_where_it_is_chosen(qtbot, make_window, builders):
     window = make_window()
     # Built once more if the model, whose light is another, comes after the volume.
     assert {s.renderer for s in builders.settings} == {"auto"}
-    reference = builders.references[-1]
-    drawn = len(reference.requests)
-    window.state.move_view(View(azimuth=10.0))
-    qtbot.waitUntil(lambda: len(reference.requests) > drawn)
-    assert reference.requests[-1].quality.live
-    window.state.finish_view()
-    settle(qtbot, window)
-    assert not reference.requests[-1].quality.live
-    window.workspace.reference.choose(drawing="raycast")
-    settle(qtbot, window)
-    assert builders.settings[-1].renderer == "raycast"
+    for drawing in ("raycast", "vtk"):
+        window.workspace.reference.choose(drawing=drawing)
+        settle(qtbot, window)
+        assert builders.settings[-1].renderer == drawing
     assert builders.references[0].closed
-    window.workspace.reference.choose(drawing="vtk")
-    settle(qtbot, window)
-    assert builders.settings[-1].renderer == "vtk"
-    engine = builders.references[-1]
-    engine.gate = threading.Semaphore(0)
-    before = len(engine.requests)
-    window.state.move_view(View(azimuth=0.0))
-    qtbot.waitUntil(lambda: len(engine.requests) == before + 1)
-    for azimuth in range(1, 50):
-        window.state.move_view(View(azimuth=float(azimuth)))
-    window.state.finish_view()
-    for _ in range(2):
-        engine.gate.release()
-    settle(qtbot, window)
-    assert len(engine.requests) == before + 2
-    assert engine.requests[-1].inputs.view == View(azimuth=49.0)
-    engine.gate = None
 
 
 def test_the_light_is_moved_where_both_images_follow_it(qtbot, make_window, builders):
