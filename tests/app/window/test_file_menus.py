@@ -1,4 +1,3 @@
-import threading
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -6,18 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fake_models import make_model
-from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
-from PySide6.QtGui import QDragEnterEvent, QDropEvent
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QPushButton
 from ramp import make_tf, make_volume
-from window_fakes import PATIENCE_S
 
 from app.window import files
 from app.window.volume_dialogs import PropertiesDialog
 from model.scene.scene import Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.volume_files import read_volume
-from model.volume_files.progress import counted
 from model.volume_files.raw import RawLayout
 
 
@@ -115,18 +110,11 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     assert window.workspace.model.folder == folder
 
 
-def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
+def test_files_are_opened_as_what_they_are_asked_for_once_and_named_where_they_are_gone(
     qtbot, window, tmp_path, monkeypatch
 ):
     make_tf(123.0).save(tmp_path / "tf.json")
-    data = QMimeData()
-    data.setUrls([QUrl.fromLocalFile(str(tmp_path / "tf.json"))])
-    none, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
-    copy = Qt.DropAction.CopyAction
-    entering = QDragEnterEvent(QPoint(9, 9), copy, data, left, none)
-    QApplication.sendEvent(window, entering)
-    assert entering.isAccepted()
-    QApplication.sendEvent(window, QDropEvent(QPointF(9, 9), copy, data, left, none))
+    window.files.open(tmp_path / "tf.json")
     assert window.state.transfer_function == make_tf(123.0)
     for kind in ("volumes", "models", "transfer_functions"):
         window.files.open_recent(kind, tmp_path / f"{kind}.gone")
@@ -163,35 +151,6 @@ def test_files_are_dropped_asked_for_cancelled_and_named_where_they_are_gone(
             window.files.open(scan)
     assert asked == [scan]
     assert used == [layout, layout]
-    go_on, ended = threading.Event(), threading.Event()
-
-    def read_slowly(path):
-        try:
-            for number in counted("slices read", range(500)):
-                if number == 120:
-                    assert go_on.wait(PATIENCE_S)
-            return make_volume("slow")
-        finally:
-            ended.set()
-
-    window.workspace.opening._read_volume = read_slowly
-    window.files._slow.setInterval(1)
-    window.files.open_volume(Path("series"))
-    qtbot.waitUntil(lambda: "of 500 slices read" in window.status.news)
-    qtbot.waitUntil(lambda: "Reading series" in window.notice.text)
-    (cancel,) = (
-        b
-        for b in window.notice.findChildren(QPushButton)
-        if b.text() == "Cancel" and not b.isHidden()
-    )
-    cancel.click()
-    go_on.set()
-    assert ended.wait(PATIENCE_S)
-    assert "cancelled" in window.notice.text
-    assert "Reading" not in window.notice.text
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    assert window.workspace.opened.volume is not None
-    assert window.windowTitle().startswith("scan")
 
 
 def test_spacing_and_stretch_are_typed_and_kept_with_the_file(qtbot, make_window, tmp_path):
