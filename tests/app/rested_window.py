@@ -1,4 +1,8 @@
-"""Windows on fake engines that have come to rest."""
+"""Windows on fake engines that have come to rest, and steps in them."""
+
+from pathlib import Path
+
+from PySide6.QtWidgets import QPushButton
 
 
 def rested(qtbot, make_window):
@@ -8,3 +12,20 @@ def rested(qtbot, make_window):
     work.choose(lighting="direct", drawing="raycast")
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
     return window
+
+
+def settle(qtbot, window):
+    """Wait until both images are final."""
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+
+
+def open_volume(qtbot, window, name):
+    """Open a volume of the fakes, and wait until its TF is set."""
+    with qtbot.waitSignal(window.workspace.volumeStarted):
+        window.workspace.opening.open(Path(name))
+
+
+def notice_buttons(window):
+    """Buttons of the notices by their texts."""
+    found = window.notice.findChildren(QPushButton)
+    return {button.text(): button for button in found if not button.isHidden()}

@@ -6,6 +6,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from ramp import make_tf, make_volume
+from rested_window import open_volume
 
 from app.image_view.orientation_cube import OrientationCube
 from app.window.cards import CropCard
@@ -110,11 +111,6 @@ def test_hiding_ends_a_drag_and_keeps_the_box(qtbot, state, bar):
     assert told == [False, True]
 
 
-def reopen(qtbot, window, name):
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path(name))
-
-
 def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     window = make_window()
     bar = window.up_axis_card
@@ -140,9 +136,9 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
     bar.button("-y").click()
     assert window.state.up_axis == "-y" and bar.isHidden()
     builders.volumes["other"] = make_volume("other", 300.0)
-    reopen(qtbot, window, "other")
+    open_volume(qtbot, window, "other")
     assert bar.isVisible() and window.state.up_axis == "+z"
-    reopen(qtbot, window, "ramp")
+    open_volume(qtbot, window, "ramp")
     assert bar.isHidden() and window.state.up_axis == "-y"
     # Who leaves it, or chooses an axis elsewhere, is not asked again.
     for name, answer in (
@@ -150,12 +146,12 @@ def test_it_is_asked_once_with_pictures(qtbot, make_window, builders):
         ("fourth", lambda: window.state.set_up_axis("-x")),
     ):
         builders.volumes[name] = make_volume(name, 400.0 + len(name))
-        reopen(qtbot, window, name)
+        open_volume(qtbot, window, name)
         assert bar.isVisible()
         answer()
         axis = window.state.up_axis
-        reopen(qtbot, window, "ramp")
-        reopen(qtbot, window, name)
+        open_volume(qtbot, window, "ramp")
+        open_volume(qtbot, window, name)
         assert bar.isHidden() and window.state.up_axis == axis
 
 

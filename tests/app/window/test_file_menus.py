@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fake_models import make_model
-from PySide6.QtWidgets import QPushButton
 from ramp import make_tf, make_volume
+from rested_window import notice_buttons
 
 from app.window import files
 from app.window.volume_dialogs import PropertiesDialog
@@ -19,11 +19,6 @@ from model.volume_files.raw import RawLayout
 @pytest.fixture
 def window(make_window):
     return make_window(model=None)
-
-
-def buttons(window):
-    found = window.notice.findChildren(QPushButton)
-    return {button.text(): button for button in found if not button.isHidden()}
 
 
 def over(tf, lo, hi):
@@ -88,7 +83,7 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     window.files.open_model(folder)
     assert "'other'" in window.notice.text
     with qtbot.waitSignal(window.workspace.volumeStarted):
-        buttons(window)["Open other.nrrd"].click()
+        notice_buttons(window)["Open other.nrrd"].click()
     assert window.workspace.model.folder == folder
     assert window.notice.text == ""
     qtbot.waitUntil(lambda: window.preferences.recent("models") == [folder])

@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QWidget
 from ramp import make_tf, make_volume
+from rested_window import open_volume, settle
 
 from app.state import workspace
 from app.state.preferences import Preferences
@@ -33,10 +34,6 @@ def shown(pane):
 def action(window, text):
     (found,) = (a for a in window.findChildren(QAction) if a.text().replace("&", "") == text)
     return found
-
-
-def settle(qtbot, window):
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
 def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
@@ -137,8 +134,7 @@ def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_on
     window = make_window(volume="gone")
     assert window.errors == ["gone: the file is missing; choose another."]
     assert not window.editor.isEnabled()
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path("ramp"))
+    open_volume(qtbot, window, "ramp")
     settle(qtbot, window)
     message = window.generator.canvas.message
     assert "'other'" in message and message.count(".") == 1
@@ -147,8 +143,7 @@ def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_on
         window.workspace.opening.open(Path("gone"))
     assert window.notice.text == "gone: the file is missing; choose another."
     assert window.workspace.opened.volume.name == "ramp"
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path("other"))
+    open_volume(qtbot, window, "other")
     assert window.notice.text == ""
     settle(qtbot, window)
     assert shown(window.generator) == shown(window.reference)
@@ -208,8 +203,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     assert not switch.isVisible()
     missing = ramp.voxels > ramp.voxels.mean()
     builders.volumes["patchy"] = replace(ramp, name="patchy", missing=missing)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path("patchy"))
+    open_volume(qtbot, window, "patchy")
     settle(qtbot, window)
     assert switch.isVisible()
     assert "voxels are missing, and not drawn" in window.status.news
@@ -220,8 +214,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
     # It comes back with its volume.
     for name in ("ramp", "patchy"):
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.opening.open(Path(name))
+        open_volume(qtbot, window, name)
         settle(qtbot, window)
         assert builders.drawn[-1].draws_missing == (name == "patchy")
     with qtbot.waitSignal(window.workspace.rangeChanged):

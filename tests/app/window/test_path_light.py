@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ramp import make_volume
+from rested_window import settle
 
 from app.engines.requests import VisibilityRequest
 from app.state import generator_work
@@ -17,10 +18,6 @@ from model.scene.view import View
 def network(monkeypatch):
     monkeypatch.setattr(denoising, "installed", lambda: True)
     monkeypatch.setattr(generator_work, "PATH_LIGHT", Path(__file__))
-
-
-def settle(qtbot, window):
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
 def test_it_draws_while_the_light_is_path_traced(qtbot, make_window, builders, monkeypatch):

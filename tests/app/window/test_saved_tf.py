@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QPushButton
+from rested_window import notice_buttons
 
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
@@ -82,11 +82,6 @@ def open_over(qtbot, window, change):
 @pytest.fixture(autouse=True)
 def opened_shells(builders):
     builders.volumes["shells"] = shells()
-
-
-def notice_buttons(window):
-    found = window.notice.findChildren(QPushButton)
-    return {button.text(): button for button in found if not button.isHidden()}
 
 
 def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, make_window, tmp_path):

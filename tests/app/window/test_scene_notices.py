@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QPushButton
 from ramp import make_tf, make_volume
+from rested_window import open_volume
 from window_fakes import FakeEngine
 
 from app.engines.requests import UNWATCHED
@@ -153,8 +154,7 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     values[:3] = 0.0
     builders.volumes["zeros"] = Volume(values, name="zeros")
     for name, is_offered in (("ramp", False), ("zeros", True)):
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.opening.open(Path(name))
+        open_volume(qtbot, window, name)
         qtbot.waitUntil(lambda: window.workspace.is_settled)
         assert bool(offer(window)) == is_offered
     click(qtbot, window)
@@ -187,8 +187,7 @@ def test_files_numbers_and_what_is_kept_are_on_the_scale(qtbot, make_window, hal
     assert not box.hasAcceptableInput()
     kept = window.state.transfer_function
     for name in ("ramp", "halo"):
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.opening.open(Path(name))
+        open_volume(qtbot, window, name)
     assert shown(window).scale == "log"
     assert window.state.transfer_function == kept
     assert not offer(window)

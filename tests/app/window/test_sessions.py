@@ -1,10 +1,9 @@
 """Sessions in the window: everything comes back, and nothing of what was there is lost."""
 
-from pathlib import Path
-
 import pytest
 from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
+from rested_window import open_volume
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
@@ -96,8 +95,7 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     window.close()
     builders.volumes["other"] = make_volume("other", 300.0)
     window = open_window()
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path("other"))
+    open_volume(qtbot, window, "other")
     assert "a.tfscope" not in window.windowTitle()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved

@@ -1,10 +1,9 @@
 """What the window and its volumes looked like comes back, over other volumes and restarts."""
 
-from pathlib import Path
-
 import pytest
 from PySide6.QtCore import QSize
 from ramp import make_tf, make_volume
+from rested_window import open_volume
 from window_fakes import FakeBuilders
 
 from app.state.preferences import Preferences, volume_file
@@ -45,15 +44,10 @@ def open_window(qtbot, builders, tmp_path):
     def opened():
         window = MainWindow(builders.make(), preferences=Preferences(tmp_path))
         qtbot.addWidget(window)
-        show(qtbot, window, "ramp")
+        open_volume(qtbot, window, "ramp")
         return window
 
     return opened
-
-
-def show(qtbot, window, name):
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path(name))
 
 
 def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path):
@@ -77,14 +71,14 @@ def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path)
     asked.activate(1)
     wanted = asked.regions
     assert [one.name for one in wanted] == ["Region 1", "ribs"]
-    show(qtbot, window, "other")
+    open_volume(qtbot, window, "other")
     assert volume_file(tmp_path, builders.volumes["other"].fingerprint).values.tf is None
     assert window.state.scalar_range == (100.0, 300.0)
     assert asked.regions == () and asked.active is None
     # Numbers are of the volume.
     asked.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
     assert asked.region_name == "Region 1"
-    show(qtbot, window, "ramp")
+    open_volume(qtbot, window, "ramp")
     assert window.state.transfer_function == make_tf(142.0)
     assert asked.regions == wanted and asked.region_name == "ribs"
     editor = window.editor
@@ -95,10 +89,10 @@ def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path)
     editor.area.zoom(3.0, 0.5)
     axis, scale = editor.area.axis, editor.area.scale
     assert scale.logarithmic and axis.scale == "log" and axis.visible != axis.full
-    show(qtbot, window, "other")
+    open_volume(qtbot, window, "other")
     assert editor.area.axis.scale == "linear" and not editor.area.scale.logarithmic
     assert not fine.isChecked() and not editor.menu._logarithmic.isChecked()
-    show(qtbot, window, "ramp")
+    open_volume(qtbot, window, "ramp")
     assert editor.area.axis == axis and editor.area.scale == scale
     assert fine.isChecked() and editor.menu._logarithmic.isChecked()
     window.close()
@@ -111,5 +105,5 @@ def test_tf_regions_and_the_plots_scales(qtbot, open_window, builders, tmp_path)
     assert again.editor.area.axis == axis and again.editor.area.scale == scale
     again.sensitivity_state.add_region(Outline.rectangle(0.6, 0.6, 0.7, 0.7))
     assert again.sensitivity_state.region_name == "Region 4"
-    show(qtbot, again, "other")
+    open_volume(qtbot, again, "other")
     assert [one.name for one in again.sensitivity_state.regions] == ["Region 1"]
