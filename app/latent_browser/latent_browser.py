@@ -21,7 +21,7 @@ from app.latent_browser.cell_grid import CellGrid
 from app.latent_browser.map_marks import shades_of
 from app.latent_browser.map_view import MapView
 from app.state.latent_pictures import GridPicture, HoverPicture, LatentPictures
-from app.state.latent_state import CodecChoice, LatentChoices, LatentState, Place
+from app.state.latent_session import CodecChoice, LatentChoices, LatentState, Place
 from app.state.viewer_state import ViewerState
 from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import Curve

@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from app import theme
 from app.number_box import significant
-from app.state.latent_state import Place
+from app.state.latent_session import Place
 from model.latent.latent_map import CELLS, Brush
 from model.scene.value_scale import values_at
 

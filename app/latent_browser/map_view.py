@@ -23,8 +23,7 @@ from app import theme
 from app.image_view.image_canvas import ARROWS, KeyedWidget, Painted
 from app.latent_browser import map_marks as marks
 from app.latent_browser.map_marks import WHEEL_FACTOR, Grip, MapFrame, cursor_of, dragged, grips_at
-from app.state.latent_session import LatentSession
-from app.state.latent_state import LatentState
+from app.state.latent_session import LatentSession, LatentState
 from model.latent.latent_map import Brush
 
 CLICK_REACH = 4  # a press that moves less is a click

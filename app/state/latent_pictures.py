@@ -22,8 +22,7 @@ from app.engines.messages import Result
 from app.engines.pace import Pace
 from app.engines.requests import BatchRequest, Quality
 from app.state.at_work import AtWork
-from app.state.latent_session import LatentSession, OpenSpace
-from app.state.latent_state import LatentState, Place
+from app.state.latent_session import LatentSession, LatentState, OpenSpace, Place
 from app.state.viewer_state import ViewerState
 from model.latent.latent_map import CELLS
 from model.scene.inputs import SceneInputs

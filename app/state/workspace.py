@@ -16,7 +16,7 @@ from app.engines.messages import EngineReady
 from app.state.generator_work import NO_VOLUME, GeneratorWork
 from app.state.image_scheduler import ImageScheduler
 from app.state.latent_pictures import LatentPictures
-from app.state.latent_state import LatentState
+from app.state.latent_session import LatentState
 from app.state.library import Library
 from app.state.opened_volume import OpenedVolume
 from app.state.preferences import Preferences

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QMainWindow, QMessageBox
 
 from app.engines.client import EngineClient
 from app.image_view.engine_pane import EnginePane
-from app.state.latent_state import LatentState
+from app.state.latent_session import LatentState
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.session import SUFFIX

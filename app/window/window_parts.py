@@ -14,7 +14,7 @@ from app.image_view.gestures import ViewGestures, ViewKeys
 from app.image_view.reference_controls import ReferenceControls
 from app.latent_browser.latent_browser import LatentBrowser
 from app.sensitivity_view.sensitivity_view import SensitivityView
-from app.state.latent_state import LatentState
+from app.state.latent_session import LatentState
 from app.state.preferences import Preferences
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from app.state.latent_pictures import CELL_SIZE, GridPicture
-from app.state.latent_state import FIRST_BRUSH
+from app.state.latent_session import FIRST_BRUSH
 from app.state.opened_volume import OpenedVolume
 from model.latent.latent_space import LatentSpace
 from model.latent.tiny_pictures import DIFFERING, exposures, overview_of

@@ -255,7 +255,7 @@ def _make_preferences(folder: Path) -> list[Path]:
 
 
 def _read_preferences(path: Path) -> str:
-    from app.state.kept_file import KeptFile
+    from app.state.preferences import KeptFile
     from app.state.settings import Settings, VolumeMemory
 
     if path.name == "settings.json":

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from kept_values import MEMORY, SETTINGS, region
 from ramp import make_tf
 
-from app.state import kept_file
 from app.state import preferences as preferences_module
 from app.state.preferences import MOST_RECENT, Preferences, settings_file, volume_file
 from app.state.settings import Settings, VolumeMemory
@@ -128,13 +127,13 @@ def test_a_file_that_cannot_be_read_is_not_overwritten(tmp_path, monkeypatch):
 
 def test_edits_in_a_row_are_written_once_and_elsewhere(qtbot, tmp_path, monkeypatch):
     threads = []
-    write = kept_file.write_atomically
+    write = preferences_module.write_atomically
 
     def watched(path, content):
         threads.append(threading.current_thread())
         write(path, content)
 
-    monkeypatch.setattr(kept_file, "write_atomically", watched)
+    monkeypatch.setattr(preferences_module, "write_atomically", watched)
     preferences = Preferences(tmp_path)
     for mean in (120.0, 130.0, 140.0):
         preferences.note_volume("a", tf=make_tf(mean))
