@@ -7,9 +7,9 @@ from PySide6.QtWidgets import QPushButton
 
 def rested(qtbot, make_window):
     """Open a window that the ray caster alone draws, in direct light."""
-    window = make_window(model=None, size="pane")
+    # From the start: the kernels of no other light are compiled.
+    window = make_window(model=None, size="pane", lighting="direct", drawing="raycast")
     work = window.workspace.reference
-    work.choose(lighting="direct", drawing="raycast")
     qtbot.waitUntil(lambda: not work._pane_rest.isActive() and window.workspace.is_settled)
     return window
 
