@@ -182,27 +182,6 @@ def announce(widget: QWidget, text: str, at_once: bool = False) -> None:
     QAccessible.updateAccessibility(event)
 
 
-_Line = TypeVar("_Line", bound=QBoxLayout)
-
-
-def line_up(
-    line: _Line, *parts: QWidget | QLayout | None, margins: tuple[int, ...] = (), spacing: int = -1
-) -> _Line:
-    """Put widgets and layouts into a row or column, with a stretch for None; return that."""
-    for part in parts:
-        if part is None:
-            line.addStretch()
-        elif isinstance(part, QWidget):
-            line.addWidget(part)
-        else:
-            line.addLayout(part)
-    if margins:
-        line.setContentsMargins(*margins)
-    if spacing >= 0:
-        line.setSpacing(spacing)
-    return line
-
-
 _Button = TypeVar("_Button", bound=QAbstractButton)
 
 

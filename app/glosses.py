@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import close_box, line_up
+from app.controls import close_box, fill
 
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
@@ -87,7 +87,8 @@ def open_page(
         page.setHtml(text)
     else:
         page.setMarkdown(text)
-    line_up(QVBoxLayout(dialog), *filter(None, (above, page, close_box(dialog))))
+    parts = filter(None, (above, page, close_box(dialog)))
+    fill(QVBoxLayout(dialog), *parts, margins=(9, 9, 9, 9), spacing=6)
     page.document().setTextWidth(WIDTH)
     height = round(page.document().size().height()) + MARGIN[1]
     dialog.resize(WIDTH + MARGIN[0], min(height, parent.window().height()))

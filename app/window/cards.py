@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from superqt import QDoubleRangeSlider
 
 from app import theme
-from app.controls import Card, WheelGuard, clicked, label, line_up, picture_icon, picture_tip
+from app.controls import Card, WheelGuard, clicked, fill, label, picture_icon, picture_tip
 from app.engines.background import Pause
 from app.engines.client import EngineState
 from app.icons import IconButton
@@ -67,9 +67,11 @@ class EmptyCard(Card):
             sample.setIconSize(QSize(SAMPLE_PICTURE, SAMPLE_PICTURE))
             sample.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextUnderIcon)
             self.samples.append(sample)
-        head = line_up(QHBoxLayout(), label("Drop a volume here, or", "title"), self.open, None)
-        pictures = line_up(QHBoxLayout(), *self.samples)
-        line_up(QVBoxLayout(self), head, pictures, margins=(12, 8, 12, 8))
+        head = fill(
+            QHBoxLayout(), label("Drop a volume here, or", "title"), self.open, 0, spacing=6
+        )
+        pictures = fill(QHBoxLayout(), *self.samples, spacing=6)
+        fill(QVBoxLayout(self), head, pictures, margins=(12, 8, 12, 8), spacing=6)
         self.hide()
         self._pane.canvas.installEventFilter(self)
         self._pane.client.stateChanged.connect(self._follow)
@@ -145,9 +147,9 @@ class UpAxisCard(Card):
             button.setAccessibleName(f"{axis} is up")
             # After a click the card is gone, and another button would have its focus.
             button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        head = line_up(QHBoxLayout(), label("Which way is up?", "title"), None, self.leave)
-        pictures = line_up(QHBoxLayout(), *self._buttons.values(), spacing=4)
-        line_up(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
+        head = fill(QHBoxLayout(), label("Which way is up?", "title"), 0, self.leave)
+        pictures = fill(QHBoxLayout(), *self._buttons.values(), spacing=4)
+        fill(QVBoxLayout(self), head, pictures, margins=(12, 4, 8, 8), spacing=2)
 
     def _set_pictures(self, pictures: Mapping[str, QImage]) -> None:
         for axis, button in self._buttons.items():
@@ -279,7 +281,7 @@ class CropCard(Card):
         self._show()
 
     def _lay_out(self) -> None:
-        head = line_up(QHBoxLayout(), label("Crop", "title"), None, self.whole, self.dismiss)
+        head = fill(QHBoxLayout(), label("Crop", "title"), 0, self.whole, self.dismiss, spacing=6)
         rows = QGridLayout()
         rows.setHorizontalSpacing(8)
         rows.setVerticalSpacing(4)
@@ -298,7 +300,7 @@ class CropCard(Card):
             slider.sliderReleased.connect(self._state.crop_input.finish)
             for side, box in enumerate((first, last)):
                 box.valueChanged.connect(partial(self._type, axis, side))
-        line_up(QVBoxLayout(self), head, rows, margins=(12, 6, 8, 8), spacing=4)
+        fill(QVBoxLayout(self), head, rows, margins=(12, 6, 8, 8), spacing=4)
 
     def _name(self) -> None:
         for axis, count in enumerate(self._dimensions):

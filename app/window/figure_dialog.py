@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import WheelGuard, label, line_up, list_box
+from app.controls import WheelGuard, fill, label, list_box
 from app.image_view.picture import BLACK, LARGEST_SIZE, WHITE, Background, paint_background
 from app.number_box import WholeNumberBox
 from app.window.figure import FigureChoice, Size, Which
@@ -147,7 +147,7 @@ class FigureDialog(QDialog):
     def _lay_out(self) -> None:
         self._form = form = QFormLayout()
         form.setVerticalSpacing(8)
-        sides = line_up(QHBoxLayout(), self.width_box, QLabel("×"), self.height_box)
+        sides = fill(QHBoxLayout(), self.width_box, QLabel("×"), self.height_box, spacing=6)
         sides.setStretch(0, 1)
         sides.setStretch(2, 1)
         rows: list[tuple[str, QWidget | QHBoxLayout | None]] = [
@@ -176,9 +176,9 @@ class FigureDialog(QDialog):
         self.copy_button.clicked.connect(self._copy)
         buttons.accepted.connect(self.accept)
         buttons.rejected.connect(self.reject)
-        both = line_up(QHBoxLayout(), form, spacing=16)
+        both = fill(QHBoxLayout(), form, spacing=16)
         both.addWidget(self._picture, 0, Qt.AlignmentFlag.AlignTop)
-        column = line_up(QVBoxLayout(self), both, buttons, margins=(16, 14, 16, 14), spacing=14)
+        column = fill(QVBoxLayout(self), both, buttons, margins=(16, 14, 16, 14), spacing=14)
         column.setSizeConstraint(QVBoxLayout.SizeConstraint.SetFixedSize)
 
     def _show(self, begin: FigureChoice) -> None:

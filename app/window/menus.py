@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtGui import QAction, QActionGroup, QIcon, QKeySequence
+from PySide6.QtGui import QAction, QIcon, QKeySequence
 from PySide6.QtWidgets import QMenu
 
 from app.caption_button import CaptionButton
-from app.controls import add_action, show_tips
+from app.controls import add_action, add_choices, show_tips
 from app.glosses import open_glossary
 from app.icons import IconButton
 from app.state.library import KnownModel
@@ -108,11 +108,7 @@ class Menus:
         self, menu: QMenu, texts: dict[Any, str], present: Slot, choose: Callable[[Any], object]
     ) -> None:
         """Add entries of which one is checked."""
-        group, actions = QActionGroup(menu), {}
-        for choice, text in texts.items():
-            actions[choice] = add_action(menu, text, partial(choose, choice))
-            actions[choice].setCheckable(True)
-            group.addAction(actions[choice])
+        actions = add_choices(menu, {each: (text, "") for each, text in texts.items()}, choose)
         self._refreshes.append(lambda: actions[present()].setChecked(True))
 
     def _add_alone(self, caption: CaptionButton, shown: Shown) -> QMenu:

@@ -10,7 +10,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
 from app import theme
-from app.controls import Action, Card, action_button, announce, label, line_up, order_focus
+from app.controls import Action, Card, action_button, announce, fill, label, order_focus
 from app.icons import IconButton
 
 WIDTH = 480
@@ -36,7 +36,7 @@ class Notices(QWidget):
         super().__init__(parent)
         self._lines: list[_Line] = []
         self._before: QWidget | None = None
-        self._column = line_up(QVBoxLayout(self), margins=(0, 0, 0, 0), spacing=4)
+        self._column = fill(QVBoxLayout(self), spacing=4)
         self.more = label("", "dim")
         self.more.setAlignment(Qt.AlignmentFlag.AlignHCenter)
         self.more.setStyleSheet(f"color: {theme.ON_IMAGE.dim}")
@@ -149,7 +149,7 @@ class _Line(Card):
         self._label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self._label.setWordWrap(True)
         self.setAccessibleName(f"Error: {text}" if tone == "error" else text)
-        self.row = line_up(QHBoxLayout(self), margins=(12, 4, 4, 4), spacing=8)
+        self.row = fill(QHBoxLayout(self), margins=(12, 4, 4, 4), spacing=8)
         self.row.addWidget(self._label, 1)
         self.dismissal = IconButton("close", "Dismiss", "Escape", colors=theme.ON_IMAGE)
 

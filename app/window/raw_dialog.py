@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 )
 
 from app import theme
-from app.controls import label, line_up, list_box
+from app.controls import fill, label, list_box
 from app.engines.background import LatestCall
 from app.number_box import NumberBox, WholeNumberBox
 from model.volume_files.checks import readable_size
@@ -195,9 +195,10 @@ class RawDialog(QDialog):
         self._buttons.accepted.connect(self.accept)
         self._buttons.rejected.connect(self.reject)
         self.open_button.setDefault(True)
-        column = line_up(QVBoxLayout(self), size, form, margins=(16, 14, 16, 14), spacing=12)
+        column = fill(QVBoxLayout(self), size, form, margins=(16, 14, 16, 14), spacing=12)
         column.addLayout(slices, 1)
-        line_up(column, self.fit, self._buttons)
+        column.addWidget(self.fit)
+        column.addWidget(self._buttons)
 
     def _connect(self) -> None:
         for changed in (

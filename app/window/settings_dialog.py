@@ -20,7 +20,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import clicked, close_box, label, line_up, list_box
+from app.controls import clicked, close_box, fill, label, list_box
 from app.image_view.reference_controls import DRAWINGS, SIZES
 from app.state.settings import RecentKind, ThemeChoice
 from app.theme import apply_theme
@@ -56,8 +56,8 @@ class SettingsDialog(QDialog):
             self._form.addRow(group)
             for name, control, explanation in settings:
                 self._add(group, name, control, explanation)
-        parts = self.search, self._nothing, self._form, None, close_box(self)
-        line_up(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
+        parts = self.search, self._nothing, self._form, 0, close_box(self)
+        fill(QVBoxLayout(self), *parts, margins=(16, 14, 16, 14), spacing=12)
         self._filter("")
         # What is filtered out leaves room, so that the field stays where it is.
         self.setFixedSize(WIDTH, self.sizeHint().height())
@@ -106,7 +106,7 @@ class SettingsDialog(QDialog):
         below.setWordWrap(True)
         row = QWidget()
         row.setAccessibleName(name)
-        line_up(QVBoxLayout(row), control, below, margins=(0, 0, 0, 0), spacing=2)
+        fill(QVBoxLayout(row), control, below, spacing=2)
         self._form.addRow(name, row)
         texts = [group.text(), name, explanation]
         if isinstance(control, QComboBox):

@@ -24,7 +24,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.controls import clicked, close_box, label, line_up
+from app.controls import clicked, close_box, fill, label
 from model.errors import VolumeError
 from model.scene.volume import ChoiceKind, Content, Volume
 from model.volume_files.checks import readable_size, times
@@ -93,7 +93,7 @@ class ContentsDialog(QDialog):
         return max(self.boxes[kind].currentIndex(), 0)
 
     def _lay_out(self, name: str) -> None:
-        column = line_up(QVBoxLayout(self), margins=MARGINS, spacing=12)
+        column = fill(QVBoxLayout(self), margins=MARGINS, spacing=12)
         text = QLabel(f"{name} holds more than one volume. Which one do you want to see?")
         text.setTextFormat(Qt.TextFormat.PlainText)
         text.setWordWrap(True)
@@ -208,7 +208,7 @@ class PropertiesDialog(QDialog):
         for name, text in self.rows:
             if name == "spacing":
                 parts = self.stretch, QLabel("times as long"), self.apply
-                line = line_up(QHBoxLayout(), *parts, spacing=8)
+                line = fill(QHBoxLayout(), *parts, spacing=8)
                 form.addRow("Spacing", self.spacing)
                 form.addRow("z is drawn", line)
             if name in ("spacing", "z is drawn"):
@@ -221,7 +221,7 @@ class PropertiesDialog(QDialog):
         area.setWidgetResizable(True)
         area.setFrameShape(QScrollArea.Shape.NoFrame)
         area.setWidget(content)
-        line_up(QVBoxLayout(self), area, close_box(self), margins=MARGINS)
+        fill(QVBoxLayout(self), area, close_box(self), margins=MARGINS, spacing=6)
         self.resize(560, 460)
 
     def _check(self) -> None:
