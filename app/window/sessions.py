@@ -152,6 +152,8 @@ class Sessions(QObject):
         context, content, reference = self._context, session.content, self._workspace.reference
         memory, settings = content.memory, content.settings
         self._preferences.set(**vars(settings))
+        # At once: what shows or hides an image is remembered.
+        self._memory.restore_panes()
         size = settings.reference_size
         # It is noted of the volume already, and no edit that could be undone.
         reference.choose(
@@ -175,7 +177,6 @@ class Sessions(QObject):
             self._preferences.note_recent("sessions", path)
         self._name_window(path.name)
         self._overlays.refresh()
-        self._memory.restore_panes()
         self._say_what_differs(path, session)
 
     def _say_what_differs(self, path: Path, session: Session) -> None:

@@ -47,6 +47,7 @@ def change_all(window, tf):
     window.sensitivity_state.keep(120.0, 140.0)
     window.overlays.toggle("legend")
     window.overlays.toggle("cube")
+    window.panes.show_images("reference")
     window.brightness.set(1.5)
     window.brightness.finish()
 
@@ -77,6 +78,7 @@ def test_all_comes_back(qtbot, open_window, builders, tmp_path):
     window.sensitivity_state.release()
     window.sensitivity_state.choose(measure="signed", width=6.0)
     window.overlays.toggle("legend")
+    window.panes.show_images("both")
     between = window.sessions.session()
     open_session(qtbot, window, path)
     assert window.sessions.session() == saved
