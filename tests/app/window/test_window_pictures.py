@@ -5,6 +5,7 @@ the screen changes much. ``pytest tests/pictures tests/app/window/test_window_pi
 --regenerate-pictures`` stores them anew.
 """
 
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 from toy_codec import toy_space
+from window_fakes import PATIENCE_S
 
 from app.theme import apply_theme
 from app.window.figure import FigureChoice
@@ -50,6 +52,7 @@ def difference(a, b):
 def shown(name, qtbot, window):
     """Bring the window to where a picture is of, and return what is pictured."""
     window.resize(1440, 900)
+    wait = partial(qtbot.waitUntil, timeout=1000 * PATIENCE_S)
     if name == "region":
         window.sensitivity_state.hover(None)
         window.sensitivity_state.add_region(Outline.rectangle(0.3, 0.3, 0.7, 0.6))
@@ -58,23 +61,21 @@ def shown(name, qtbot, window):
     elif name == "value":
         window.latent_state.choose(shown=False)
         window.sensitivity_state.hover(150.0, effect=False)
-        qtbot.waitUntil(lambda: window.generator.canvas.cover is not None)
+        wait(lambda: window.generator.canvas.cover is not None)
     elif name == "browser":
         window.latent_state.choose(shown=True)
         work = window.workspace.latent
-        qtbot.waitUntil(lambda: work.grid is not None)
-        qtbot.waitUntil(lambda: work.session.overview is not None)
+        wait(lambda: work.grid is not None)
+        wait(lambda: work.session.overview is not None)
     elif name == "dialog":
         dialog = FigureDialog({"reference": (960, 720)}, FigureChoice(960, 720))
         qtbot.addWidget(dialog)
         dialog.show()
         return dialog
     answers = window.workspace.sensitivity
-    qtbot.waitUntil(lambda: window.workspace.is_settled)
-    qtbot.waitUntil(lambda: answers.is_fresh(answers.region))
-    qtbot.waitUntil(
-        lambda: answers.visibility is not None and answers.visibility.is_of(window.state.inputs)
-    )
+    wait(lambda: window.workspace.is_settled)
+    wait(lambda: answers.is_fresh(answers.region))
+    wait(lambda: answers.visibility is not None and answers.visibility.is_of(window.state.inputs))
     QApplication.processEvents()
     return window
 
