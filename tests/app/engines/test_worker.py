@@ -193,6 +193,19 @@ def test_images_become_better_until_there_is_a_newer_request(qtbot):
     harness.end(qtbot)
 
 
+def test_nothing_better_follows_what_is_called_off(qtbot):
+    gate = threading.Semaphore(0)
+    harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
+    harness.worker.submit(make_request(1))
+    wait_started(harness.engine)
+    harness.worker.abandon("images")
+    gate.release(10)
+    harness.worker.submit(visibility(2))
+    qtbot.waitUntil(lambda: bool(harness.results) and harness.results[-1].request.sequence == 2)
+    assert widths_of(harness) == [(1, 3)]
+    harness.end(qtbot)
+
+
 def test_others_have_their_turn_while_images_become_better(qtbot):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
