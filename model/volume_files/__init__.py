@@ -18,7 +18,7 @@ from model.volume_files.arrays import read_numpy
 from model.volume_files.checks import unreadable
 from model.volume_files.choice import LARGEST, Choice, describe
 from model.volume_files.dicom import dicom_slices, read_dicom
-from model.volume_files.dicom_tags import has_preamble, is_dicom
+from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.finish import Component, component_of, make_volume
 from model.volume_files.foreign import (
     folder_advice,
@@ -69,12 +69,8 @@ def read_volume(
 
     Without a layout, a .raw file must have one in its name, such as
     ``engine_256x256x110_uint8.raw``. The volume is in index order: its axis x is the file's
-    fastest. Assumptions and changes are in its notes.
-
-    Raises
-    ------
-    VolumeError
-        For every file that is not a volume or cannot be read, in one sentence with the reason.
+    fastest. Assumptions and changes are in its notes. Raises VolumeError, in one sentence with the
+    reason, for every file that is not a volume or cannot be read.
     """
     path = Path(path)
     try:
@@ -113,7 +109,7 @@ def _read_grid(path: Path, raw: RawLayout | None, choice: Choice) -> Grid:
         grid = _READERS[by_content](path, choice)
         note = note.format(f"file of the kind '{by_content}'")
         return replace(grid, notes=(note, *grid.notes))
-    if suffix in _READERS and has_preamble(path):
+    if suffix in _READERS and is_dicom(path, has_preamble=True):
         grid = read_dicom([path], path, choice)
         return replace(grid, notes=(note.format("DICOM file"), *grid.notes))
     if suffix in _READERS:

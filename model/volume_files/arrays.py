@@ -319,7 +319,9 @@ def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
     """Read an array saved by NumPy, its last axis being x."""
     try:
         if path.suffix.lower() == ".npy":
-            return grid_of_arrays(path, [_mapped(path)], choice, "NumPy array")
+            data = np.load(path, mmap_mode="r", allow_pickle=False)
+            array = StoredArray(path.stem, data.shape, data.dtype, lambda k: np.array(data[k]))
+            return grid_of_arrays(path, [array], choice, "NumPy array")
         with zipfile.ZipFile(path) as archive:
             members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
             arrays = [_member(path, archive, info) for info in members]
@@ -340,11 +342,6 @@ def read_numpy(path: Path, choice: Choice = LARGEST) -> Grid:
         raise damaged(path, f"NumPy says '{first_line(error)}'") from None
     except Exception as error:
         raise damaged(path, f"NumPy says '{first_line(error)}'") from None
-
-
-def _mapped(path: Path) -> StoredArray:
-    array = np.load(path, mmap_mode="r", allow_pickle=False)
-    return StoredArray(path.stem, array.shape, array.dtype, lambda index: np.array(array[index]))
 
 
 def _member(path: Path, archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> StoredArray:

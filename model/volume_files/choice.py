@@ -181,19 +181,13 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
     elif (turned := volume.file.directions) and not np.allclose(turned, np.eye(3)):
         axes = (", ".join(f"{number:.3g}" for number in direction) for direction in turned)
         rows.append(("axes point to", "; ".join(axes)))
-    rows += [
-        (f"also {SINGULARS[content.kind]}", content_text(content))
-        for content in volume.file.contents
-        if not content.is_read
-    ]
+    for other in volume.file.contents:
+        if not other.is_read:
+            size = f", {readable_size(other.nbytes)}" if other.nbytes else ""
+            kind = f" of {other.scalar_type}" if other.scalar_type else ""
+            text = f"{other.name} ({times(other.dimensions)}{kind}{size})"
+            rows.append((f"also {SINGULARS[other.kind]}", text))
     return rows + [("note", note) for note in volume.notes]
-
-
-def content_text(content: Content) -> str:
-    """Describe a content in a line: name, dimensions, type and size."""
-    size = f", {readable_size(content.nbytes)}" if content.nbytes else ""
-    kind = f" of {content.scalar_type}" if content.scalar_type else ""
-    return f"{content.name} ({times(content.dimensions)}{kind}{size})"
 
 
 def as_data(volume: Volume) -> dict[str, Any]:

@@ -66,7 +66,9 @@ def stacks_of(frames: Sequence[Frame]) -> list[Stack]:
         groups[_kind(frame)].append(frame)
     stacks = []
     for members in groups.values():
-        for stack in _divided(Stack(tuple(members), _series_name(members[0].file))):
+        file = members[0].file
+        words = filter(None, (file.text("SeriesNumber"), file.text("SeriesDescription")))
+        for stack in _divided(Stack(tuple(members), " ".join(words)[:80] or "series")):
             stacks += _apart(stack)
     stacks.sort(key=lambda stack: -len(stack.frames))
     return _named_apart(stacks)
@@ -87,11 +89,6 @@ def _kind(frame: Frame) -> tuple[object, ...]:
         tuple(round(number, 2) for number in frame.orientation),
         tuple(round(number, 4) for number in frame.spacing),
     )
-
-
-def _series_name(file: DicomFile) -> str:
-    words = file.text("SeriesNumber"), file.text("SeriesDescription")
-    return " ".join(word for word in words if word)[:80] or "series"
 
 
 def _named_apart(stacks: list[Stack]) -> list[Stack]:
@@ -244,6 +241,8 @@ def dicom_slices(folder: Path) -> list[Path]:
 
 def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     """Find the volumes in DICOM files by their tags, the largest first; also return notes."""
+    from pydicom.uid import UID
+
     read = [read_dicom_file(path) for path in counted("files listed", files)]
     images = [file for file in read if file.kind is not None]
     others = [file for file in read if file.kind is None]
@@ -252,7 +251,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
         # Of a file that was cut off there may be only the beginning of its class.
         begun = (file.text("SOPClassUID"), file.meta_text("MediaStorageSOPClassUID"))
         is_image = any(each.startswith(part) for each in classes for part in begun)
-        is_image |= not classes and any(_is_image_class(part) for part in begun)
+        is_image |= not classes and any("Image Storage" in UID(part).name for part in begun)
         if "Rows" in file.tags or is_image:
             raise truncated(file.path, "it has no pixels")
     notes: tuple[str, ...] = ()
@@ -302,13 +301,6 @@ def _read(files: Sequence[Path], like: Path | None, choice: Choice) -> Grid:
         notes=choice_notes(contents) + notes + grid.notes,
         facts=replace(grid.facts, contents=contents),
     )
-
-
-def _is_image_class(identifier: str) -> bool:
-    """Whether objects of a class are images, by the standard's name of it."""
-    from pydicom.uid import UID
-
-    return "Image Storage" in UID(identifier).name
 
 
 def _is_grey(frame: Frame) -> bool:

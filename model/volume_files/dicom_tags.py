@@ -131,17 +131,11 @@ def _raw_text(tags: Dataset, name: str) -> str | None:
     return None
 
 
-def is_dicom(path: Path) -> bool:
-    """Return True if a file begins as DICOM does, with its preamble or without."""
+def is_dicom(path: Path, has_preamble: bool = False) -> bool:
+    """Return True if a file begins as DICOM does, with its preamble or, unless asked, without."""
     with path.open("rb") as file:
         start = file.read(PREAMBLE + 4)
-    return start[PREAMBLE:] == b"DICM" or _is_bare(start)
-
-
-def has_preamble(path: Path) -> bool:
-    """Return True if a file has DICOM's mark behind a preamble, whatever its suffix is."""
-    with path.open("rb") as file:
-        return file.read(PREAMBLE + 4)[PREAMBLE:] == b"DICM"
+    return start[PREAMBLE:] == b"DICM" or (not has_preamble and _is_bare(start))
 
 
 def _is_bare(start: bytes) -> bool:

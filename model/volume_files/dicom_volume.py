@@ -39,6 +39,17 @@ MOST_GAPS = 0.2
 """Share of the distances up to which larger ones are gaps, and no change of the distance."""
 
 
+_KINDS = {
+    "MONOCHROME1": (
+        "The file shows its lowest value as white (MONOCHROME1); the values are as stored, not "
+        "inverted.",
+    ),
+    "PALETTE COLOR": (
+        "The colours of the file's look-up table are left out; its indices are read.",
+    ),
+}
+
+
 @dataclass(frozen=True, eq=False)
 class _Order:
     """Images in the order of their places.
@@ -74,7 +85,7 @@ def read_stack(images: Sequence[Frame]) -> Grid:
         values,
         origin=usable_origin(first.position or (0.0, 0.0, 0.0)),
         units=units.pop() if len(units) == 1 else "",
-        notes=order.notes + _kind_notes(first),
+        notes=order.notes + _KINDS.get(first.file.text("PhotometricInterpretation"), ()),
         missing=missing,
         facts=FileFacts("DICOM", "mm" if first.spacing else ""),
     )
@@ -137,17 +148,6 @@ def _looked_up(pixels: NDArray[np.generic], table: object) -> NDArray[np.generic
         first -= 1 << 16
     places = np.clip(pixels.astype(np.int64) - first, 0, len(entries) - 1)
     return entries[places]
-
-
-def _kind_notes(first: Frame) -> tuple[str, ...]:
-    if first.file.text("PhotometricInterpretation") == "MONOCHROME1":
-        return (
-            "The file shows its lowest value as white (MONOCHROME1); the values are as stored, "
-            "not inverted.",
-        )
-    if first.file.text("PhotometricInterpretation") == "PALETTE COLOR":
-        return ("The colours of the file's look-up table are left out; its indices are read.",)
-    return ()
 
 
 def heights(frames: Sequence[Frame]) -> np.ndarray:

@@ -54,7 +54,15 @@ def make_volume(
     grid = finished(path, grid, component)
     if choice.spacing is not None or choice.stretch is not None:
         grid = _as_typed(grid, choice)
-    grid = replace(grid, notes=grid.notes + _thin_notes(grid))
+    sizes = grid.values.shape[2::-1]
+    lengths = [n * step for n, step in zip(sizes, grid.spacing, strict=True)]
+    if line_distance(lengths) is not None:
+        _, middle, longest = sorted(lengths)
+        note = (
+            f"The volume of {times(sizes)} voxels is {longest / middle:.0f} times as long as it is "
+            "wide, a thin line as a whole; its middle is shown from nearby."
+        )
+        grid = replace(grid, notes=(*grid.notes, note))
     try:
         return Volume(
             grid.values,
@@ -96,19 +104,6 @@ def _as_typed(grid: Grid, choice: Choice) -> Grid:
         origin=(*grid.origin[:2], grid.origin[2] * stretch / facts.stretch),
         notes=tuple(notes),
         facts=replace(facts, spacing_unit=unit, stretch=stretch),
-    )
-
-
-def _thin_notes(grid: Grid) -> tuple[str, ...]:
-    """Say of a volume that is no more than a line what is to be seen."""
-    sizes = grid.values.shape[2::-1]
-    lengths = [n * step for n, step in zip(sizes, grid.spacing, strict=True)]
-    if line_distance(lengths) is None:
-        return ()
-    _, middle, longest = sorted(lengths)
-    return (
-        f"The volume of {times(sizes)} voxels is {longest / middle:.0f} times as long as it is "
-        "wide, a thin line as a whole; its middle is shown from nearby.",
     )
 
 

@@ -14,7 +14,7 @@ from model.volume_files.arrays import StoredArray, grid_of_arrays
 from model.volume_files.checks import damaged, errors_of, not_a, truncated, unsupported
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import attribute_numbers, attribute_text
-from model.volume_files.foreign import foreign_advice
+from model.volume_files.foreign import HDF5_SIGNATURE, foreign_advice
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5_layouts import arrays_by_program, check_kind, values_of
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import h5py
 
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".mat", ".nc", ".nc4", ".cdf")
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIGNATURE_PLACES = (0, 512, 1024, 2048)
 HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26
 """How a heap begins, and the bytes in which heaps are looked for."""
@@ -36,7 +35,7 @@ def read_hdf5(path: Path, choice: Choice = LARGEST) -> Grid:
         start = file.read(SIGNATURE_PLACES[-1] + 8)
     if start[:4] in (b"CDF\x01", b"CDF\x02"):
         return _read_netcdf3(path, choice)
-    if not any(start[place : place + 8] == SIGNATURE for place in SIGNATURE_PLACES):
+    if not any(start[place : place + 8] == HDF5_SIGNATURE for place in SIGNATURE_PLACES):
         if advice := foreign_advice(path):
             raise VolumeError(f"{path}: {advice}.")
         raise not_a(path, "an HDF5 or NetCDF file")

@@ -104,7 +104,9 @@ def arrays_by_program(path: Path, file: h5py.File, items: Items) -> list[StoredA
     if any("axistags" in item.attrs for item in items.values()):
         return [_ilastik(name, item) for name, item in items.items()]
     if any("MATLAB_class" in item.attrs for item in items.values()):
-        return [_matlab(name, item) for name, item in items.items()]
+        # MATLAB's rows, columns and slices are y, x and z; HDF5 has them the other way round.
+        axes = {3: ("z", "x", "y"), 4: ("t", "z", "x", "y")}
+        return [_stored(name, item, axes.get(item.ndim, ())) for name, item in items.items()]
     return []
 
 
@@ -312,9 +314,3 @@ def _vtk(group: Any, items: Items) -> list[StoredArray]:
             )
         )
     return found
-
-
-def _matlab(name: str, item: Any) -> StoredArray:
-    """MATLAB's rows, columns and slices are y, x and z; HDF5 has them the other way round."""
-    axes = {3: ("z", "x", "y"), 4: ("t", "z", "x", "y")}.get(item.ndim, ())
-    return _stored(name, item, axes)

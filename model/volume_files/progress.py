@@ -1,7 +1,4 @@
-"""Progress of reading many slices, and its end on demand.
-
-The thread that reads has a listener, which readers call with how far they are.
-"""
+"""Progress of reading many slices, handed to the reading thread's listener, which may end it."""
 
 from __future__ import annotations
 

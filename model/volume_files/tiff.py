@@ -106,18 +106,18 @@ def read_tiff(path: Path, choice: Choice = LARGEST) -> Grid:
         stack, index, listed = _chosen(path, volumes, choice, channels)
         check_pages(path, stack)
         values = read_stack(path, stack, index)
-        missing, missing_notes = _without_data(stack, values)
+        missing = _without_data(stack, values)
         values, units, notes = calibrated(tiff, values)
         scale = voxel_scale(tiff, stacks.index(stack))
         spacing, spacing_notes = usable_spacing(scale.spacing)
-        notes += _kind_notes(stack) + _header_notes(tiff, stack)
+        notes += _kind_notes(tiff, stack)
         if len(volumes) < len(stacks):
             notes += (f"Flat images were left out: {len(stacks) - len(volumes)}.",)
         return Grid(
             values,
             spacing,
             units=units,
-            notes=choice_notes(listed) + notes + missing_notes + scale.notes + spacing_notes,
+            notes=choice_notes(listed) + notes + scale.notes + spacing_notes,
             missing=missing,
             facts=FileFacts(_NAMES.get(stack.series.kind, "TIFF"), scale.unit, contents=listed),
         )
@@ -181,35 +181,27 @@ def _series(volumes: list[Stack]) -> tuple[list[str], list[tuple[Stack, dict[int
     return (titles if is_named else [str(k) for k in range(len(owners))]), owners
 
 
-def _without_data(
-    stack: Stack, values: NDArray[np.generic]
-) -> tuple[NDArray[np.bool_] | None, tuple[str, ...]]:
+def _without_data(stack: Stack, values: NDArray[np.generic]) -> NDArray[np.bool_] | None:
     """Find the voxels of the value that GDAL's tag declares to be no data."""
-    tag = stack.series.keyframe.tags.valueof(42113)
     try:
-        value = float(str(tag).strip("\0 "))
+        value = float(str(stack.series.keyframe.tags.valueof(42113)).strip("\0 "))
     except ValueError:
-        return None, ()
+        return None
     missing: NDArray[np.bool_] = values == value
-    return (missing, ()) if missing.ndim == 3 and missing.any() else (None, ())
+    return missing if missing.ndim == 3 and missing.any() else None
 
 
-def _header_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
-    """Say that a program's description is left out as it cannot be read, or does not fit."""
+def _kind_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
+    """Say what of the file is not shown as it may be meant, or is left out as it does not fit."""
+    notes: tuple[str, ...] = ()
     text, kind = tiff.pages.first.description or "", stack.series.kind
     if "<OME" in text[:4096] and kind != "ome":
-        return (
+        notes += (
             "The file's OME header is damaged and left out: channels and times, if there are any, "
             "alternate among the slices.",
         )
-    if text.startswith("ImageJ=") and kind != "imagej":
-        return ("ImageJ's description does not fit the file's images, which are read in order.",)
-    return ()
-
-
-def _kind_notes(stack: Stack) -> tuple[str, ...]:
-    """Say what of the file is not shown as it may be meant."""
-    notes: tuple[str, ...] = ()
+    elif text.startswith("ImageJ=") and kind != "imagej":
+        notes += ("ImageJ's description does not fit the file's images, which are read in order.",)
     photometric = int(stack.series.keyframe.photometric)
     if photometric == MINISWHITE:
         notes += ("In this file 0 is white; the values are shown as stored, not inverted.",)

@@ -174,10 +174,9 @@ def natural_key(path: Path) -> list[tuple[int, str]]:
 def named_series(files: Sequence[Path]) -> list[NamedSeries]:
     """Group files by what their names have in common but for the number of the slice.
 
-    The longest series is the first.
-    That number is the one with the most values, or the last of these. A minus before it is a sign
-    only if some of the names have none there. Files that have nothing in common are one series, in
-    natural order.
+    The longest is the first. That number is the one with the most values, or the last of these. A
+    minus before it is a sign only if some names have none there. Files that have nothing in common
+    are one series, in natural order.
     """
     frames: dict[str, list[Path]] = defaultdict(list)
     for path in files:
@@ -215,12 +214,8 @@ def _split(files: list[Path]) -> list[NamedSeries]:
         numbers = values[slice_column]
         members.sort(key=lambda row: (numbers[row], natural_key(files[row])))
         ordered = tuple(files[row] for row in members)
-        name = _with_star(ordered[0].name, slice_column)
-        named.append(NamedSeries(name, ordered, tuple(numbers[row] for row in members)))
+        name = ordered[0].name
+        start, end = [*_NUMBER.finditer(name)][slice_column].span()
+        of_slices = tuple(numbers[row] for row in members)
+        named.append(NamedSeries(f"{name[:start]}*{name[end:]}", ordered, of_slices))
     return named
-
-
-def _with_star(name: str, column: int) -> str:
-    """Replace one of a name's numbers, and its sign, by a star."""
-    place = list(_NUMBER.finditer(name))[column]
-    return f"{name[: place.start()]}*{name[place.end() :]}"

@@ -48,7 +48,7 @@ _Level = dict[str, Any]
 def _places(folder: Path, levels: dict[Path, _Level], depth: int = 0) -> Iterator[Path]:
     """Yield the folders of arrays, and gather what groups say of them."""
     own = folder.resolve()
-    if (folder / ".zarray").is_file() or _node_type(folder) == "array":
+    if (folder / ".zarray").is_file() or _json(folder / "zarr.json").get("node_type") == "array":
         yield folder
         return
     levels |= _ome_levels(folder)
@@ -59,10 +59,6 @@ def _places(folder: Path, levels: dict[Path, _Level], depth: int = 0) -> Iterato
             continue
         if is_zarr(path):
             yield from _places(path, levels, depth + 1)
-
-
-def _node_type(folder: Path) -> str:
-    return str(_json(folder / "zarr.json").get("node_type", ""))
 
 
 def _json(path: Path) -> dict[str, Any]:
