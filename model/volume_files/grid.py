@@ -144,7 +144,7 @@ def usable_spacing(
 ) -> tuple[Triple, tuple[str, ...]]:
     """Convert a header's spacing, None where it says nothing, to a valid one; also return notes.
 
-    A sign is dropped; see :func:`unmirrored`. What is missing along one axis is taken from another;
+    A sign is dropped; see :func:`placed`. What is missing along one axis is taken from another;
     what is zero, not finite or extreme is replaced by 1, and so are all if they are so unlike one
     another that the volume would be a line.
     """
