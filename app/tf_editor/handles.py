@@ -29,7 +29,7 @@ _RADIUS = {"circle": 6.0, "square": 4.0, "pin": 6.0, "line": 0.0}
 _REACH = 12.0
 """Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
 
-STEP_MS = 30
+STEP_MS = 40
 """Least time between two steps of a drag: a mouse sends far more than pictures can follow."""
 
 _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier

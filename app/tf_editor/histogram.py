@@ -28,6 +28,9 @@ _OVERHANG = 0.05
 """How far a pen may reach out of the curve that it draws, in widths of a plot and own heights."""
 
 
+_STRAIGHT = 1e-11  # bend of a line up to which a point is left out, as a share of its height
+
+
 class Curve(QGraphicsItem):
     """A line in a plot, with the area below it if it has a brush.
 
@@ -58,7 +61,12 @@ class Curve(QGraphicsItem):
         """Draw another line."""
         self.prepareGeometryChange()
         self.heights = heights
-        self._line = pg.arrayToQPath(places, heights)
+        run, rise, highest = np.diff(places), np.diff(heights), np.max(heights, initial=0.0)
+        bends = np.abs(run[1:] * rise[:-1] - run[:-1] * rise[1:]) > _STRAIGHT * highest
+        kept = np.ones(len(places), bool)
+        # The fewer points, the faster a wide line is drawn.
+        kept[1:-1] = bends
+        self._line = pg.arrayToQPath(places[kept], heights[kept])
         self._area = QPainterPath(self._line)
         if len(places):
             self._area.lineTo(places[-1], 0.0)
