@@ -136,7 +136,7 @@ def test_all_stops_are_measured_while_it_is_open(qtbot, make_window, builders):
     assert not any(isinstance(each, TradeRequest) for each in engine.others)
     popover = opened(qtbot, window)
     (asked,) = [each for each in engine.others if isinstance(each, TradeRequest)]
-    whole = window.workspace.reference.whole_raster()
+    whole = window.workspace.reference.raster
     assert (asked.inputs, asked.quality.pixels) == (window.state.inputs, whole)
     assert [each.scale for each in trade.found] == sorted(SCALES)
     errors = [each.error for each in trade.found]
