@@ -21,8 +21,7 @@ Encoding = Literal["raw", "deflate", "bzip2"]
 
 CHUNK = 1 << 14
 EITHER_ZLIB_OR_GZIP = 47
-LONGEST_REST = 1 << 20
-"""Bytes behind the voxels that are unpacked to see whether the stream is sound."""
+LONGEST_REST = 1 << 20  # bytes behind the voxels that are unpacked to see whether all is sound
 
 
 @dataclass(frozen=True)
