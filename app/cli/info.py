@@ -43,7 +43,8 @@ class Info:
         shown, is_offered = robust_range(volume), suits_logarithm(volume.distribution)
         rows = describe(volume)
         if shown != volume.data_range:
-            rows.append(("shown over", f"{range_text(shown, volume.scale)}, without outliers"))
+            why = "each label on a bin" if volume.file.is_labels else "without outliers"
+            rows.append(("shown over", f"{range_text(shown, volume.scale)}, {why}"))
         if is_offered:
             rows.append(("scale", f"{LOGARITHM_OFFER} (--scale log)"))
         found = {"shown_range": list(shown), "suits_logarithm": is_offered}

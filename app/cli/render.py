@@ -101,6 +101,12 @@ class Render:
     draw_missing: bool = option(
         False, "Draw voxels of which the file says that nothing was measured there."
     )
+    interpolate: bool | None = option(
+        None,
+        "Whether there are values between voxels. (default: unless the file says that they are "
+        "labels, or as in the session)",
+        flag="--interpolate/--no-interpolate",
+    )
     sample_distance: float | None = option(
         None,
         "Distance of samples on a ray. At .1 the ray caster shows no rings on thin layers, as in "
@@ -133,7 +139,8 @@ class Render:
     def inputs(self, tf: TransferFunction) -> SceneInputs:
         """Return the inputs of the image under a TF."""
         view = self.view or values.HOME_VIEW
-        return SceneInputs.of(view, tf, light=self.light, crop=self.crop)
+        others = {"light": self.light, "crop": self.crop, "interpolates": self.interpolate}
+        return SceneInputs.of(view, tf, **others)
 
     def _of_session(self, path: Path) -> Render:
         """Fill in what was left out from a session: volume, view, TF, light, crop box, legend."""
@@ -165,6 +172,7 @@ class Render:
             lighting=None if is_model else lighting,
             light=self.light or (memory.light if is_lit else None),
             crop=self.crop or memory.crop,
+            interpolate=memory.interpolates if self.interpolate is None else self.interpolate,
             brightness=self.brightness or memory.brightness,
             draw_missing=self.draw_missing or memory.draws_missing,
             legend=self.legend or (settings.legend and not self.is_array),

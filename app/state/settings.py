@@ -117,6 +117,7 @@ class VolumeMemory:
     light: LightDirection | None = None
     brightness: Annotated[float, Meta(ge=0.25, le=32.0)] | None = None
     crop: CropBox | None = None
+    interpolates: bool | None = None  # whether there are values between voxels
     draws_missing: bool = False
     regions: tuple[NamedRegion, ...] = ()
     active_region: str = ""

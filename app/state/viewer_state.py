@@ -20,6 +20,7 @@ from model.scene.ranges import fit_to_range
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
+from model.scene.volume import FileFacts
 
 INTERVAL_S = 0.1
 """Shortest time between two refreshes while something moves: painting a plot takes long."""
@@ -87,11 +88,16 @@ class ViewerState(ViewNavigation):
         )
         self.light_input = _EditedLight(None, "move light", self.edits, self)
         self.crop_input = _EditedCrop(None, "crop", self.edits, self)
+        self.interpolation_input: EditedInput[bool | None] = EditedInput(
+            None, "interpolation", self.edits, self
+        )
         self.edited: dict[str, EditedInput[Any]] = {
             "light": self.light_input,
             "crop": self.crop_input,
+            "interpolates": self.interpolation_input,
         }
         self.brightness = Brightness(self.edits, self)
+        self._file = FileFacts()
         self._default = EMPTY_TF
         self.viewChanged.connect(self.inputsChanged)
         self.viewChangeFinished.connect(self.inputsChangeFinished)
@@ -115,6 +121,21 @@ class ViewerState(ViewNavigation):
     def crop(self) -> CropBox | None:
         """Part of the volume that is shown; None for all of it."""
         return self.crop_input.value
+
+    @property
+    def interpolates(self) -> bool:
+        """Whether there are values between voxels."""
+        chosen = self.interpolation_input.value
+        return not self._file.is_labels if chosen is None else chosen
+
+    def set_interpolates(self, interpolates: bool) -> None:
+        """Have values between voxels, or not: an edit that can be undone."""
+        is_usual = interpolates != self._file.is_labels
+        self.interpolation_input.set(None if is_usual else interpolates)
+
+    def label_name(self, value: float) -> str:
+        """Name of a label in the volume's file; empty for none."""
+        return next((label.name for label in self._file.labels if label.value == value), "")
 
     @property
     def inputs(self) -> SceneInputs:
@@ -148,6 +169,7 @@ class ViewerState(ViewNavigation):
         default: TransferFunction,
         current: TransferFunction | None,
         others: Mapping[str, Any] = MappingProxyType({}),
+        file: FileFacts | None = None,
     ) -> None:
         """Start editing another volume's TF, clearing the undo stack.
 
@@ -156,7 +178,7 @@ class ViewerState(ViewNavigation):
         """
         self.volumeStarting.emit()
         self.edits.stack.clear()
-        self._default = default
+        self._default, self._file = default, file or FileFacts()
         if current is None or current.scale != default.scale:
             current = default
         for name, each in self.edited.items():

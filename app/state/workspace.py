@@ -230,7 +230,7 @@ class Workspace(QObject):
         self._preferences.note_opened(opened.fingerprint, opened.path)
         self._note_model()
         # After the engines: it requests the images, which they then take up.
-        self._state.start_volume(opened.default, memory.tf, vars(memory))
+        self._state.start_volume(opened.default, memory.tf, vars(memory), volume.file)
         if wanted.memory is not None:
             self._keep_edits()
         self.volumeStarted.emit()

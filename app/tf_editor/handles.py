@@ -365,6 +365,9 @@ class HandleMoves:
 
     def _moved(self, tf: TransferFunction, shift: float, lift: float) -> TransferFunction:
         modes = self.selection.indices("opacity")
+        if tf.opacity.points and not self.state.interpolates:
+            # Handles stay on their labels.
+            shift = 0.0
         if modes:
             return self.with_opacity(tf, edits.move_opacity_handles(tf.opacity, modes, shift, lift))
         stops = self.selection.indices("color")

@@ -80,6 +80,7 @@ class OpacityLayer(QObject):
             # The mean of a mode may be outside the range; its handle is at the range's end.
             place = self._area.axis.place(min(max(value, tf.scalar_range[0]), tf.scalar_range[1]))
             handle.setPos(place, self._area.scale.height(opacity))
+            handle.setToolTip(self._state.label_name(value))
             handle.setVisible(0.0 <= place <= 1.0)
             handle.set_look(QColor.fromRgbF(*colors[index]), index in selected)
 
@@ -140,7 +141,8 @@ class OpacityLayer(QObject):
         self._moves.drag("opacity", index, area.axis.value(place), area.scale.opacity(height))
         x, y = edits.opacity_handles(self._moves.tf.opacity)[index]
         value = value_text(x, self._state.scalar_range, self._state.scale)
-        self._say(x, y, f"value {value}   opacity {significant(y, 2)}")
+        name = self._state.label_name(x)
+        self._say(x, y, f"value {value} {name}".rstrip() + f"   opacity {significant(y, 2)}")
 
     def _drag_flank(self, place: float) -> None:
         index, tf = self._selection.index("opacity"), self._moves.tf

@@ -281,6 +281,7 @@ class MainWindow(WindowParts):
         self.sessions.start_volume()
         self.files.start_volume()
         self.scene_notices.offer_logarithm()
+        self.scene_notices.offer_labels()
         self.menus.refresh()
         self.editor.moves.select_strongest()
         self.plot_memory.settle()

@@ -262,6 +262,10 @@ class Menus:
             menu, "S&wap sides", panes.swap, "Ctrl+Shift+X", is_there=lambda: panes.can_compare
         )
         self._add(
+            menu, "I&nterpolate", lambda: state.set_interpolates(not state.interpolates),
+            is_on=lambda: state.interpolates,
+        )  # fmt: skip
+        self._add(
             menu, "Draw &missing voxels",
             lambda: workspace.opening.draw_missing(not draws_missing()),
             is_on=draws_missing, is_there=has_missing,

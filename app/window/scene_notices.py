@@ -15,10 +15,12 @@ from app.state.opened_volume import OpenedVolume
 from app.state.reference_choices import ReferenceChoices
 from app.window.context import Context
 from model.scene.hints import NarrowPart, narrow_part, nothing_visible, why_nothing
+from model.scene.labels import label_range, label_tf, looks_like_labels
 from model.scene.transfer_function import Range, TransferFunction
 from model.scene.value_scale import LOGARITHM_OFFER, suits_logarithm
+from model.scene.volume import Volume
 
-NARROW, LIGHT, OFFER = "narrow part of the TF", "light", "logarithmic scale"
+NARROW, LIGHT, OFFER, LABELS = "narrow part of the TF", "light", "logarithmic scale", "labels"
 """Keys of the notices."""
 
 
@@ -79,6 +81,23 @@ class SceneNotices(QObject):
                 Action("Logarithmic scale", partial(self._workspace.opening.show_on_scale, "log")),
                 key=OFFER,
             )
+
+    def offer_labels(self) -> None:
+        """Offer to show as labels what is called so."""
+        opened, state = self._workspace.opened, self._state
+        if opened is None or not state.interpolates or not looks_like_labels(opened.volume):
+            self._notices.clear(LABELS)
+        elif state.transfer_function == state.default_transfer_function:
+            text = f"{opened.volume.name} looks like labels."
+            show = Action("Show as labels", partial(self._show_labels, opened.volume))
+            self._notices.add(text, show, key=LABELS)
+
+    def _show_labels(self, volume: Volume) -> None:
+        stack = self._state.edits.stack
+        stack.beginMacro("show as labels")
+        self._state.set_interpolates(False)
+        self._state.tf_input.set(label_tf(volume.over(label_range(volume))))
+        stack.endMacro()
 
     def show_scale(self, opened: OpenedVolume) -> None:
         """Offer no scale that is there."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from model.errors import TfscopeError, VolumeError
 from model.scene.distribution import Distribution
+from model.scene.labels import label_range
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale, place_of, value_at
 from model.scene.volume import Volume
@@ -61,8 +62,10 @@ def robust_range(volume: Volume) -> Range:
     count among the voxels of which a thousandth is left out: there may be few others. The range
     holds it all the same unless it lies so far off that the others would fill less than an eighth
     of the range. Then an eighth of the others' width is left free on its side, so that it remains
-    something else than the outermost of them.
+    something else than the outermost of them. For labels see :func:`label_range`.
     """
+    if volume.file.is_labels and volume.scale == "linear":
+        return label_range(volume)
     lowest, highest = volume.data_range
     values, counts = volume.distribution.frequencies
     frequent = int(counts.argmax())

@@ -38,6 +38,15 @@ class Content:
 
 
 @dataclass(frozen=True)
+class Label:
+    """A value of a volume of labels, with what it stands for; name and colour may be unknown."""
+
+    value: int
+    name: str = ""
+    color: tuple[float, float, float] | None = None  # red, green and blue, 0 to 1
+
+
+@dataclass(frozen=True)
 class FileFacts:
     """Facts from the file of a volume; each is empty where the file is silent."""
 
@@ -51,6 +60,7 @@ class FileFacts:
     """All that the file or folder holds, where that is more than one volume."""
     is_labels: bool = False
     """Whether the file declares its values to be labels, between which nothing lies."""
+    labels: tuple[Label, ...] = ()  # those that the file names or colours
     stretch: float = 1.0
     """How many times as long as the file says z is drawn, whose unit may be another."""
 

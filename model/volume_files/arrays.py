@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError, first_line
-from model.scene.volume import Content, FileFacts, Triple
+from model.scene.volume import Content, FileFacts, Label, Triple
 from model.volume_files.checks import (
     check_grid,
     check_present,
@@ -87,6 +87,7 @@ class StoredArray:
     channels: tuple[str, ...] = ()
     is_netcdf: bool = False
     is_labels: bool = False
+    labels: tuple[Label, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +183,13 @@ def _grid(
         units="" if units == "1" else units,
         notes=choice_notes(listed) + array.notes + roles.notes + notes,
         missing=missing,
-        facts=FileFacts(file_format, array.unit, contents=listed, is_labels=array.is_labels),
+        facts=FileFacts(
+            file_format,
+            array.unit,
+            contents=listed,
+            is_labels=array.is_labels,
+            labels=array.labels,
+        ),
     )
     if array.spacing is None and any(roles.axes[k].step for k in (roles.x, roles.y, roles.z)):
         return _by_coordinates(path, grid, [roles.axes[k] for k in (roles.x, roles.y, roles.z)])

@@ -173,6 +173,7 @@ def describe(volume: Volume) -> list[tuple[str, str]]:
         rows.append(("z is drawn", f"{volume.file.stretch:.4g} times as long"))
     if volume.file.is_labels:
         rows.append(("values", "labels, by what the file says"))
+        rows += [(f"label {label.value}", label.name) for label in volume.file.labels if label.name]
     if volume.missing_text:
         rows.append(("missing", volume.missing_text))
     if volume.axis_labels:
@@ -212,6 +213,7 @@ def as_data(volume: Volume) -> dict[str, Any]:
         "range": list(volume.data_range),
         "units": volume.units,
         "is_labels": volume.file.is_labels,
+        "labels": [asdict(label) for label in volume.file.labels],
         "missing_share": volume.missing_share,
         "nbytes": volume.voxels.nbytes,
         "notes": list(volume.notes),

@@ -17,6 +17,7 @@ from model.scene.volume import Content, Volume, is_resolved
 from model.volume_files.checks import times
 from model.volume_files.choice import LARGEST, Choice, content
 from model.volume_files.grid import Grid, typed_spacing, typed_stretch
+from model.volume_files.label_names import told_apart
 
 Component = int | Literal["magnitude"]
 
@@ -54,6 +55,8 @@ def make_volume(
     grid = finished(path, grid, component)
     if choice.spacing is not None or choice.stretch is not None:
         grid = _as_typed(grid, choice)
+    if grid.facts.is_labels:
+        grid = told_apart(grid)
     sizes = grid.values.shape[2::-1]
     lengths = [n * step for n, step in zip(sizes, grid.spacing, strict=True)]
     if line_distance(lengths) is not None:
@@ -198,7 +201,8 @@ def _chosen_component(
     count = grid.values.shape[3] if grid.values.ndim == 4 else 1
     if component is not None or count == 1:
         return component, ()
-    chosen: Component = "magnitude" if count <= MOST_IN_MAGNITUDE else 0
+    is_vector = count <= MOST_IN_MAGNITUDE and not grid.facts.is_labels
+    chosen: Component = "magnitude" if is_vector else 0
     what = "component 0 is read" if chosen == 0 else "their magnitude is read"
     note = f"Every voxel has {count} components; {what}, and 0 to {count - 1} can be chosen."
     return chosen, (note,)

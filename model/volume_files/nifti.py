@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import FileFacts
+from model.scene.volume import FileFacts, Label
 from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, errors_of, not_a, unsupported
@@ -23,6 +23,7 @@ from model.volume_files.grid import (
     unit_name,
     usable_origin,
 )
+from model.volume_files.label_names import LONGEST, snap_labels, workbench_labels
 
 if TYPE_CHECKING:
     from nibabel.analyze import AnalyzeHeader
@@ -96,9 +97,20 @@ def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
         values,
         origin=usable_origin(head.origin),
         notes=choice_notes(listed) + notes,
-        facts=FileFacts(head.format, head.unit, contents=listed, is_labels=head.is_labels),
+        facts=FileFacts(
+            head.format,
+            head.unit,
+            contents=listed,
+            is_labels=head.is_labels,
+            labels=_labels(path, head) if head.is_labels else (),
+        ),
     )
     return placed(grid, steps, head.directions, "RAS")
+
+
+def _labels(path: Path, head: _Head) -> tuple[Label, ...]:
+    start = unpacked_start(head.path, min(head.offset, LONGEST))
+    return workbench_labels(start) or snap_labels(path)
 
 
 def _plain_type(path: Path, dtype: np.dtype[Any]) -> tuple[int, np.dtype[np.generic]]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.errors import VolumeError
-from model.scene.volume import Content, FileFacts
+from model.scene.volume import Content, FileFacts, Label
 from model.volume_files.blocks import Block, Encoding, part_of, read_block
 from model.volume_files.checks import (
     check_grid,
@@ -37,6 +37,7 @@ from model.volume_files.grid import (
     unit_name,
     usable_origin,
 )
+from model.volume_files.label_names import slicer_segments
 
 LONGEST_HEAD = 1 << 20
 MOST_UNNAMED_COMPONENTS = 9
@@ -80,6 +81,7 @@ class _Head:
     form: str
     fields: dict[str, str]
     length: int
+    labels: tuple[Label, ...] = ()
 
     def text(self, name: str, default: str | None = None) -> str:
         value = self.fields.get(name, default)
@@ -181,7 +183,14 @@ def read_nrrd(path: Path, choice: Choice = LARGEST) -> Grid:
         origin=usable_origin(origin),
         units=head.fields.get("sampleunits", "").strip('"'),
         notes=choice_notes(listed) + notes,
-        facts=FileFacts("NRRD", unit, space=space, contents=listed),
+        facts=FileFacts(
+            "NRRD",
+            unit,
+            space=space,
+            contents=listed,
+            is_labels=bool(head.labels),
+            labels=head.labels,
+        ),
     )
     return placed(grid, steps, directions, space, is_left_handed=is_left)
 
@@ -194,13 +203,18 @@ def _nrrd_head(path: Path) -> _Head:
     end = re.search(rb"\r?\n\r?\n", start)
     text = start[: end.start() if end else None].decode("utf-8", "replace")
     fields: dict[str, str] = {}
+    pairs: dict[str, str] = {}
     for line in text.splitlines()[1:]:
         name, separator, value = line.partition(": ")
-        if not line.startswith("#") and separator and ":=" not in name:
+        key, assigned, pair = line.partition(":=")
+        if assigned:
+            pairs[key] = pair
+        elif not line.startswith("#") and separator:
             fields[name.lower().replace(" ", "")] = value.strip()
     if end is None and "datafile" not in fields:
         raise truncated(path, "its header has no end")
-    return _Head(path, "NRRD", fields, end.end() if end else len(start))
+    length = end.end() if end else len(start)
+    return _Head(path, "NRRD", fields, length, slicer_segments(pairs))
 
 
 def _extra_axis(head: _Head, sizes: list[int], rows: list[list[float]]) -> int | None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from model.scene.default_tf import AIR_HU, TISSUE_HU, body_range, default_transfer_function
+from model.scene.labels import label_tf
 from model.scene.ranges import fit_to_range, stretch_to_range
 from model.scene.scene import LightDirection, Lighting
 from model.scene.tf_presets import looks_like_hu
@@ -106,6 +107,8 @@ def first_transfer_function(volume: Volume) -> TransferFunction:
     CT scans are shown as the shipped one is: those in Hounsfield units (HU), by their unit or
     their values, and those on another scale whose peaks tell which one.
     """
+    if volume.file.is_labels and volume.scale == "linear":
+        return label_tf(volume)
     designed = designed_tf(volume)
     if designed is None:
         values = _scan_values(volume)

@@ -16,6 +16,7 @@ from model.volume_files.checks import damaged, errors_of
 from model.volume_files.choice import LARGEST, Choice
 from model.volume_files.conventions import Coordinates
 from model.volume_files.grid import Grid, in_one_unit
+from model.volume_files.label_names import ome_labels
 
 SUFFIX = ".zarr"
 GREATEST_RATIO = 1 << 14
@@ -135,6 +136,7 @@ def _ome_levels(group: Path) -> dict[Path, _Level]:
     except (TypeError, KeyError, AttributeError):
         channels = ()
     try:
+        labels = ome_labels(data)
         first = data["multiscales"][0]
         axes = [axis if isinstance(axis, dict) else {"name": axis} for axis in first["axes"]]
         names = tuple(str(axis["name"]) for axis in axes)
@@ -164,7 +166,7 @@ def _ome_levels(group: Path) -> dict[Path, _Level]:
             found[group / str(dataset["path"])] = {
                 **{"axes": names, "unit": unit, "origin": (x, y, z), "notes": notes},
                 "spacing": (lengths[0], lengths[1], lengths[2]) if any(lengths) else None,
-                **{"channels": channels, "is_labels": "image-label" in data},
+                **{"channels": channels, "is_labels": "image-label" in data, "labels": labels},
             }
     except (TypeError, KeyError, IndexError, ValueError, AttributeError):
         return found

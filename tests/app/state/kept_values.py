@@ -52,6 +52,7 @@ MEMORY = VolumeMemory(
     light=LightDirection(50.0, -20.0),
     brightness=1.5,
     crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)),
+    interpolates=False,
     draws_missing=True,
     regions=(region("ribs"), region("spine")),
     active_region="ribs",

@@ -220,3 +220,32 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
         window.workspace.open_model(Path("model"))
     qtbot.waitUntil(lambda: "over the logarithm" in window.generator.canvas.message)
     assert shown(window).scale == "linear" and window.state.transfer_function == edited
+
+
+def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, builders):
+    values = np.repeat(np.arange(4, dtype=np.uint8), 64).reshape(4, 8, 8)
+    builders.volumes["organs_seg"] = Volume(values, name="organs seg")
+    window = make_window("organs_seg", model=None)
+    state, before = window.state, window.state.transfer_function
+    (button,) = [b for b in window.notice.findChildren(QPushButton) if "as labels" in b.text()]
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        button.click()
+    qtbot.waitUntil(lambda: window.workspace.is_settled)
+    assert state.inputs.interpolates is False
+    assert builders.references[-1].requests[-1].inputs == state.inputs
+    points = ((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (3.0, 1.0))
+    assert state.transfer_function.opacity.points == points
+    # A handle stays on its label.
+    window.editor.selection.select("opacity", 2)
+    window.editor.moves.nudge(0.4, -0.5)
+    assert state.transfer_function.opacity.points[2] == (2.0, 0.5)
+    with qtbot.waitSignal(window.workspace.rangeChanged):
+        state.edits.undo()
+        state.edits.undo()
+    assert (state.inputs.interpolates, state.transfer_function) == (None, before)
+    state.set_interpolates(False)
+    assert not state.interpolates and window.workspace.opened is not None
+    memory = window.preferences.volume(window.workspace.opened.fingerprint)
+    assert memory.interpolates is False
+    state.set_interpolates(True)
+    assert state.inputs.interpolates is None

@@ -1,0 +1,68 @@
+"""Labels: whole numbers that each stand for something, such as an organ, and nothing in between."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range, TransferFunction
+from model.scene.volume import Volume
+
+LAST = TF_SAMPLES - 1
+FEW = 128  # different values that labels may have which no file declares
+DIMMEST = 0.3  # luminance that a label's colour has at least: images are black around it
+GRAY = (0.5, 0.5, 0.5)
+
+
+def label_range(volume: Volume) -> Range:
+    """Return a range over which each label has a TF's bin of its own, exactly.
+
+    It is that of the voxels where labels are too many for the bins.
+    """
+    lo, hi = volume.data_range
+    if hi - lo > LAST:
+        return lo, hi
+    bins = max(int(LAST // (hi - lo + 1)), 1)
+    first = int(LAST - bins * (hi - lo)) // 2
+    return lo - first / bins, lo + (LAST - first) / bins
+
+
+def label_tf(volume: Volume) -> TransferFunction:
+    """Return a TF over a volume's range in which all labels but 0 are opaque, each in a colour.
+
+    Handles lie on the labels; colours are those of the file, or as different as possible.
+    """
+    found, _ = volume.distribution.frequencies
+    if len(found) > TF_SAMPLES:
+        found = np.linspace(*volume.scalar_range, TF_SAMPLES)
+    values = [float(value) for value in found]
+    given = {label.value: label.color for label in volume.file.labels if label.color}
+    others = _distinct_colors()
+    colors = [
+        given.get(int(value), others[int(value) % len(others)] if value else GRAY)
+        for value in values
+    ]
+    points = tuple((value, float(value != 0)) for value in values)
+    stops = tuple((value, *color) for value, color in zip(values, colors, strict=True))
+    scalar_range = volume.scalar_range
+    return TransferFunction(OpacityTF(scalar_range, points=points), ColorTF(scalar_range, stops))
+
+
+def looks_like_labels(volume: Volume) -> bool:
+    """Whether a volume's name says that it holds labels, and its values can be some."""
+    lo, hi = volume.data_range
+    if not re.search("label|seg", volume.name, re.IGNORECASE) or volume.scale != "linear":
+        return False
+    few = hi - lo <= LAST and len(volume.distribution.frequencies[0]) <= FEW
+    return few and volume.distribution.is_whole
+
+
+def _distinct_colors() -> list[tuple[float, float, float]]:
+    # Imported here: the window is to start without it.
+    from cmap import Colormap
+
+    colors = [stop.color.rgba[:3] for stop in Colormap("glasbey:glasbey").color_stops]
+    bright = [c for c in colors if np.dot(c, (0.3, 0.59, 0.11)) >= DIMMEST]
+    # The first is white.
+    return [(float(r), float(g), float(b)) for r, g, b in bright[1:]]

@@ -1,0 +1,119 @@
+"""Labels: the names, colours and numbers of files that declare them, and the first TF of each."""
+
+import gzip
+
+import nibabel
+import numpy as np
+import pytest
+import zarr
+
+from model.scene.labels import label_range, looks_like_labels
+from model.scene.ranges import robust_range
+from model.scene.volume import Label, Volume
+from model.volume_files import read_volume
+from model.volume_files.shipped import first_transfer_function
+
+NAMED = (Label(1, "liver & bile", (0.5, 0.2, 0.0)), Label(3, "bone", (1.0, 1.0, 0.8)))
+
+
+def voxels(values=(0, 1, 3, 7), dtype=np.uint8):
+    """A value for each quarter along z, (8, 4, 5)."""
+    return np.repeat(np.array(values, dtype), 2)[:, None, None] * np.ones((1, 4, 5), dtype)
+
+
+def nifti(path, values, extension=b""):
+    image = nibabel.Nifti1Image(values.transpose(2, 1, 0), np.eye(4))
+    image.header["intent_code"] = 1002
+    if extension:
+        image.header.extensions.append(nibabel.nifti1.Nifti1Extension(30, extension))
+    nibabel.save(image, path)
+    return path
+
+
+def workbench(folder):
+    table = "".join(
+        f'<Label Key="{n.value}" Red="{n.color[0]}" Green="{n.color[1]}" Blue="{n.color[2]}" '
+        f'Alpha="1"><![CDATA[{n.name.replace("&", "&amp;")}]]></Label>'
+        for n in NAMED
+    )
+    text = f"<CaretExtension><LabelTable>{table}</LabelTable></CaretExtension>"
+    return nifti(folder / "wb.nii.gz", voxels(), text.encode())
+
+
+def snap(folder):
+    lines = [
+        f'{n.value} {" ".join(f"{255 * c:.1f}" for c in n.color)} 1 1 1 "{n.name}"' for n in NAMED
+    ]
+    (folder / "snap.label").write_text("# ITK-SnAP Label Description File\n" + "\n".join(lines))
+    return nifti(folder / "snap.nii.gz", voxels())
+
+
+def slicer(folder):
+    head = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 5 4 8\nencoding: gzip\n"
+    for k, n in enumerate(NAMED):
+        color = " ".join(map(str, n.color))
+        head += f"Segment{k}_Name:={n.name}\nSegment{k}_Color:={color}\n"
+        head += f"Segment{k}_LabelValue:={n.value}\n"
+    path = folder / "organs.seg.nrrd"
+    path.write_bytes(head.encode() + b"\n" + gzip.compress(voxels().tobytes()))
+    return path
+
+
+def ome(folder):
+    group = zarr.open_group(str(folder / "ome.zarr"), mode="w", zarr_format=2)
+    axes = [{"name": name, "type": "space"} for name in "zyx"]
+    group.attrs["multiscales"] = [{"version": "0.4", "axes": axes, "datasets": [{"path": "0"}]}]
+    group.attrs["image-label"] = {
+        "colors": [
+            {"label-value": n.value, "rgba": [255 * c for c in n.color] + [255]} for n in NAMED
+        ],
+        "properties": [{"label-value": n.value, "name": n.name} for n in NAMED],
+    }
+    group.create_array("0", shape=(8, 4, 5), dtype="uint8")[:] = voxels()
+    return folder / "ome.zarr"
+
+
+@pytest.mark.parametrize("write", [workbench, snap, slicer, ome])
+def test_names_and_colors_are_those_of_the_file(tmp_path, write):
+    volume = read_volume(write(tmp_path))
+    assert volume.file.is_labels
+    for found, expected in zip(volume.file.labels, NAMED, strict=True):
+        assert (found.value, found.name) == (expected.value, expected.name)
+        np.testing.assert_allclose(found.color, expected.color, atol=1e-3)
+
+
+def test_the_first_tf_has_handles_on_labels_and_a_color_for_each(tmp_path):
+    volume = read_volume(workbench(tmp_path))
+    volume = volume.over(robust_range(volume))
+    tf = first_transfer_function(volume)
+    assert tf.opacity.points == ((0.0, 0.0), (1.0, 1.0), (3.0, 1.0), (7.0, 1.0))
+    np.testing.assert_allclose(tf.color([1.0, 3.0]), [n.color for n in NAMED], atol=1e-3)
+    assert abs(tf.color([7.0]) - tf.color([1.0, 3.0])).max(axis=1).min() > 0.2
+
+
+@pytest.mark.parametrize("last", [1, 5, 100, 127, 128, 254, 255])
+def test_each_label_lies_on_a_bin_of_its_own(last):
+    values = np.zeros((2, 16, 16), np.uint8)
+    values.ravel()[: last + 1] = np.arange(last + 1)
+    low, high = label_range(Volume(values))
+    places = (np.arange(last + 1) - low) / (high - low) * 255
+    np.testing.assert_allclose(places, np.rint(places), atol=1e-9)
+    assert len(np.unique(np.rint(places))) == last + 1
+    assert places.min() >= -1e-9
+    assert places.max() <= 255 + 1e-9
+
+
+def test_numbers_too_large_for_a_tf_become_ranks_with_names(tmp_path):
+    values = voxels((0, 17, 2035, 14175), np.int32)
+    volume = read_volume(nifti(tmp_path / "parcels.nii", values))
+    np.testing.assert_array_equal(volume.voxels, voxels((0, 1, 2, 3)))
+    assert [label.name for label in volume.file.labels] == ["0", "17", "2035", "14175"]
+    assert "numbered 0 to 3" in volume.notes[-1]
+
+
+def test_only_a_name_and_few_whole_values_look_like_labels():
+    few, many = voxels(), np.arange(200, dtype=np.uint8).reshape(2, 10, 10)
+    assert looks_like_labels(Volume(few, name="patient 3 seg"))
+    assert not looks_like_labels(Volume(few, name="patient 3"))
+    assert not looks_like_labels(Volume(many, name="labels"))
+    assert not looks_like_labels(Volume(few / np.float32(3), name="labels"))
