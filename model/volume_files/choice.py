@@ -213,7 +213,7 @@ def as_data(volume: Volume) -> dict[str, Any]:
         "range": list(volume.data_range),
         "units": volume.units,
         "is_labels": volume.file.is_labels,
-        "labels": [asdict(label) for label in volume.file.labels],
+        "labels": [dict(vars(label)) for label in volume.file.labels],
         "missing_share": volume.missing_share,
         "nbytes": volume.voxels.nbytes,
         "notes": list(volume.notes),
