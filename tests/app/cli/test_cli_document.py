@@ -1,11 +1,8 @@
 """The page on the command line, held against the commands themselves."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -15,7 +12,7 @@ from app.cli.commands import application
 PAGE = (Path(__file__).parents[3] / "docs" / "cli.md").read_text(encoding="utf-8")
 
 
-def options_of(command: Any, name: str = "") -> dict[str, set[str]]:
+def options_of(command, name=""):
     """Options of a command and of those below it, by the words that call it."""
     found = {name: {"--help"}}
     for parameter in command.params:
@@ -37,7 +34,7 @@ EXAMPLES = sorted(
 )
 
 
-def written_options(text: str) -> set[str]:
+def written_options(text):
     return set(re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", text))
 
 

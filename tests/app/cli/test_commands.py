@@ -1,7 +1,5 @@
 """The command line as a user meets it, in this process."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -25,7 +23,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Scene
 from model.scene.transfer_function import ColorTF, OpacityTF, TransferFunction
 from model.scene.view import View
-from model.training.options import TrainingJob, TrainingOptions
+from model.training.options import TrainingOptions
 from model.volume_files import read_volume
 from model.volume_files.shipped import SCAN, shipped_volumes
 
@@ -35,7 +33,7 @@ RANGE = (0.0, 255.0)
 @pytest.fixture(scope="module")
 def trained(raw_file, tmp_path_factory):
     """A model folder from the real pipeline, at the smallest preset."""
-    folder: Path = tmp_path_factory.mktemp("runs") / "run"
+    folder = tmp_path_factory.mktemp("runs") / "run"
     arguments = f"train --volume {raw_file} --preset draft --out {folder} --samples 32"
     arguments += " --workers 1 --precision float32"
     with pytest.MonkeyPatch.context() as patch:
@@ -47,13 +45,13 @@ def trained(raw_file, tmp_path_factory):
 @pytest.fixture(scope="module")
 def samples(raw_file, tmp_path_factory):
     """A data set of the volume that the model was trained on."""
-    out: Path = tmp_path_factory.mktemp("stores") / "samples.zarr"
+    out = tmp_path_factory.mktemp("stores") / "samples.zarr"
     arguments = f"dataset --volume {raw_file} --out {out} --size 64 --workers 1 --count 4"
     assert run([*arguments.split(), "--holdout", "2"]) == 0
     return out
 
 
-def one_line(capsys: pytest.CaptureFixture[str]) -> str:
+def one_line(capsys):
     """The single line on standard error that bad input gets."""
     captured = capsys.readouterr()
     lines = captured.err.splitlines()
@@ -282,7 +280,7 @@ def test_what_is_rendered_already_needs_no_more_room(samples, raw_file, monkeypa
 
 
 def test_the_window_opens_the_volume_of_a_model(monkeypatch):
-    opened: list[Path] = []
+    opened = []
     monkeypatch.setattr("app.launch.run_window", lambda start, *_: opened.append(start.volume) or 0)
     for folder in shipped_models():
         run(["--model", str(folder)])
@@ -384,7 +382,7 @@ def test_a_value_is_coloured_by_the_fields_of_all_values(raw_file, tmp_path, cap
 
 
 def test_the_papers_run_is_one_command(raw_file, tmp_path, monkeypatch):
-    jobs: list[TrainingJob] = []
+    jobs = []
     monkeypatch.setattr("app.cli.training_display.train_model", jobs.append)
     base = f"train --faithful --volume {raw_file} --out {tmp_path}/run"
     assert run(base.split()) == 0
@@ -404,7 +402,7 @@ MODEL, VOLUME = shipped_models()[0], shipped_volumes()[0]
 @pytest.fixture
 def opened(monkeypatch, tmp_path):
     """What the window is started with; the folder has a TF, a slice, and files like commands."""
-    starts: list[WindowStart] = []
+    starts = []
     monkeypatch.setattr("app.launch.run_window", lambda start, *_: starts.append(start) or 0)
     monkeypatch.chdir(tmp_path)
     tf = TransferFunction(OpacityTF((0, 1)), ColorTF((0, 1), ((0, 0, 0, 0), (1, 1, 1, 1))))

@@ -1,7 +1,5 @@
 """``info`` as data, and the options that choose among several volumes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -13,10 +11,9 @@ from app.cli import run
 CASES = Path(__file__).parents[2] / "model" / "volume_files" / "cases"
 
 
-def facts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
+def facts(capsys, *arguments):
     assert run(["info", "--json", *arguments]) == 0
-    found: dict[str, object] = json.loads(capsys.readouterr().out)
-    return found
+    return json.loads(capsys.readouterr().out)
 
 
 def test_all_that_is_known_as_data(capsys):

@@ -1,7 +1,5 @@
 """Each of the paper's figures and tables, made with --quick from an untrained model."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -36,7 +34,7 @@ def base(raw_file, tmp_path_factory):
     return f"--volume {raw_file} --model {folder}/model --quick --out {folder}/out"
 
 
-def out_of(base: str) -> Path:
+def out_of(base):
     return Path(base.split()[-1])
 
 

@@ -1,9 +1,6 @@
 """Range and scale of the scalar axis on the command line."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +18,7 @@ RANGE = (0.0, 250.0)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A ball of values to 250 as it is, and with one voxel of 60,000; and a TF over the ball's."""
-    path: Path = tmp_path_factory.mktemp("ranges")
+    path = tmp_path_factory.mktemp("ranges")
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
     distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)
     ball = np.clip(325 - 25 * distance, 0, 250).astype(np.float32)
@@ -37,7 +34,7 @@ def folder(tmp_path_factory):
     return path
 
 
-def rendered(volume: Path, options: str = "") -> np.ndarray:
+def rendered(volume, options=""):
     out = volume.with_name("image.npy")
     base = f"render --renderer raycast --size 24 --volume {volume}"
     assert run(f"{base} {options} --out {out}".split()) == 0
@@ -96,7 +93,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_the_option(folder, capsys
 @pytest.fixture(scope="module")
 def scales(tmp_path_factory):
     """A log-normal volume and its logarithm, and a TF over the latter as one of the former."""
-    path: Path = tmp_path_factory.mktemp("scales")
+    path = tmp_path_factory.mktemp("scales")
     values = np.exp(3 * np.random.default_rng(6).normal(size=(14, 15, 16))).astype(np.float32)
     logarithms = np.log10(values.astype(np.float64)).astype(np.float32)
     np.save(path / "halo.npy", values)

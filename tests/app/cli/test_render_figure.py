@@ -1,9 +1,5 @@
 """Figures and turntables of ``render``."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import imageio.v3 as iio
 import numpy as np
 import pytest
@@ -18,7 +14,7 @@ RANGE = (0.0, 255.0)
 @pytest.fixture(scope="module")
 def base(tmp_path_factory):
     """A small ball beside the middle, so that it moves as it is turned."""
-    folder: Path = tmp_path_factory.mktemp("figures")
+    folder = tmp_path_factory.mktemp("figures")
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
     distance = np.sqrt((x - 15) ** 2 + (y - 8) ** 2 + (z - 8) ** 2)
     volume = folder / "ball_20x18x16_uint8.raw"
@@ -30,7 +26,7 @@ def base(tmp_path_factory):
     return f"render --renderer raycast --volume {volume} --tf {folder / 'tf.json'} --view 0,10,0,1"
 
 
-def picture(base: str, out: Path, options: str) -> np.ndarray:
+def picture(base, out, options):
     assert run(f"{base} {options} --out {out}".split()) == 0
     return np.asarray(Image.open(out)).astype(int)
 

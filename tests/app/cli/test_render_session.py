@@ -1,9 +1,6 @@
 """``render --session`` draws what the window showed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -36,11 +33,10 @@ def session(raw_file, tf_file, tmp_path):
     return path
 
 
-def drawn(session: Path, out: Path, *others: str) -> np.ndarray:
+def drawn(session, out, *others):
     arguments = f"render --renderer raycast --session {session} --size 48 --out {out}"
     assert run([*arguments.split(), *others]) == 0
-    image: np.ndarray = np.load(out)
-    return image
+    return np.load(out)
 
 
 def test_all_of_a_session_is_drawn(session, tmp_path):

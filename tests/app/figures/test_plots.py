@@ -1,7 +1,5 @@
 """Plots of TFs: numbers beside them are of the curves that they stand beside."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyqtgraph as pg
 import pytest
@@ -15,7 +13,7 @@ COLORS = np.zeros((256, 3))
 VALUES = np.linspace(-100, 300, 256)
 
 
-def curves(plot: pg.PlotItem) -> list[pg.PlotDataItem]:
+def curves(plot):
     return [item for item in plot.items if isinstance(item, pg.PlotDataItem)]
 
 

@@ -1,11 +1,8 @@
-from __future__ import annotations
-
 import math
 
 import mouse_events
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
@@ -15,7 +12,7 @@ from app.image_view.crop_handles import CropHandles
 from app.image_view.gestures import ViewGestures
 from app.image_view.image_canvas import ImageCanvas, to_qimage
 from model.rendering.raster import Raster
-from model.rendering.renderer import RendererName, open_renderer
+from model.rendering.renderer import open_renderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import ColorTF, OpacityTF
@@ -28,7 +25,7 @@ BOX = CropBox((0.1, 0.2, 0.0), (0.8, 1.0, 0.6))
 VIEW = View(35.0, 25.0, 10.0, 0.9, 0.15, -0.1)
 
 
-def make_volume() -> Volume:
+def make_volume():
     """Values from 0 to 1 that tell the middles of all faces apart."""
     z, y, x = np.meshgrid(*(np.linspace(0, 1, n) for n in DIMENSIONS[::-1]), indexing="ij")
     return Volume(((x + 2 * y + 4 * z) / 7).astype(np.float32), spacing=(1.0, 2.5, 1.5))
@@ -59,19 +56,19 @@ def handles(state, canvas):
     return handles
 
 
-def pixel(handles: CropHandles, axis: int, side: int) -> QPointF:
+def pixel(handles, axis, side):
     """Middle of a handle that can be seen."""
     return next(
         handles.position(each) for each in handles.handles if (each.axis, each.side) == (axis, side)
     )
 
 
-def drag(canvas: ImageCanvas, start: QPointF, by: QPointF) -> None:
+def drag(canvas, start, by):
     # Half the way first, as a hand does.
     mouse_events.drag(canvas, *((start + share * by).toPoint() for share in (0.0, 0.5, 1.0)))
 
 
-def draw(name: RendererName, inputs: SceneInputs, raster: Raster) -> NDArray[np.float32]:
+def draw(name, inputs, raster):
     renderer = open_renderer(name, make_volume(), threads=1, sample_distance=0.1)
     image = renderer.render(inputs, raster)
     renderer.close()

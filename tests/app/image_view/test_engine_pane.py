@@ -1,17 +1,14 @@
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 
 from window_fakes import FakeEngine, make_request
 
-from app.image_view.engine_pane import EnginePane
 from app.state.at_work import PATIENCE_MS
 from model.errors import RenderError
 from model.scene.view import View
 
 
-def red(pane: EnginePane) -> int:
+def red(pane):
     """Sequence number of the image that is shown."""
     assert pane.canvas.image is not None
     return pane.canvas.image.pixelColor(0, 0).red()

@@ -1,7 +1,5 @@
 """The slider from fast to exact, its table of all stops, and the line with the image's error."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,14 +7,13 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from pytestqt.qtbot import QtBot
 from rested_window import rested
 from window_fakes import FakeEngine, make_request
 
 from app.engines.exactness import STOPS, USUAL
 from app.engines.pace import SCALES
-from app.engines.requests import ImageRequest, Quality, TradeRequest
-from app.image_view.exactness_slider import WAITING, FidelityLine, TradePopover
+from app.engines.requests import Quality, TradeRequest
+from app.image_view.exactness_slider import WAITING, FidelityLine
 from app.state.reference_choices import ReferenceChoices
 from app.state.viewer_state import ViewerState
 from app.window.main_window import MainWindow
@@ -65,7 +62,7 @@ def line(pane):
     return FidelityLine(pane, ViewerState(pane), lambda: Raster(8, 8), lambda: False)
 
 
-def request(line: FidelityLine, sequence: int) -> ImageRequest:
+def request(line, sequence):
     """A request for an image of the present inputs."""
     return replace(make_request(sequence), inputs=line._state.inputs)
 
@@ -123,7 +120,7 @@ def test_it_has_time_and_error_of_the_last_moving_image(qtbot, line):
 Maker = Callable[..., MainWindow]
 
 
-def opened(qtbot: QtBot, window: MainWindow) -> TradePopover:
+def opened(qtbot, window):
     window.exactness.figures.click()
     qtbot.waitUntil(lambda: bool(window.workspace.reference.trade.found))
     return window.exactness.popover

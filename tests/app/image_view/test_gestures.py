@@ -1,7 +1,5 @@
 """Changes of the view and the light by the mouse and by keys."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -10,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mouse_events import drag, wheel
-from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import (
     QFocusEvent,
@@ -99,7 +96,7 @@ def test_the_wheel_zooms_to_the_cursor(qtbot, state, canvas):
 
 
 def test_a_pinch_zooms_and_ends_at_once(qtbot, state, canvas):
-    def pinch(kind: Qt.NativeGestureType, value: float) -> None:
+    def pinch(kind, value):
         at = QPointF(150, 100)
         touchpad = QPointingDevice.primaryPointingDevice()
         there = canvas.mapToGlobal(at)
@@ -153,14 +150,7 @@ PRESS, MOVE = QEvent.Type.MouseButtonPress, QEvent.Type.MouseMove
 RELEASE = QEvent.Type.MouseButtonRelease
 
 
-def send(
-    widget: QWidget,
-    kind: QEvent.Type,
-    x: int,
-    y: int,
-    button: Qt.MouseButton,
-    held: Qt.MouseButton,
-) -> None:
+def send(widget, kind, x, y, button, held):
     """Send a mouse event; QTest forgets one button when another is pressed."""
     at, keys = QPointF(x, y), Qt.KeyboardModifier.NoModifier
     event = QMouseEvent(kind, at, widget.mapToGlobal(at), button, held, keys)
@@ -227,10 +217,7 @@ def test_a_click_that_trembles_turns_nothing(state, canvas):
 
 
 views = st.builds(
-    View,
-    azimuth=st.floats(0, 359),
-    elevation=st.floats(-60, 60),
-    roll=st.floats(-180, 180),
+    View, azimuth=st.floats(0, 359), elevation=st.floats(-60, 60), roll=st.floats(-180, 180)
 )
 
 
@@ -274,7 +261,7 @@ def test_tumbling_turns_about_the_images_own_axes(view, dx, dy):
     assert after.pan_x == 0.5
 
 
-def place_of(view: View, point: NDArray[np.float64]) -> NDArray[np.float64]:
+def place_of(view, point):
     """Place in the image, in halves of its height, of a point given in radii."""
     right, up, back = view.basis() @ point
     depth = view.camera_distance(1.0) - back
@@ -339,7 +326,7 @@ def test_keys(state, image, key, keys, expected):
     assert not state.live
 
 
-def repeat(image: QWidget, kind: QEvent.Type) -> None:
+def repeat(image, kind):
     event = QKeyEvent(kind, Qt.Key.Key_Right, PLAIN, "", True)
     QApplication.sendEvent(image, event)
 
@@ -363,7 +350,7 @@ def test_a_key_that_is_held_is_a_drag(qtbot, state, image):
 
 
 def test_the_image_gets_its_keys_before_shortcuts(qtbot, state, image):
-    called: list[bool] = []
+    called = []
     QShortcut(QKeySequence("Home"), image).activated.connect(lambda: called.append(True))
     state.set_view(View(100.0))
     image.show()

@@ -1,5 +1,3 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from PySide6.QtGui import QColor
@@ -24,7 +22,7 @@ def canvas(qtbot):
     return canvas
 
 
-def color_at(canvas: ImageCanvas, x: int, y: int) -> QColor:
+def color_at(canvas, x, y):
     return canvas.grab().toImage().pixelColor(x, y)
 
 

@@ -1,8 +1,5 @@
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 from PySide6.QtGui import QColor, QImage, QPainter
 
@@ -19,7 +16,7 @@ def rgba():
     return np.concatenate([color, opacity], axis=-1).astype(np.float32)
 
 
-def pixels(image: QImage, tmp_name: str) -> NDArray[np.uint8]:
+def pixels(image, tmp_name):
     """Read a picture as others do: from its file."""
     assert image.save(tmp_name)
     return np.asarray(Image.open(tmp_name))

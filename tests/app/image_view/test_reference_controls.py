@@ -1,7 +1,5 @@
 """Light and brightness of the reference image."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

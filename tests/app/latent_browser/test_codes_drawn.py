@@ -1,16 +1,12 @@
 """Pictures of the map by a model that draws its own codes, on fake engines and a toy codec."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtTest import QTest
 from toy_codec import toy_space
-from window_fakes import PATIENCE_S, FakeBuilders
-
-from app.engines.requests import BatchRequest
+from window_fakes import PATIENCE_S
 
 
 @pytest.fixture
@@ -35,7 +31,7 @@ def window(qtbot, make_window, builders, tmp_path):
     return window
 
 
-def newest(builders: FakeBuilders, channel: str) -> BatchRequest:
+def newest(builders, channel):
     return [r for r in builders.generators[-1].others if r.channel == channel][-1]
 
 

@@ -1,7 +1,5 @@
 """The latent browser in the window, on fake engines and a toy codec, by real mouse events."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from dataclasses import replace
@@ -10,18 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mouse_events import drag, wheel
-from PySide6.QtCore import QEvent, QPoint, QPointF, QRectF, Qt
+from PySide6.QtCore import QEvent, QPointF, QRectF, Qt
 from PySide6.QtGui import QFocusEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
-from pytestqt.qtbot import QtBot
 from ramp import make_tf, make_volume
 from toy_codec import ToyCodec, toy_space
 
 from app.latent_browser.cell_grid import caption_of, explanation_of
 from app.latent_browser.latent_browser import parsed_band
-from app.latent_browser.map_view import MapView
-from app.window.main_window import MainWindow
 from model.errors import LatentError
 from model.latent.embedding import EmbeddingProcess
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
@@ -57,7 +52,7 @@ def window(qtbot, make_window, places):
     return window
 
 
-def open_browser(qtbot: QtBot, window: MainWindow) -> None:
+def open_browser(qtbot, window):
     window.resize(1200, 800)
     QTest.keyClick(window, Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
     if not window.latent_state.choices.shown:
@@ -68,18 +63,18 @@ def open_browser(qtbot: QtBot, window: MainWindow) -> None:
     assert work.session.overview is not None
 
 
-def open_map(qtbot: QtBot, window: MainWindow) -> None:
+def open_map(qtbot, window):
     window.browser.bar.map.click()
     pictures = window.workspace.latent
     qtbot.waitUntil(lambda: pictures.grid is not None and pictures.grid.cells is not None)
     qtbot.waitUntil(lambda: window.workspace.latent.session.different is not None)
 
 
-def pixel(map_view: MapView, place: tuple[float, float]) -> QPoint:
+def pixel(map_view, place):
     return map_view.frame.pixel(place).toPoint()
 
 
-def move(qtbot: QtBot, map_view: MapView, place: tuple[float, float]) -> None:
+def move(qtbot, map_view, place):
     QTest.mouseMove(map_view, pixel(map_view, place))
 
 
@@ -178,7 +173,7 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
 
 
 def test_in_path_traced_light_traced_pictures_follow_at_rest(qtbot, window, builders):
-    def traced(channel: str) -> list[bool]:
+    def traced(channel):
         found = [r for r in builders.analysts[-1].others if r.channel == channel]
         return [r.traced for r in found if not r.quality.live]
 
@@ -311,7 +306,7 @@ def test_cells_are_chosen_divided_and_left_again(qtbot, window):
 def test_the_present_tf_is_placed_while_it_is_edited(qtbot, window):
     session = window.workspace.latent.session
 
-    def show_mode(mean: float, height: float) -> tuple[float, float]:
+    def show_mode(mean, height):
         modes = (GaussianMode(mean, 8.0, height),)
         tf = TransferFunction(OpacityTF((100.0, 200.0), modes), make_tf().color)
         window.state.tf_input.set(tf, "test")
@@ -352,7 +347,7 @@ def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, build
     engine = builders.analysts[-1]
     images = engine.images
 
-    def fail(*_: object) -> np.ndarray:
+    def fail(*_):
         raise LatentError("No pictures today.")
 
     monkeypatch.setattr(engine, "images", fail)
@@ -454,7 +449,7 @@ def test_map_and_grid_are_used_by_keys(qtbot, window):
     assert map_view.frame.zoom > zoom
     QTest.keyClick(map_view, Qt.Key.Key_Minus)
     assert map_view.frame.zoom == pytest.approx(zoom)
-    seen: list[int | None] = []
+    seen = []
     grid.hovered.connect(seen.append)
     for key in (Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Down, Qt.Key.Key_Left):
         QTest.keyClick(grid, key)
@@ -475,7 +470,7 @@ def test_a_map_that_fails_leaves_the_principal_components(
 ):
     builders.map_folder = tmp_path
 
-    def fail(_self: EmbeddingProcess, _progress: object) -> None:
+    def fail(_self, _progress):
         raise LatentError("The map cannot be computed.")
 
     monkeypatch.setattr(EmbeddingProcess, "run", fail)

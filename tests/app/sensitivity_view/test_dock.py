@@ -1,7 +1,5 @@
 """The lower third of the window as a whole: room, folding, focus, what opens and what closes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import combinations, product
 
@@ -16,31 +14,28 @@ from PySide6.QtWidgets import (
     QApplication,
     QTableWidget,
     QToolButton,
-    QWidget,
 )
-from pytestqt.qtbot import QtBot
 
 from app.sensitivity_view.response_layer import place_flags, round_below
 from app.state.sensitivity_state import SensitivityState
 from app.theme import DARK, LIGHT
-from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
 LEFT = Qt.MouseButton.LeftButton
 SIZES = [(1000, 640), (1280, 720), (1440, 900), (2560, 1440)]
 
 
-def resize(qtbot: QtBot, window: MainWindow, width: int, height: int) -> None:
+def resize(qtbot, window, width, height):
     window.resize(width, height)
     qtbot.waitUntil(lambda: (window.width(), window.height()) == (width, height))
     QApplication.processEvents()
 
 
-def box_of(widget: QWidget, parent: QWidget) -> QRect:
+def box_of(widget, parent):
     return QRect(widget.mapTo(parent, QPoint()), widget.size())
 
 
-def controls(parent: QWidget) -> list[QWidget]:
+def controls(parent):
     kinds = (QAbstractButton, QAbstractSpinBox)
     return [w for kind in kinds for w in parent.findChildren(kind) if w.isVisible()]
 
@@ -187,14 +182,14 @@ def test_the_numbers_at_the_right_are_round_and_not_far_from_the_end(limit):
 def test_the_curve_comes_with_a_region_and_goes_with_it(qtbot, window):
     state, responses = window.sensitivity_state, window.sensitivity.responses
 
-    def is_there() -> bool:
+    def is_there():
         flags = any(not flag.isHidden() for flag in responses.flags)
         numbers = bool(window.editor.area.second_labels.labels)
         has_curve = bool(responses.curve("exact").size)
         chip = window.sensitivity.chips.change.isChecked()
         return flags and numbers and has_curve and chip
 
-    def is_away() -> bool:
+    def is_away():
         numbers = bool(window.editor.area.second_labels.labels)
         return all(flag.isHidden() for flag in responses.flags) and not numbers
 
@@ -233,7 +228,7 @@ MACHADO_DEUTERANOPIA = np.array(
 """For linear RGB; Machado, Oliveira and Fernandes 2009, severity 1."""
 
 
-def lightness(color: np.ndarray) -> float:
+def lightness(color):
     """CIE L* of linear RGB."""
     y = float(np.clip(color, 0, 1) @ (0.2126, 0.7152, 0.0722))
     return 116 * y ** (1 / 3) - 16 if y > 0.008856 else 903.3 * y
@@ -242,7 +237,7 @@ def lightness(color: np.ndarray) -> float:
 @pytest.mark.parametrize("colors", [DARK, LIGHT], ids=["dark", "light"])
 @pytest.mark.parametrize("sees", ["greys", "without green"])
 def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors, sees):
-    def seen(name: str, alpha: float = 1.0) -> np.ndarray:
+    def seen(name, alpha=1.0):
         drawn, ground = (
             np.array(QColor(c).getRgbF()[:3]) for c in (getattr(colors, name), colors.plot)
         )
@@ -268,7 +263,7 @@ def test_a_peaks_label_covers_no_handle(qtbot, window, builders, monkeypatch):
     mode = window.state.transfer_function.opacity.modes[0]
     at = round((mode.mean - 100) / 100 * 255)
 
-    def at_the_mode(*_asked: object) -> np.ndarray:
+    def at_the_mode(*_asked):
         return np.tile(np.float32(np.exp(-((np.arange(256) - at) ** 2) / 50)), (2, 1))
 
     monkeypatch.setattr(builders.analysts[-1], "visibility", at_the_mode)

@@ -1,23 +1,17 @@
 """Fields over the images, and edits that are tried, by real mouse and key events."""
 
-from __future__ import annotations
-
 import threading
 
 import numpy as np
 import pytest
 from mouse_events import drag, wheel
-from numpy.typing import NDArray
 from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from sensitivity_events import asked, hover, over_plot
 from window_fakes import FakeEngine
 
-from app.engines.requests import (
-    ValueSensitivityRequest,
-    ValueVisibilityRequest,
-)
+from app.engines.requests import ValueSensitivityRequest, ValueVisibilityRequest
 from app.image_view.image_canvas import to_qimage
 from app.sensitivity_view.what_if import CLICK_MS
 from model.scene.tf_perturbation import edit_over
@@ -84,7 +78,7 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
 def test_exact_and_learned_fields_have_one_scale(qtbot, window, builders, monkeypatch):
     answer = FakeEngine.value_sensitivity
 
-    def of_the_generator(request: ValueSensitivityRequest, *_: object) -> NDArray[np.float32]:
+    def of_the_generator(request, *_):
         return 1.5 * answer(builders.generators[-1], request)
 
     monkeypatch.setattr(builders.generators[-1], "value_sensitivity", of_the_generator)
@@ -163,7 +157,7 @@ def test_a_click_on_the_colour_bar_locks_its_scale(qtbot, window):
     assert window.sensitivity_state.choices.locked and window.sensitivity.chips.lock.isChecked()
     window.sensitivity_state.keep(199.0)
 
-    def is_answered() -> bool:
+    def is_answered():
         field = window.workspace.sensitivity.fields.get("exact")
         return field is not None and field.request.values == (199.0, 199.0)
 

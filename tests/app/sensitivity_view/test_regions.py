@@ -1,28 +1,21 @@
 """Regions and clicked places in the window, on fake engines, by real mouse and key events."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np
 import pytest
 from mouse_events import drag
-from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QInputDialog
 from sensitivity_events import asked, at, hover
 
-from app.engines.requests import (
-    RegionSensitivityRequest,
-    VisibilityRequest,
-)
+from app.engines.requests import RegionSensitivityRequest
 from app.sensitivity_view.region_layer import name_corners
-from app.window.main_window import MainWindow
 from model.scene.region import Outline
 
 
-def regions_listed(window: MainWindow) -> list[str]:
+def regions_listed(window):
     """The regions in the chip's menu, above its other entries."""
     chips = window.sensitivity.chips
     chips.fill_regions()
@@ -30,11 +23,11 @@ def regions_listed(window: MainWindow) -> list[str]:
     return texts[: texts.index("")]
 
 
-def peak_texts(window: MainWindow) -> list[str]:
+def peak_texts(window):
     return [each.toPlainText() for each in window.sensitivity.visible._labels if each.isVisible()]
 
 
-def choose_in_region_menu(window: MainWindow, text: str) -> None:
+def choose_in_region_menu(window, text):
     window.sensitivity.chips.fill_regions()
     actions = window.sensitivity.chips.regions_menu.actions()
     next(action for action in actions if action.text().startswith(text)).trigger()
@@ -132,7 +125,7 @@ def test_a_region_beside_the_square_is_the_ray_casters_alone(qtbot, window):
 
 
 def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monkeypatch):
-    def two_values(request: VisibilityRequest, *_: object) -> NDArray[np.float32]:
+    def two_values(request, *_):
         """In a region three of four parts at bin 51; in the whole image all at bin 204."""
         bins = np.arange(256)
         one, other = (np.exp(-((bins - center) ** 2) / 50) for center in (51, 204))
@@ -142,7 +135,7 @@ def test_the_values_that_a_region_shows_are_named(qtbot, window, builders, monke
     monkeypatch.setattr(builders.analysts[-1], "visibility", two_values)
     state, findings = window.sensitivity_state, window.sensitivity.findings
 
-    def text() -> str:
+    def text():
         return ", ".join(row.text for row in findings.value_rows if row.text)
 
     state.add_region(Outline.rectangle(0.1, 0.1, 0.4, 0.4))

@@ -1,11 +1,8 @@
 """Sensitivities in the window as a whole, on fake engines, by real mouse and key events."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +13,6 @@ from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
 from sensitivity_events import at
 
-from app.engines.requests import (
-    Request,
-)
 from app.window.main_window import MainWindow
 from model.errors import RenderError
 from model.scene.crop import CropBox
@@ -32,7 +26,7 @@ from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import edited
 
 
-def _is_of(answer: Any, inputs: SceneInputs) -> bool:
+def _is_of(answer, inputs):
     return answer is not None and answer.is_of(inputs)
 
 
@@ -106,10 +100,7 @@ def test_another_volume_forgets_the_answers(qtbot, window, builders):
     asker = window.workspace.sensitivity
     qtbot.waitUntil(lambda: "exact" in asker.regions)
     assert "learned" not in asker.regions
-    assert asker.regions["exact"].request.inputs.opacity_tf.scalar_range == (
-        100.0,
-        500.0,
-    )
+    assert asker.regions["exact"].request.inputs.opacity_tf.scalar_range == (100.0, 500.0)
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     # Regions stay for the next time step, and go with another shape.
     state, region = window.sensitivity_state, Outline.rectangle(0.2, 0.3, 0.6, 0.7)
@@ -168,7 +159,7 @@ def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     assert not window.sensitivity_state.choices.shown
     assert window.reference.canvas.cover is None
     assert not window.sensitivity.findings.isVisible()
-    asked: list[Request] = []
+    asked = []
     builders.analysts[-1].others, builders.generators[-1].others = asked, asked
     window.state.tf_input.set(make_tf(150.0), "test")
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -212,7 +203,7 @@ def test_outside_what_the_model_was_trained_on_is_marked(qtbot, window):
 def test_what_is_shown_is_saved_as_figure_and_numbers(
     qtbot, window, builders, tmp_path, monkeypatch
 ):
-    def choose(name: str) -> None:
+    def choose(name):
         monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *_: (str(tmp_path / name), ""))
         window.files.save_sensitivity(window.sensitivity.result())
 

@@ -1,7 +1,5 @@
 """What takes long is told, with how far it is, until it is there or called off."""
 
-from __future__ import annotations
-
 import threading
 
 import numpy as np
@@ -36,7 +34,7 @@ class Asking:
     def __init__(self, qtbot):
         self.client, self.engine = EngineClient("test"), Slow()
         self.channels = [Channel(self.client, name, self.client) for name in ("one", "two")]
-        self.told: list[float | None] = []
+        self.told = []
         self.work = AtWork(self.channels, self.client)
         self.work.changed.connect(self.told.append)
         with qtbot.waitSignal(self.client.engineReady):

@@ -1,7 +1,5 @@
 """Requests for images, as the viewer's state changes and answers come."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engines.client import Channel, Clients
 from app.engines.exactness import STOPS
 from app.engines.messages import Result
-from app.engines.requests import IMAGES, Image, ImageRequest
+from app.engines.requests import IMAGES, Image
 from app.state.image_scheduler import ImageScheduler
 from model.rendering.raster import Raster
 from model.scene.view import View
@@ -28,8 +26,8 @@ class Client(QObject):
 
     def __init__(self):
         super().__init__()
-        self.asked: list[ImageRequest] = []
-        self.abandoned: list[str] = []
+        self.asked = []
+        self.abandoned = []
         self.is_held = False
         self.images = Channel(self, IMAGES, self)  # type: ignore[arg-type]
 

@@ -1,12 +1,9 @@
 """What is remembered between runs, also by two windows and from damaged files."""
 
-from __future__ import annotations
-
 import json
 import threading
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -188,9 +185,7 @@ _edits = st.lists(
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
 @given(_edits)
-def test_nothing_that_either_of_two_windows_has_added_is_lost(
-    tmp_path_factory: pytest.TempPathFactory, edits: list[tuple[str, tuple[str, Any]]]
-) -> None:
+def test_nothing_that_either_of_two_windows_has_added_is_lost(tmp_path_factory, edits):
     folder = tmp_path_factory.mktemp("windows")
     windows = {name: Preferences(folder) for name in "ab"}
     files, flags, views = set(), set(), {"f": set(), "g": set()}

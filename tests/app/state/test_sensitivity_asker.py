@@ -1,7 +1,5 @@
 """Who is asked about sensitivities, when and how finely, and what the answers say."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -10,7 +8,6 @@ import pytest
 from PySide6.QtCore import QObject
 from ramp import make_tf
 
-from app.engines.client import Channel
 from app.engines.messages import Result
 from app.engines.pace import Pace
 from app.engines.requests import (
@@ -43,8 +40,8 @@ class Client(QObject):
 
     def __init__(self):
         super().__init__()
-        self.channels: dict[str, Channel] = {}
-        self.waiting: dict[str, Request] = {}
+        self.channels = {}
+        self.waiting = {}
 
     def open(self, channel):
         self.channels[channel.name] = channel

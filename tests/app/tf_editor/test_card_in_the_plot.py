@@ -1,7 +1,5 @@
 """Where the card with the numbers stands, and how it takes the keys, in the whole editor."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 
@@ -23,7 +21,7 @@ SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
 
 @pytest.fixture
 def make_editor(qtbot, state):
-    def make(width: int = 1440, height: int = 315, mean: float = 170.0, amplitude: float = 0.9):
+    def make(width=1440, height=315, mean=170.0, amplitude=0.9):
         editor = TransferFunctionEditor(state)
         qtbot.addWidget(editor)
         editor.set_data(
@@ -43,7 +41,7 @@ def make_editor(qtbot, state):
     return make
 
 
-def plot_of(editor: TransferFunctionEditor) -> QRect:
+def plot_of(editor):
     """The opacity plot in the viewport's pixels, by the scene's own map."""
     box = editor.area.opacity.sceneBoundingRect()
     top, bottom = (
@@ -52,7 +50,7 @@ def plot_of(editor: TransferFunctionEditor) -> QRect:
     return QRect(top, bottom)
 
 
-def distance(box: QRect, point: QPoint) -> float:
+def distance(box, point):
     dx = max(box.left() - point.x(), 0, point.x() - box.right())
     dy = max(box.top() - point.y(), 0, point.y() - box.bottom())
     return float(np.hypot(dx, dy))

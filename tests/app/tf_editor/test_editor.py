@@ -1,7 +1,5 @@
 """The editor as the user meets it: real mouse and key events on the visible widget."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 
@@ -13,30 +11,28 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
-from app.tf_editor.editor import TransferFunctionEditor
-from app.tf_editor.handles import DragHandle
 from app.tf_editor.plot_area import PIN_PLACE
 from model.scene.transfer_function import OpacityTF
 
 
-def strip_pixel(editor: TransferFunctionEditor, value: float, height: float = PIN_PLACE) -> QPoint:
+def strip_pixel(editor, value, height=PIN_PLACE):
     at = editor.area.strip.mapViewToScene(QPointF(value / 100 - 1, height))
     return editor.area.widget.mapFromScene(at)
 
 
-def press(editor: TransferFunctionEditor, at: QPoint) -> None:
+def press(editor, at):
     QTest.mousePress(editor.area.widget.viewport(), LEFT, pos=at)
 
 
-def move(editor: TransferFunctionEditor, at: QPoint) -> None:
+def move(editor, at):
     QTest.mouseMove(editor.area.widget.viewport(), at)
 
 
-def release(editor: TransferFunctionEditor, at: QPoint) -> None:
+def release(editor, at):
     QTest.mouseRelease(editor.area.widget.viewport(), LEFT, pos=at)
 
 
-def position(handle: DragHandle) -> tuple[float, float]:
+def position(handle):
     """Where a handle stands, in the data's units."""
     return round(100 + 100 * handle.pos().x(), 9), handle.pos().y()
 
@@ -150,7 +146,7 @@ def test_the_color_dialog_is_live_and_can_be_cancelled(qtbot, editor, state):
     assert state.transfer_function == other
 
 
-def choose(editor: TransferFunctionEditor, text: str) -> None:
+def choose(editor, text):
     """Choose from the context menu that is open."""
     (menu,) = (m for m in editor.area.widget.findChildren(QMenu) if m.isVisible())
     (action,) = (a for a in menu.actions() if a.text() == text)

@@ -1,7 +1,5 @@
 """The TF's range and the axis of the plots, by real mouse and key events."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Several handles at once, colours that follow, and keys, by real events on the widget."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +8,6 @@ from editor_events import NONE, click, drag, pixel
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from app.state.viewer_state import ViewerState
-from app.tf_editor.editor import TransferFunctionEditor
 from model.scene.transfer_function import ColorTF
 
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier
@@ -26,17 +22,15 @@ def editor(editor, state):
     return editor
 
 
-def press_key(
-    editor: TransferFunctionEditor, key: Qt.Key, modifier: Qt.KeyboardModifier = NONE
-) -> None:
+def press_key(editor, key, modifier=NONE):
     QTest.keyClick(editor.area.widget, key, modifier)
 
 
-def means(state: ViewerState) -> list[float]:
+def means(state):
     return [mode.mean for mode in state.transfer_function.opacity.modes]
 
 
-def stops(state: ViewerState) -> list[float]:
+def stops(state):
     return [stop[0] for stop in state.transfer_function.color.stops]
 
 
@@ -97,7 +91,7 @@ def test_arrows_on_a_flank_change_the_width(editor, state):
 
 
 def test_enter_opens_a_stops_color_and_insert_adds(editor, state, monkeypatch):
-    opened: list[int] = []
+    opened = []
     monkeypatch.setattr(editor.color, "choose_color", opened.append)
     editor.selection.select("color", 1)
     press_key(editor, Qt.Key.Key_Return)

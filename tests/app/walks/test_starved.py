@@ -1,7 +1,5 @@
 """On a machine that is ten times as slow, nothing on screen is old while something moves."""
 
-from __future__ import annotations
-
 import threading
 import time
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """From the mouse to the pixels: a handle that is dragged, a view that is turned, a region drawn."""
 
-from __future__ import annotations
-
 import threading
 from dataclasses import dataclass, field
 

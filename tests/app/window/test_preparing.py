@@ -1,6 +1,3 @@
-from __future__ import annotations
-
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -26,8 +23,8 @@ class HeldPreparation(QObject):
 
     def __init__(self, parent):
         super().__init__(parent)
-        self.there: set[KernelGroup] = set()
-        self.wanted: Sequence[KernelGroup] = ()
+        self.there = set()
+        self.wanted = ()
         self.text = ""
 
     def want(self, groups):
