@@ -7,14 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtGui import QCursor, QTextDocument
-from PySide6.QtWidgets import (
-    QDialog,
-    QLabel,
-    QTextBrowser,
-    QToolTip,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QLabel, QTextBrowser, QToolTip, QVBoxLayout, QWidget
 
 from app import theme
 from app.controls import close_box, fill

@@ -35,10 +35,7 @@ _SIGNAL_TICK_MS = 200
 
 
 def run_window(
-    start: WindowStart,
-    device: str,
-    screenshot: Path | None,
-    builders: Builders = REAL_BUILDERS,
+    start: WindowStart, device: str, screenshot: Path | None, builders: Builders = REAL_BUILDERS
 ) -> int:
     """Open the window and run until it is closed; return 0, or 2 if it cannot be shown.
 
@@ -101,10 +98,7 @@ def garbage_collected_here() -> Iterator[None]:
 def _open(window: MainWindow, start: WindowStart) -> None:
     """Open what a start says, and have it shown as the start says."""
     workspace = window.workspace
-    looks = {
-        "lighting": start.lighting,
-        "drawing": start.renderer,
-    }
+    looks = {"lighting": start.lighting, "drawing": start.renderer}
     chosen = {name: choice for name, choice in looks.items() if choice is not None}
     workspace.reference.choose(keep=False, **chosen)
     # The volume's range and its first view are known only then.

@@ -59,10 +59,7 @@ if TYPE_CHECKING:
 Drawing = Literal["auto"] | RendererName
 """A renderer of the reference image, or the one that suits machine and light."""
 
-BACKEND_NAMES: dict[BackendName, str] = {
-    "eager": "",
-    "openvino": "OpenVINO",
-}
+BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
 
 SOFT_REMARK = "Soft light is the ray caster's."
@@ -304,10 +301,5 @@ def _kernels(volume: Volume, settings: ReferenceSettings) -> tuple[KernelGroup, 
 
 
 REAL_BUILDERS = Builders(
-    _read_volume,
-    _reference_engine,
-    _generator_engine,
-    _analyst_engine,
-    _latent_space,
-    _kernels,
+    _read_volume, _reference_engine, _generator_engine, _analyst_engine, _latent_space, _kernels
 )

@@ -142,12 +142,7 @@ class EngineWorker(QObject):
     def _serve(self) -> None:
         try:
             engine = self._factory()
-            ready = EngineReady(
-                engine.description,
-                engine.scene,
-                engine.draws_codes,
-                engine.remark,
-            )
+            ready = EngineReady(engine.description, engine.scene, engine.draws_codes, engine.remark)
         except BaseException as error:
             # Whatever it is: the window would wait for ever for a thread that ended in silence.
             self._message.emit(EngineFailed(error_sentence(error)))

@@ -192,9 +192,7 @@ def save_region_edits(
 ) -> None:
     """Draw the region sensitivity plots and what the two edits did, as a PNG file."""
     page = Page(
-        f"Region sensitivity plots: {name}",
-        [PICTURE, PICTURE, PLOT],
-        [PICTURE] * len(steps),
+        f"Region sensitivity plots: {name}", [PICTURE, PICTURE, PLOT], [PICTURE] * len(steps)
     )
     said = []
     for row, step in enumerate(steps):

@@ -35,10 +35,7 @@ from model.sensitivity.display import (
 )
 from model.sensitivity.result import SensitivityResult
 
-MEASURE_NAMES: dict[Measure, str] = {
-    "change": "size of change",
-    "signed": "change of brightness",
-}
+MEASURE_NAMES: dict[Measure, str] = {"change": "size of change", "signed": "change of brightness"}
 
 CUT_FROM = 3.0
 """Factor from which the highest response may be left out of a plot of those of interest."""

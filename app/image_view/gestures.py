@@ -84,10 +84,7 @@ def zoom(view: View, notches: float, at: tuple[float, float] = (0.0, 0.0)) -> Vi
     grown = view.distance / distance
     (x, y), pan_x, pan_y = at, view.pan_x, view.pan_y
     return replace(
-        view,
-        distance=distance,
-        pan_x=x + (pan_x - x) * grown,
-        pan_y=y + (pan_y - y) * grown,
+        view, distance=distance, pan_x=x + (pan_x - x) * grown, pan_y=y + (pan_y - y) * grown
     )
 
 

@@ -6,20 +6,8 @@ import math
 from typing import Any
 
 from PySide6.QtCore import QObject, QPointF, QSignalBlocker, QSize, Qt
-from PySide6.QtGui import (
-    QColor,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QRadialGradient,
-)
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QSlider,
-    QWidget,
-    QWidgetAction,
-)
+from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QRadialGradient
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSlider, QWidget, QWidgetAction
 
 from app import theme
 from app.caption_button import CaptionButton
@@ -42,12 +30,7 @@ LIGHTINGS = {
     "path": "Path traced: light scattered many times",
 }
 
-LIGHT_NAMES = {
-    "none": "None",
-    "direct": "Direct",
-    "soft": "Soft",
-    "path": "Path traced",
-}
+LIGHT_NAMES = {"none": "None", "direct": "Direct", "soft": "Soft", "path": "Path traced"}
 """Light that there is, on the button."""
 
 SIZES = {

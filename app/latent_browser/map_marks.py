@@ -74,11 +74,7 @@ class MapFrame:
         (x, y), s = self.center, self.scale
         limit = AROUND
         return replace(
-            self,
-            center=(
-                min(max(x - dx / s, -limit), limit),
-                min(max(y + dy / s, -limit), limit),
-            ),
+            self, center=(min(max(x - dx / s, -limit), limit), min(max(y + dy / s, -limit), limit))
         )
 
 

@@ -134,10 +134,7 @@ ENGINES: dict[EngineChoice, tuple[str, str]] = {
         "The ray caster's exact derivative where it is fast enough, else the model's; at rest "
         "both, to compare them",
     ),
-    "exact": (
-        "Exact",
-        "The ray caster; in path-traced light, the derivative of another light",
-    ),
+    "exact": ("Exact", "The ray caster; in path-traced light, the derivative of another light"),
     "learned": ("Learned", "The model of this volume"),
 }
 

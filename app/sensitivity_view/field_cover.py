@@ -134,13 +134,7 @@ class ColorBar(QToolButton):
         self._sensitivity.choose(locked=not self._sensitivity.choices.locked)
 
 
-def paint_bar(
-    painter: QPainter,
-    rect: QRect,
-    right: int,
-    measure: Shown,
-    text: str,
-) -> None:
+def paint_bar(painter: QPainter, rect: QRect, right: int, measure: Shown, text: str) -> None:
     """Paint a colour bar into an image's lower left corner, with a text that ends at `right`."""
     bar = _shades(measure)
     x, y = rect.left() + MARGIN, rect.bottom() - MARGIN - BAR.height()

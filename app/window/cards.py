@@ -31,14 +31,7 @@ from app.state.viewer_state import ViewerState
 from app.window.context import Context
 from app.window.files import Files
 from app.window.small_pictures import SmallPictures
-from model.scene.crop import (
-    WITHOUT_VOLUME,
-    CropBox,
-    axis_name,
-    least_length,
-    place_of,
-    voxel_at,
-)
+from model.scene.crop import WITHOUT_VOLUME, CropBox, axis_name, least_length, place_of, voxel_at
 from model.scene.orientation import home_view
 from model.scene.view import AXES, DEFAULT_UP
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of

@@ -51,12 +51,7 @@ class WindowParts(QMainWindow):
         self.reference = EnginePane("Ground truth", reference, self.brightness, "exact")
         self.editor = TransferFunctionEditor(self.state)
         self.notice, self.status = Notices(), StatusLine(self.state)
-        viewing = Viewing(
-            self.state,
-            self.sensitivity_state,
-            self.latent_state,
-            self.preferences,
-        )
+        viewing = Viewing(self.state, self.sensitivity_state, self.latent_state, self.preferences)
         clients = Clients(generator, reference, analyst)
         self.workspace = Workspace(viewing, clients, builders.on(device), self)
         self.context = Context(

@@ -20,12 +20,7 @@ from model.volume_files.choice import LARGEST, Choice, describe
 from model.volume_files.dicom import dicom_slices, read_dicom
 from model.volume_files.dicom_tags import is_dicom
 from model.volume_files.finish import Component, component_of, make_volume
-from model.volume_files.foreign import (
-    folder_advice,
-    foreign_advice,
-    kind_by_content,
-    suffix_of,
-)
+from model.volume_files.foreign import folder_advice, foreign_advice, kind_by_content, suffix_of
 from model.volume_files.grid import Grid
 from model.volume_files.hdf5 import read_hdf5
 from model.volume_files.mrc import read_mrc

@@ -42,12 +42,7 @@ from model.volume_files.conventions import (
     decoded,
     evened,
 )
-from model.volume_files.grid import (
-    Grid,
-    in_one_unit,
-    placed,
-    proposed_stretch,
-)
+from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch
 
 Index = tuple[int | slice, ...]
 
@@ -184,11 +179,7 @@ def _grid(
         notes=choice_notes(listed) + array.notes + roles.notes + notes,
         missing=missing,
         facts=FileFacts(
-            file_format,
-            array.unit,
-            contents=listed,
-            is_labels=array.is_labels,
-            labels=array.labels,
+            file_format, array.unit, contents=listed, is_labels=array.is_labels, labels=array.labels
         ),
     )
     if array.spacing is None and any(roles.axes[k].step for k in (roles.x, roles.y, roles.z)):

@@ -270,11 +270,7 @@ def list_dicom(files: Sequence[Path]) -> tuple[list[Stack], tuple[str, ...]]:
     return stacks_of([frame for file in unique.values() for frame in frames_of(file)]), notes
 
 
-def read_dicom(
-    files: Sequence[Path],
-    like: Path | None = None,
-    choice: Choice = LARGEST,
-) -> Grid:
+def read_dicom(files: Sequence[Path], like: Path | None = None, choice: Choice = LARGEST) -> Grid:
     """Read one volume from the files of a folder: that of the file `like`, or else the largest."""
     with log_of("pydicom"):
         return _read(files, like, choice)

@@ -122,9 +122,7 @@ def finished(path: Path, grid: Grid, component: Component | None) -> Grid:
     return replace(grid, values=scalars, missing=missing, facts=facts, notes=notes)
 
 
-def _without_offset(
-    scalars: NDArray[np.generic],
-) -> tuple[NDArray[np.generic], tuple[str, ...]]:
+def _without_offset(scalars: NDArray[np.generic]) -> tuple[NDArray[np.generic], tuple[str, ...]]:
     """Subtract the smallest voxel from integers that floating-point numbers would mix up."""
     if scalars.dtype.kind not in "iu" or scalars.dtype.itemsize < 8:
         return scalars, ()

@@ -139,9 +139,7 @@ def proposed_stretch(
     )
 
 
-def usable_spacing(
-    spacing: Sequence[float | None] | None,
-) -> tuple[Triple, tuple[str, ...]]:
+def usable_spacing(spacing: Sequence[float | None] | None) -> tuple[Triple, tuple[str, ...]]:
     """Convert a header's spacing, None where it says nothing, to a valid one; also return notes.
 
     A sign is dropped; see :func:`placed`. What is missing along one axis is taken from another;

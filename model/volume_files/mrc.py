@@ -100,9 +100,7 @@ def _type(path: Path, header: np.ndarray, mode: int) -> tuple[int, np.dtype[np.g
 
 
 def _in_order(
-    path: Path,
-    header: np.ndarray,
-    values: NDArray[np.generic],
+    path: Path, header: np.ndarray, values: NDArray[np.generic]
 ) -> tuple[NDArray[np.generic], list[int]]:
     """Put the axes into the order z, y, x; also return which file axis each of x, y, z was."""
     axes = [int(header[name]) for name in ("mapc", "mapr", "maps")]
@@ -118,8 +116,7 @@ def _in_order(
 
 
 def _frame(
-    header: np.ndarray,
-    places: list[int],
+    header: np.ndarray, places: list[int]
 ) -> tuple[list[float | None] | None, list[float], str, tuple[str, ...]]:
     """Return spacing, origin and unit, and notes."""
     lengths = [float(header["cella"][name]) for name in "xyz"]

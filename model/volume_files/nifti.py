@@ -17,12 +17,7 @@ from model.volume_files.arrays import rescaled
 from model.volume_files.blocks import read_part, unpacked_start
 from model.volume_files.checks import check_grid, damaged, errors_of, not_a, unsupported
 from model.volume_files.choice import LARGEST, Choice, choice_notes, chosen
-from model.volume_files.grid import (
-    Grid,
-    placed,
-    unit_name,
-    usable_origin,
-)
+from model.volume_files.grid import Grid, placed, unit_name, usable_origin
 from model.volume_files.label_names import LONGEST, snap_labels, workbench_labels
 
 if TYPE_CHECKING:
