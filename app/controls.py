@@ -136,10 +136,7 @@ MORE = " …"
 
 
 class ElidedLabel(QLabel):
-    """Sentences in one line, as many as there is room for; the tooltip has all of them.
-
-    The first one is cut if need be.
-    """
+    """Sentences in one line, as many as there is room for; the tooltip has all of them."""
 
     def __init__(self) -> None:
         super().__init__()

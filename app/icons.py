@@ -55,10 +55,7 @@ def icon(name: str, colors: theme.Colors | None = None) -> QIcon:
 
 
 class IconButton(QToolButton):
-    """A button with an icon, and maybe a text; its tooltip says its name and key, then a tip.
-
-    Its colours are those of a fixed theme, or of the one in use.
-    """
+    """A button with an icon, and maybe a text; its tooltip says its name and key, then a tip."""
 
     def __init__(
         self,

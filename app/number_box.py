@@ -169,10 +169,7 @@ def _state(text: str, fits: bool) -> QValidator.State:
 
 
 class _Typing(QObject):
-    """Marks a text that is not taken; Escape brings the last number back, as leaving the box does.
-
-    After Enter all keys are the window's again, so that Ctrl+Z undoes what the number has changed.
-    """
+    """Marks a text that is not taken; Escape, or leaving the box, brings the last number back."""
 
     def __init__(self, box: QSpinBox | QDoubleSpinBox) -> None:
         super().__init__(box)

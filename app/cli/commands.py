@@ -210,12 +210,7 @@ OPTIONS = {".json": "--tf", ".tfscope": "--session"}  # by the suffix of a file
 
 
 def with_options_for_files(arguments: Sequence[str], application: TyperGroup) -> list[str]:
-    """Put the window's options before files that are given without one.
-
-    A model's folder gets ``--model``, a JSON file ``--tf``, a session ``--session``, any other
-    file or folder ``--volume``. A command's name is a command, whatever files there are, and
-    from there on nothing is changed.
-    """
+    """Put the window's options before files that are given without one."""
     options = {
         flag: parameter
         for parameter in application.params

@@ -138,11 +138,7 @@ def load_fitted(path: Path, scalar_range: Range, scale: ValueScale) -> TransferF
 def choose_tf(
     path: Path | None, volume: Volume, keeps_range: bool, known: TransferFunction | None = None
 ) -> tuple[TransferFunction, Volume]:
-    """Return a known TF, that of a file, or a volume's first one, and the volume over its range.
-
-    A volume that `keeps_range` has a chosen range or scale, to which the TF is fitted; otherwise
-    the TF's range, where it fits the volume, and scale are taken.
-    """
+    """Return a known TF, that of a file, or a volume's first one, and the volume over its range."""
     if known is not None:
         if keeps_range:
             return fit_to_range(known, volume.scalar_range), volume

@@ -34,11 +34,7 @@ Draw = Callable[[Codes], Images]
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Arrays for an `.npz` file, and what a figure shows.
-
-    `grid` has the pictures of the cells, `picture` is that of the place, whose radius is that of
-    its disc or 0; both are (H, W, 3).
-    """
+    """Arrays for an `.npz` file, and what a figure shows."""
 
     arrays: dict[str, NDArray[Any]]
     grid: Images | None = None

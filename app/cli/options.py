@@ -27,10 +27,7 @@ REQUIRED = MISSING  # default of an option that must be given
 
 
 def option(default: Any, help: str, **details: Any) -> Any:
-    """Field that is an option: ``--field-name``, unless `flag` names another one.
-
-    A check refuses values. The details are those of ``typer.Option``: metavar, min, max, parser.
-    """
+    """Field that is an option: ``--field-name``, unless `flag` names another one."""
     return field(default=default, metadata=_details(help, **details))
 
 
@@ -200,10 +197,7 @@ _VOLUME: dict[str, Field[Any]] = {
 
 
 def volume(*left_out: str, **others: Any) -> Any:
-    """Field that is a :class:`VolumeSource`, whose own fields are options.
-
-    Some can be left out, and others be replaced.
-    """
+    """Field that is a :class:`VolumeSource`, whose own fields are options."""
     parts = {name: part for name, part in {**_VOLUME, **others}.items() if name not in left_out}
     return field(metadata={"parts": parts})
 

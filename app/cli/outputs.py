@@ -12,10 +12,7 @@ from model.files import write_atomically
 
 
 def check_output(path: Path) -> None:
-    """Check before a long computation that an output file can be written.
-
-    Its folder may be missing: :func:`make_room_for` makes it once there is a result.
-    """
+    """Check before a long computation that an output file can be written."""
     if path.is_dir():
         raise _refusal(path, "it is a folder; give the name of a file")
     _check_place(path)

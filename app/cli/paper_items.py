@@ -296,11 +296,7 @@ SENSITIVITIES = 20
 
 
 def study_models(name: str, job: TrainingJob, images: int, count: int) -> list[Path]:
-    """Render missing samples, train and measure missing models, write table and figures.
-
-    The job has the settings of all variants, and the study's folder; `images` is the number of
-    training samples, `count` that of hold-out samples. The files written are returned.
-    """
+    """Render missing samples, train and measure missing models, write table and figures."""
     require("evaluate")
     study = STUDIES[name]
     volume = job.volume.read()

@@ -43,10 +43,7 @@ class _Question:
 
 @dataclass(frozen=True)
 class _Answer:
-    """The image, its sensitivity, what computed it, and the light of the image.
-
-    `blocks` has the fields of all values, shape (n, n, 256), where colours are to be by them.
-    """
+    """The image, its sensitivity, what computed it, and the light of the image."""
 
     image: NDArray[np.float32]
     sensitivity: NDArray[np.float32]

@@ -1,7 +1,4 @@
-"""Values of options, parsed and checked before anything heavy is imported, and written in titles.
-
-Parsers make values of texts; checks raise a `TfscopeError`.
-"""
+"""Values of options, parsed and checked before anything heavy is imported."""
 
 from __future__ import annotations
 

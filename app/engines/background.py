@@ -71,10 +71,7 @@ class BackgroundCall(QObject):
 
 
 class LatestCall(QObject):
-    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next.
-
-    A result is taken by one function, the sentence of an error by another.
-    """
+    """Runs one call at a time in a thread; of those asked for meanwhile, the newest comes next."""
 
     def __init__(
         self,

@@ -120,10 +120,7 @@ class Channel(QObject):
 
 
 class Channels(dict[_K, Channel]):
-    """A channel to each of some engines, by the same keys as their clients.
-
-    Each :class:`Result` is taken by a function with the key of its engine.
-    """
+    """A channel to each of some engines, by the same keys as their clients."""
 
     def __init__(
         self,
@@ -150,20 +147,8 @@ class Channels(dict[_K, Channel]):
 class EngineClient(QObject):
     """Runs one engine at a time in a worker thread and tracks its state.
 
-    Whoever asks it opens a :class:`Channel`. The state depends on the channel of its own images
-    only.
-
-    Attributes
-    ----------
-    text : str
-        Explanation of the state: what the engine waits for, why it draws nothing, or
-        the error. Empty while images are drawn.
-    description, remark : str
-        The engine's; see :class:`app.engines.requests.Engine`.
-    by_raycast : bool
-        Whether the ray caster drew the last image that no other follows.
-    images : Channel
-        That of the images which are shown as this engine's.
+    Whoever asks it opens a :class:`Channel`. The state depends on the channel of its own `images`
+    only; its `text` says what the engine waits for, why it draws nothing, or the error.
     """
 
     stateChanged = Signal(object)
@@ -209,10 +194,7 @@ class EngineClient(QObject):
         self._channels[channel.name] = channel
 
     def start(self, factory: Callable[[], Engine], busy_text: str) -> None:
-        """Replace the engine by one built by `factory` in a new worker thread.
-
-        A text is shown meanwhile; an empty one leaves the last image as it is.
-        """
+        """Replace the engine by one built by `factory` in a new worker thread."""
         self.stop()
         self._takes_requests = True
         self._is_built = False
@@ -261,10 +243,7 @@ class EngineClient(QObject):
         self._enter(EngineState.WAITING, text)
 
     def pause(self, text: str, settled: bool = True) -> None:
-        """Ignore requests from now on, for a reason that is not an error.
-
-        It is settled unless an image is still expected.
-        """
+        """Ignore requests from now on, for a reason that is not an error."""
         self._takes_requests = False
         for channel in self._channels.values():
             channel.drop()

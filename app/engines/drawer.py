@@ -42,28 +42,14 @@ _T = TypeVar("_T")
 
 @dataclass
 class Drawer:
-    """Draws by one renderer, at sizes that its measured times allow.
-
-    Attributes
-    ----------
-    sample_distance : float
-        Of VTK's images at rest, in voxels.
-    name : {"vtk", "raycast"}
-        Which renderer it is, where it does not know itself.
-    smooth_distance : float, optional
-        Sample distance of the ray caster's images; by default the same.
-    is_brief : bool
-        Whether no image may take long, as another renderer draws soon.
-    remark : str
-        One sentence on why this renderer draws; empty if it was asked for.
-    """
+    """Draws by one renderer, at sizes that its measured times allow."""
 
     renderer: Renderer
-    sample_distance: float
-    name: RendererName = "raycast"
-    smooth_distance: float | None = None
-    is_brief: bool = False
-    remark: str = ""
+    sample_distance: float  # of VTK's images at rest, in voxels
+    name: RendererName = "raycast"  # which renderer it is, where it does not know itself
+    smooth_distance: float | None = None  # of the ray caster's images, if another one
+    is_brief: bool = False  # whether no image may take long, as another renderer draws soon
+    remark: str = ""  # one sentence on why this renderer draws; empty if it was asked for
     sizes: Sizes = field(default_factory=Sizes)
 
     @property
@@ -103,15 +89,7 @@ class Drawer:
         width: int = 0,
         preview_limits: Sequence[float] = (),
     ) -> Iterator[Image]:
-        """Draw ever finer images.
-
-        Parameters
-        ----------
-        width : int
-            That of the image which is shown; see :meth:`app.engines.pace.Sizes.at_rest`.
-        preview_limits : sequence of float
-            Seconds that each may take where those of another renderer follow.
-        """
+        """Draw ever finer images."""
         limits = preview_limits or limits_of(request, self.is_brief)
         whole = request.quality.pixels
         coming = self.sizes.at_rest(
@@ -162,10 +140,7 @@ class Drawer:
 
 
 class VtkElsewhere:
-    """VTK as a renderer in a thread of its own, which opens, uses and closes it.
-
-    So neither its opening nor its image holds up what another renderer draws meanwhile.
-    """
+    """VTK as a renderer in a thread of its own, which opens, uses and closes it."""
 
     def __init__(self, open_vtk: Callable[[], FallbackRenderer]) -> None:
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="vtk")

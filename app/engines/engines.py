@@ -68,35 +68,20 @@ SOFT_REMARK = "Soft light is the ray caster's."
 
 @dataclass(frozen=True)
 class ReferenceSettings:
-    """Settings of the reference renderer.
-
-    Attributes
-    ----------
-    sample_distance : float
-        Sample distance of VTK's final images and of derivatives, in voxels; see
-        :func:`model.rendering.renderer.smooth_distance` for the ray caster's.
-    renderer : "auto" or a renderer's name
-        "auto" for VTK at rest, and the ray caster while something moves.
-    denoises : bool
-        Whether path-traced pictures are denoised, where the package for it is installed.
-    samples : int
-        Of each pixel of path-traced pictures to save.
-    passes : bool
-        Whether another renderer draws soon, once its kernels are compiled: until then no image
-        takes long, and nothing draws in VTK's place.
-    is_truth : bool
-        Whether a generator's image is compared with it. Then "auto" has VTK draw at rest without
-        a graphics card, too; else the ray caster draws there, which is several times as fast.
-    """
+    """Settings of the reference renderer."""
 
     lighting: Lighting = "none"
     light: LightDirection | None = None
-    sample_distance: float = 0.5
-    renderer: Drawing = "vtk"
-    denoises: bool = True
-    samples: int = 64
+    sample_distance: float = 0.5  # of VTK's final images and of derivatives, in voxels
+    renderer: Drawing = "vtk"  # "auto" for VTK at rest, and the ray caster in motion
+    denoises: bool = True  # path-traced pictures, where the package for it is installed
+    samples: int = 64  # of each pixel of path-traced pictures to save
     passes: bool = False
+    """Whether another renderer draws soon, once its kernels are compiled: until then no image takes
+    long, and nothing draws in VTK's place."""
     is_truth: bool = False
+    """Whether a generator's image is compared with it. Then "auto" has VTK draw at rest without a
+    graphics card, too; else the ray caster draws there, which is several times as fast."""
 
     @property
     def smooth_distance(self) -> float:

@@ -34,27 +34,13 @@ Rgba = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Exactness:
-    """One stop of the trade of speed for accuracy.
+    """One stop of the trade of speed for accuracy."""
 
-    Attributes
-    ----------
-    live_seconds : float
-        Time that an image may take while something moves; infinite for all of its pixels.
-    error : float
-        Estimated error of a path-traced image at rest from which no more samples are drawn.
-    samples : int
-        Most samples of each of its pixels.
-    distance : float or None
-        Between samples of the ray caster and of VTK at rest, in voxels; None for the usual one.
-    refining_seconds : float
-        Time that a path-traced image at rest may take.
-    """
-
-    live_seconds: float
-    error: float
-    samples: int
-    distance: float | None = None
-    refining_seconds: float = REFINING_SECONDS
+    live_seconds: float  # of an image while something moves; infinite for all of its pixels
+    error: float  # estimated, of a path-traced image at rest that gets no more samples
+    samples: int  # of each of its pixels at most
+    distance: float | None = None  # of samples along rays at rest, in voxels; None as usual
+    refining_seconds: float = REFINING_SECONDS  # that a path-traced image at rest may take
 
     @property
     def patience(self) -> float:
@@ -79,10 +65,7 @@ USUAL: Stop = "balanced"
 
 
 def distance(coarse: Rgba, fine: Rgba) -> float:
-    """Root mean squared difference of two images' colours, as a screen shows them.
-
-    The coarse one is interpolated linearly at a grid of the other one's pixels.
-    """
+    """Root mean squared difference of two images' colours, as a screen shows them."""
     places = [_grid(count) for count in fine.shape[:2]]
     truth = fine[np.ix_(*places)][..., :3]
     found = coarse[..., :3]

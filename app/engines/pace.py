@@ -33,13 +33,7 @@ FIRST_SCALE, FIRST_SLOW_SCALE = 0.35, 0.25
 
 
 class Pace:
-    """Remembers the time per pixel of each kind of answer.
-
-    Parameters
-    ----------
-    growth : float
-        Power of the number of pixels with which the time is expected to grow.
-    """
+    """Remembers the time per pixel of each kind of answer, which may grow by a power of them."""
 
     def __init__(self, growth: float = 1.0) -> None:
         self._growth = growth
@@ -74,12 +68,7 @@ class Pace:
     def scale(self, kind: object, size: float, seconds: float, first: float) -> float:
         """Return the largest of :data:`SCALES` at which an image takes at most some seconds.
 
-        Parameters
-        ----------
-        size : float
-            Of the whole image: the square root of its number of pixels.
-        first : float
-            Scale as long as nothing is known.
+        The size is the square root of its number of pixels; `first` holds while nothing is known.
         """
         per_pixel = self._per_pixel.get(kind)
         if per_pixel is None:
@@ -121,17 +110,8 @@ class Sizes(Pace):
     ) -> Iterator[tuple[Raster, bool]]:
         """Yield the pixels of ever finer images, and whether it is the last.
 
-        How long one of them took, which is noted meanwhile, tells the size of the next.
-
-        Parameters
-        ----------
-        width : int
-            That of the image which is shown; 0 if there is none. None but the last is coarser,
-            which is as fine as those before at least.
-        limits : sequence of float
-            Seconds that each may take.
-        must_end : bool
-            Whether the last is wanted even if it is coarser.
+        How long one of them took, at most the seconds of its limit, tells the size of the next.
+        None is coarser than the image of this width that is shown, but the last where it must end.
         """
         finest = None
         if not self.is_slow(kind, whole):

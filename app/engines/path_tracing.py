@@ -57,18 +57,7 @@ class PathTracingEngine(RendererEngine):
     """The path tracer as an engine: images have ever more samples, and an estimated error.
 
     While something moves, several pixels share their light. Without a denoiser the ray caster
-    draws then, in soft light, if it may.
-
-    Parameters
-    ----------
-    renderer : RefiningRenderer
-        Draws pictures to save with as many samples as it has.
-    sample_distance : float
-        Of final images, in voxels.
-    release : callable
-        Releases the denoiser.
-    open_soft : callable, optional
-        Opens the ray caster in soft light; None to do without.
+    draws then, in soft light, if it may. `release` releases the denoiser.
     """
 
     def __init__(
@@ -114,10 +103,7 @@ class PathTracingEngine(RendererEngine):
         return self._image(found, details)
 
     def _resting(self, request: ImageRequest, watch: Watch, width: int) -> Iterator[Image]:
-        """Trace more and more samples of each pixel, on from where the same scene's image ended.
-
-        Where one sample takes long, coarser images come first.
-        """
+        """Trace more and more samples of each pixel, on from where the same scene's image ended."""
         inputs, whole = request.inputs, request.quality.pixels
         if self._last is not None and self._traced is not None and self._traced[0] == inputs:
             width = max(width, self._last.rgba.shape[1])
@@ -239,14 +225,8 @@ class PathTracingEngine(RendererEngine):
 class PathAnalyst(RendererEngine):
     """The analyst under path-traced light, in soft light, which is nearest to it.
 
-    Fields of values are in soft light, too; curves of regions are unlit.
-
-    Parameters
-    ----------
-    sample_distance : float
-        Of final images, in voxels.
-    tracing : callable, optional
-        Builds what traces small pictures that are wanted so, where there is time for them.
+    Fields of values are in soft light, too; curves of regions are unlit. `tracing` builds what
+    traces small pictures that are wanted so, where there is time for them.
     """
 
     def __init__(

@@ -64,10 +64,7 @@ class RendererEngine(Engine):
         return self._drawer.remark
 
     def images_of(self, request: ImageRequest, watch: Watch = UNWATCHED) -> Iterator[Image]:
-        """Draw one image while something moves; at rest ever finer ones.
-
-        None is coarser than what has been drawn of the same scene.
-        """
+        """Draw one image while something moves; at rest ever finer ones."""
         inputs, whole = request.inputs, request.quality.pixels
         if request.quality.live:
             raster = self._moving_raster(whole, request.stop.live_seconds)
@@ -212,14 +209,7 @@ class ReferenceEngine(RendererEngine):
 
     VTK is opened after the first image at rest. From then on its image at rest follows the ray
     caster's, unless it is there as soon. Where VTK fails, or is not to draw by the processor, the
-    ray caster's is the last.
-
-    Parameters
-    ----------
-    drawer : Drawer
-        Of the ray caster.
-    open_vtk : callable
-        Opens VTK, in a thread of its own.
+    ray caster's is the last. `open_vtk` is called in a thread of its own.
     """
 
     def __init__(self, drawer: Drawer, open_vtk: Callable[[], FallbackRenderer]) -> None:

@@ -51,27 +51,13 @@ UNWATCHED = Watch()
 
 @dataclass(frozen=True)
 class Quality:
-    """Size and quality of a requested image; a generator's images have one size.
+    """Size and quality of a requested image; a generator's images have one size."""
 
-    Attributes
-    ----------
-    size : int
-        Width and height in pixels; of an image that is not square, the shorter of the two.
-    coarseness : float
-        Factor of a renderer's sample distance in small pictures.
-    live : bool
-        True while the user is dragging and speed matters more than quality.
-    raster : Raster or None
-        Pixels of an image that is not square.
-    samples : int
-        Of each pixel of a path-traced picture to save; other renderers ignore it.
-    """
-
-    size: int
-    coarseness: float = 1.0
-    live: bool = False
-    raster: Raster | None = None
-    samples: int = 1
+    size: int  # width and height in pixels; the shorter of the two where it is not square
+    coarseness: float = 1.0  # factor of a renderer's sample distance in small pictures
+    live: bool = False  # while the user is dragging and speed matters more than quality
+    raster: Raster | None = None  # pixels of an image that is not square
+    samples: int = 1  # of each pixel of a path-traced picture to save
 
     @property
     def pixels(self) -> Raster:
@@ -81,34 +67,16 @@ class Quality:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """An image, as far as an engine has drawn it, or another array that answers a request.
+    """An image, as far as an engine has drawn it, or another array that answers a request."""
 
-    Attributes
-    ----------
-    rgba : ndarray of float32, shape (H, W, 4)
-        In [0, 1], premultiplied, row 0 at the top.
-    seconds : float
-        Time that it took.
-    by : str
-        Description of the engine.
-    is_last : bool
-        False if a better image of the same request follows.
-    is_preview : bool
-        Whether the last one at rest is drawn by another renderer, or with more samples along rays.
-    samples : int
-        Of each pixel in path-traced light; 1 in other light.
-    error : float or None
-        Estimated error, root mean square of the colours; infinite as long as it is not known.
-    """
-
-    rgba: Array
-    seconds: float
-    by: str = ""
-    is_last: bool = True
+    rgba: Array  # (H, W, 4) in [0, 1], premultiplied, row 0 at the top
+    seconds: float  # that it took
+    by: str = ""  # description of the engine
+    is_last: bool = True  # whether no better image of the same request follows
     by_raycast: bool = False
-    is_preview: bool = False
-    samples: int = 1
-    error: float | None = None
+    is_preview: bool = False  # whether the one at rest has another renderer, or more samples
+    samples: int = 1  # of each pixel in path-traced light
+    error: float | None = None  # estimated RMS of the colours; infinite while it is not known
 
     @property
     def width(self) -> int:
@@ -118,18 +86,11 @@ class Image:
 
 @dataclass(frozen=True)
 class Request(ABC):
-    """Base class of requests to an engine.
-
-    Attributes
-    ----------
-    sequence : int
-        Number that increases with every request, of any engine; no part of the question.
-    channel : str
-        Name of the channel on which it was asked; no part of the question.
-    """
+    """Base class of requests to an engine."""
 
     inputs: SceneInputs
     quality: Quality
+    # No part of the question: a number that increases with every request, and the channel's name.
     sequence: int = field(default=0, compare=False, kw_only=True)
     channel: str = field(default=IMAGES, compare=False, kw_only=True)
 
@@ -137,12 +98,8 @@ class Request(ABC):
     def answer(self, engine: Engine, watch: Watch) -> NDArray[Any] | Iterator[Image]:
         """Return an engine's answer, or ever better images.
 
-        Raises
-        ------
-        NotOfferedError
-            If the engine does not answer such requests.
-        SupersededError
-            If the engine has given up an answer which is no longer wanted.
+        Raises :class:`NotOfferedError` where the engine has no answer to such requests, and
+        :class:`SupersededError` where it has given up one that is no longer wanted.
         """
 
 
@@ -151,17 +108,10 @@ class ImageRequest(Request):
     """Request for ever better images of a scene; for one image while something moves.
 
     The pixels of its quality are those of the whole image; coarser ones have fewer.
-
-    Attributes
-    ----------
-    stop : Exactness
-        Limits of time and error.
-    is_fixed : bool
-        Whether all pixels are wanted, however long they take.
     """
 
     stop: Exactness = STOPS[USUAL]
-    is_fixed: bool = False
+    is_fixed: bool = False  # whether all pixels are wanted, however long they take
 
     def answer(self, engine: Engine, watch: Watch) -> Iterator[Image]:
         """Draw the images."""
@@ -194,20 +144,12 @@ class PictureRequest(Request):
 class BatchRequest(Request):
     """Request for several images, float32 (N, S, S, 4).
 
-    Attributes
-    ----------
-    more : tuple of SceneInputs
-        Those of all images but the first, which has `inputs`.
-    codes : tuple of tuple of float
-        N latent codes of a generator that draws them, in place of the opacity TFs of the N
-        inputs; all else in these is the same. Empty to draw the TFs.
-    traced : bool
-        Whether path-traced light is wanted where it is that of the volume, and there is time; else
-        another light draws a preview. No part of the question.
+    A generator draws N latent codes in place of the opacity TFs of inputs that are else the same.
     """
 
-    more: tuple[SceneInputs, ...] = ()
-    codes: tuple[tuple[float, ...], ...] = ()
+    more: tuple[SceneInputs, ...] = ()  # those of all images but the first, which has `inputs`
+    codes: tuple[tuple[float, ...], ...] = ()  # empty to draw the TFs
+    # Whether path-traced light is wanted, where there is time; else another light draws a preview.
     traced: bool = field(default=False, compare=False)
 
     def answer(self, engine: Engine, watch: Watch) -> Array:
@@ -233,18 +175,10 @@ class RegionSensitivityRequest(Request):
 
 @dataclass(frozen=True)
 class ValueSensitivityRequest(Request):
-    """Request for each pixel's sensitivity to edits at some scalar values: float32 (H, W, 3).
+    """Request for each pixel's sensitivity to edits at some scalar values: float32 (H, W, 3)."""
 
-    Attributes
-    ----------
-    values : tuple of float
-        Lowest and highest scalar value of the edit, in the data's units.
-    width : float
-        Standard deviation of the edit's flanks, in bins of the TF.
-    """
-
-    values: tuple[float, float]
-    width: float
+    values: tuple[float, float]  # lowest and highest of the edit, in the data's units
+    width: float  # standard deviation of the edit's flanks, in bins of the TF
 
     def answer(self, engine: Engine, watch: Watch) -> Array:
         """Differentiate the image."""
@@ -253,10 +187,7 @@ class ValueSensitivityRequest(Request):
 
 @dataclass(frozen=True)
 class ValueVisibilityRequest(Request):
-    """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1.
-
-    See :class:`ValueSensitivityRequest`.
-    """
+    """Request for how much of each pixel shows some scalar values: float32 (H, W), 0 to 1."""
 
     values: tuple[float, float]
     width: float
@@ -283,20 +214,11 @@ class Engine(ABC):
     A method returns the array that its request's class describes. It may raise
     :class:`SupersededError` once the watch says that the answer is no longer wanted. What an
     engine does not offer raises :class:`model.errors.NotOfferedError`.
-
-    Attributes
-    ----------
-    scene : Scene or None
-        What a generator was trained on; None for renderers.
-    draws_codes : bool
-        Whether images can be drawn from latent codes.
-    image_error : float or None
-        Estimated error of the last picture to save, infinite if not known; None without one.
     """
 
-    scene: Scene | None = None
-    draws_codes = False
-    image_error: float | None = None
+    scene: Scene | None = None  # what a generator was trained on
+    draws_codes = False  # whether images can be drawn from latent codes
+    image_error: float | None = None  # estimated, of the last picture to save; maybe infinite
 
     @property
     def description(self) -> str:

@@ -43,10 +43,7 @@ class Mailbox:
             self._changed.notify()
 
     def take(self, waits: bool = True) -> Request | None:
-        """Remove the request of the channel which has waited longest.
-
-        Return None once the mailbox is closed, or where there is no request and none is waited for.
-        """
+        """Remove the request of the channel which has waited longest."""
         with self._changed:
             self._changed.wait_for(lambda: self._closed or self._slots or not waits)
             if self._closed or not self._slots:

@@ -128,10 +128,7 @@ def add_map(
     rows: int = 1,
     columns: int = 1,
 ) -> Any:
-    """Add the map of places (n, 2) to a layout, and return its plot.
-
-    The weights of the interpolation are a dark blue blob, as in the paper.
-    """
+    """Add the map of places (n, 2) to a layout, and return its plot."""
     import pyqtgraph as pg
 
     plot = layout.addPlot(row=row, col=column, rowspan=rows, colspan=columns)

@@ -212,10 +212,7 @@ def _area(plot: Any, values: NDArray[np.floating], band: NDArray[np.floating]) -
 
 
 def _add_responses(plot: Any, values: NDArray[np.floating], content: TFPlot) -> float:
-    """Draw the sensitivity, scaled to the axis of opacities, and return its lowest point.
-
-    An axis of its own on the right has its numbers.
-    """
+    """Draw the sensitivity, scaled to the axis of opacities, and return its lowest point."""
     import pyqtgraph as pg
 
     assert content.responses is not None

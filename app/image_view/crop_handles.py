@@ -45,10 +45,7 @@ DRAGGED_BY = (
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle at the middle of a face: of the lower plane of an axis, side 0, or of the upper.
-
-    Its depth is the distance in front of the eye; it may be behind the box.
-    """
+    """A handle at the middle of a face: of the lower plane of an axis, side 0, or of the upper."""
 
     axis: int
     side: int

@@ -96,10 +96,7 @@ class EnginePane(QWidget):
         self._show_status()
 
     def set_light(self, light: str, coming: str = "", most_samples: int = 0) -> None:
-        """Name the light of the image, and the one that follows once it can be drawn, if any.
-
-        Path-traced light has at most so many samples of each pixel.
-        """
+        """Name the light of the image, and the one that follows once it can be drawn, if any."""
         if light != self._light:
             # Those of an image in the light before.
             self._samples = 0

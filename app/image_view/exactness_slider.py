@@ -230,11 +230,7 @@ class TradePopover(QFrame):
 
 
 class ExactnessSlider(QWidget):
-    """Chooses between speed and accuracy, and has measured figures of both.
-
-    They are those of the last image while something moved, compared with the one at rest. Each
-    choice draws both. A click on them measures those of all stops.
-    """
+    """Chooses between speed and accuracy, and has measured figures of both."""
 
     def __init__(self, work: ReferenceWork) -> None:
         super().__init__()

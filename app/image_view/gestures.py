@@ -94,11 +94,7 @@ def notches_of(scale: float) -> float:
 
 
 def light_at(x: float, y: float, limits: LightRange) -> LightDirection:
-    """Return the direction of a light perpendicular to a ball's surface, within limits.
-
-    The point is to the right and up from the ball's centre, in radii; outside, it is moved to
-    the rim.
-    """
+    """Return the direction of a light perpendicular to a ball's surface, within limits."""
     length = max(1.0, math.hypot(x, y))
     x, y = x / length, y / length
     elevation = math.degrees(math.asin(min(max(y, -1.0), 1.0)))
@@ -293,10 +289,7 @@ ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}
 
 
 class ViewKeys(QObject):
-    """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus.
-
-    A key that is held repeats as a drag: live until it is released.
-    """
+    """Changes a state's view by the keys of a widget, which a click, the wheel and tab focus."""
 
     def __init__(self, widget: QWidget, state: ViewerState) -> None:
         super().__init__(widget)

@@ -160,10 +160,7 @@ FIXED = (
 
 
 class LightBall(QWidget):
-    """Shows the light's direction, which a drag or a click changes where the light is movable.
-
-    A drag moves the light by more pixels than the ball has, so that a hand can set it.
-    """
+    """Shows the light's direction, which a drag or a click changes where the light is movable."""
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)

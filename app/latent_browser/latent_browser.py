@@ -40,10 +40,7 @@ BAND_WIDTH = 84, 150  # least and greatest width of the field of values, in pixe
 
 
 class BrowserBar(QWidget):
-    """Controls in one row: map or pictures, filter, codec, and the end of the map's computation.
-
-    `report` gets an error sentence; an empty one when what was wrong has been mended.
-    """
+    """Controls in one row: map or pictures, filter, codec, and the end of the map's computation."""
 
     def __init__(
         self,
@@ -133,10 +130,7 @@ class BrowserBar(QWidget):
 
 
 def parsed_band(text: str) -> Range | None:
-    """Read a value, or two with "to", a comma or a dash between them; None for nothing.
-
-    Anything else raises ValueError.
-    """
+    """Read a value, or two with "to", a comma or a dash between them; None for nothing."""
     if not text:
         return None
     number = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -369,10 +363,7 @@ class LatentBrowser(QWidget):
             self.take(tf, "TF from the map", place)
 
     def take(self, tf: OpacityTF, text: str, place: Place, exposure: float | None = None) -> None:
-        """Make an opacity TF that was found at a place the present one, in one step of undo.
-
-        If its picture was exposed, the image becomes as bright.
-        """
+        """Make an opacity TF that was found at a place the present one, in one step of undo."""
         if tf.scalar_range != self._state.scalar_range:
             # Asked for while another volume was opened.
             return

@@ -183,11 +183,7 @@ def lookup_table() -> NDArray[np.uint8]:
 def draw_points(
     pixels: NDArray[np.float64], colors: NDArray[np.uint8], size: tuple[int, int], radius: float
 ) -> QImage:
-    """Paint points as soft discs; later ones lie above earlier ones.
-
-    Ten thousand points take a few milliseconds, and moving the mouse over the map then costs
-    one picture.
-    """
+    """Paint points as soft discs; later ones lie above earlier ones."""
     width, height = size
     border = int(np.ceil(radius)) + 1
     canvas = np.zeros((height + 2 * border, width + 2 * border, 4), dtype=np.uint8)

@@ -27,12 +27,7 @@ CLICK_REACH = 4
 
 
 class PlotMouse(QObject):
-    """Asks by the mouse over the opacity plot; the handles get their events as always.
-
-    Hovering shows where the value under the mouse is visible, and with Ctrl what an edit there
-    would change; the wheel sets the edits' width,
-    and dragging next to the handles keeps a band of values, which a click there releases.
-    """
+    """Asks by the mouse over the opacity plot; the handles get their events as always."""
 
     def __init__(self, area: PlotArea, state: ViewerState, asked: SensitivityState) -> None:
         super().__init__(area)

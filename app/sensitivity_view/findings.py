@@ -89,10 +89,7 @@ def displayed_now(
 
 
 def of_interest(asker: SensitivityAsker) -> NDArray[np.bool_]:
-    """Whether each of 256 values is not below those of interest, where the background is.
-
-    The background may react 100 times as much.
-    """
+    """Whether each of 256 values is not below those of interest, where the background is."""
     return np.asarray(np.linspace(*asker.state.scalar_range, TF_SAMPLES) >= asker.window[0])
 
 
@@ -202,10 +199,7 @@ def _reach(asker: SensitivityAsker, found: Contribution) -> str:
 
 
 def source_text(workspace: Workspace, hint: str) -> str:
-    """Name the engines behind what is shown with their curves' colours, and how far they agree.
-
-    The hint says whether inputs are outside what the model was trained on.
-    """
+    """Name the engines behind what is shown with their curves' colours, and how far they agree."""
     asker, choices = workspace.sensitivity, workspace.sensitivity.asked.choices
     if not choices.shown:
         return ""

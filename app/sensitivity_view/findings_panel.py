@@ -67,11 +67,7 @@ class AddButton(QToolButton):
 
 
 class PanelRow(QWidget):
-    """A line of texts, and buttons that are drawn while the mouse or the focus is on the row.
-
-    The first row has its buttons while no other one is pointed at. Of the two texts, the one with a
-    width of 0 has what is left.
-    """
+    """A line of texts, and buttons that are drawn while the mouse or the focus is on the row."""
 
     def __init__(self, widths: tuple[int, int], buttons: Sequence[QAbstractButton]) -> None:
         super().__init__()

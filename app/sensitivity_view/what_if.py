@@ -223,11 +223,7 @@ Emphasis = Literal["raise", "lower", "isolate"]
 
 
 class EditActions:
-    """Makes edits, each as one undo step.
-
-    `shown_colors` returns the colours (n, 3) that the active region shows now, `made_visible` an
-    opacity TF with opacities that show in the volume.
-    """
+    """Makes edits, each as one undo step."""
 
     def __init__(
         self,

@@ -74,10 +74,7 @@ class AnswerPace(Pace):
         return SHARE * (max(self._longest, self._gap) - debt)
 
     def size(self, kinds: list[object], largest: int, seconds: float) -> int:
-        """Return the size at which answers of all kinds together take at most some seconds.
-
-        The smallest one where that is not known yet.
-        """
+        """Return the size at which answers of all kinds together take at most some seconds."""
         sizes = [size for size in LIVE_SIZES if size <= largest] or [largest]
 
         def needed(size: int) -> float:

@@ -181,10 +181,7 @@ class EditedInput(QObject, Generic[T]):
             self.is_edited = was_edited
 
     def set(self, value: T, text: str = "", merge_key: str | None = None) -> None:
-        """Change the value without a drag: one edit; a current drag is another one before it.
-
-        See :meth:`finish`.
-        """
+        """Change the value without a drag: one edit; a current drag is another one before it."""
         self.finish(text)
         self.move(value)
         self.finish(text, merge_key)

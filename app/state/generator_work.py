@@ -93,10 +93,7 @@ class GeneratorWork:
         return error > UNUSUAL * recorded_error(self.folder)
 
     def open(self, folder: Path | None, promised: Scene | None, held: bool) -> None:
-        """Load a model in the background, whose card promises a scene; None for no model.
-
-        One that is held waits for :meth:`begin`: loading takes the processor from others.
-        """
+        """Load a model in the background, whose card promises a scene; None for no model."""
         self.scene, self._promised = None, promised
         self.draws_codes = False
         self.folder = folder
@@ -122,11 +119,7 @@ class GeneratorWork:
     def follow_light(
         self, opened: OpenedVolume | None, settings: ReferenceSettings, coming: ReferenceSettings
     ) -> None:
-        """Show one denoised sample where the reference is path traced.
-
-        A model that was trained under it draws itself. The settings are the reference's, now and
-        once its kernels are compiled.
-        """
+        """Show one denoised sample where the reference is path traced."""
         wanted, has_waited = self._path_of(opened, settings), self.awaits_path
         self.awaits_path = wanted is None and self._path_of(opened, coming) is not None
         if wanted != self._path_scene:

@@ -81,10 +81,7 @@ class Fidelity:
 
 
 class ImageErrors:
-    """Judges the reference's last image, and measures the last one while something moved.
-
-    The latter is kept until the image at rest of the same inputs is there, and compared with it.
-    """
+    """Judges the reference's last image, and measures the last one while something moved."""
 
     def __init__(self) -> None:
         self._last: tuple[Request, Image] | None = None
@@ -119,10 +116,7 @@ class ImageErrors:
                 self._error = found
 
     def fidelity(self, inputs: SceneInputs, moves: bool, settled: bool, whole: Raster) -> Fidelity:
-        """Judge the last image, which no better one follows if it has settled.
-
-        Nothing is said of one that is still there at rest while another one is wanted.
-        """
+        """Judge the last image, which no better one follows if it has settled."""
         if self._last is None or (not moves and self._last[0].inputs != inputs):
             return Fidelity()
         request, image = self._last
@@ -174,10 +168,7 @@ class Traded:
 
 
 class TradeWork(QObject):
-    """Has the present scene measured as while something moves, at each number of pixels.
-
-    Only while somebody looks, and once the image at rest is there. A change of the scene ends it.
-    """
+    """Has the present scene measured as while something moves, at each number of pixels."""
 
     changed = Signal()
 
@@ -204,10 +195,7 @@ class TradeWork(QObject):
             self._end()
 
     def at(self, stop: Exactness) -> Traded | None:
-        """Return the image that a stop leads to: the finest that it has time for, or the fastest.
-
-        None as long as nothing is measured.
-        """
+        """Return the image that a stop leads to: the finest there is time for, or the fastest."""
         fast = [each for each in self.found if each.seconds <= stop.live_seconds]
         return fast[-1] if fast else next(iter(self.found), None)
 

@@ -60,10 +60,7 @@ class ImageScheduler(QObject):
         self._ask(self._reference)
 
     def show_trade(self) -> None:
-        """Have the present state drawn as while something moves, and then at rest.
-
-        So one sees what has been traded, and both are measured.
-        """
+        """Have the present state drawn as while something moves, and then at rest."""
         self._ask(self._reference, live=True)
 
     def end(self) -> None:

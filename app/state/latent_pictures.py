@@ -128,10 +128,7 @@ class LatentPictures(QObject):
 
     @property
     def from_codes(self) -> bool:
-        """Whether pictures are drawn from codes, not from the TFs that these are decoded to.
-
-        Only those of the map: the ones that differ most are of TFs to take.
-        """
+        """Whether pictures are drawn from codes, not from the TFs that these are decoded to."""
         has_codes = self._model_size is not None and self.session.has_models_codec
         return has_codes and self.state.choices.on_map
 

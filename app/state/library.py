@@ -86,10 +86,7 @@ class Library:
         ]
 
     def shipped(self) -> list[tuple[KnownModel, Path]]:
-        """Return the shipped models, named by volume and light, with their volumes.
-
-        Models whose volume does not ship are left out.
-        """
+        """Return the shipped models, named by volume and light, with their volumes."""
         found = []
         for folder in shipped_models():
             card = _card(folder)

@@ -331,11 +331,7 @@ def _first(text: str, others: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _with_recent(settings: Settings, kind: RecentKind, path: Path) -> Settings:
-    """Put a file first among the recent ones.
-
-    Dialogs open where the last file was. A model is found with its volume: the user
-    need not have been in its folder.
-    """
+    """Put a file first among the recent ones."""
     name = f"recent_{kind}"
     changes: dict[str, Any] = {name: _first(str(path), getattr(settings, name))}
     if kind != "models":

@@ -86,10 +86,7 @@ class ReferenceChoices:
 
 
 class SlowLights:
-    """Kinds of light of a volume that took too long, by the first images in each.
-
-    Each is judged once a volume: the light does not change later because the machine is busy.
-    """
+    """Kinds of light of a volume that took too long, by the first images in each."""
 
     def __init__(self) -> None:
         self.found: frozenset[Lighting] = frozenset()

@@ -39,10 +39,7 @@ PREPARING = "Preparing the volume …"
 
 
 class ReferenceWork(QObject):
-    """Draws the reference as it was chosen, and as the open model demands.
-
-    The analyst is started with it: a ray caster of the same volume and light.
-    """
+    """Draws the reference as it was chosen, and as the open model demands."""
 
     choicesChanged = Signal(object)
     """Emitted with the new :class:`ReferenceChoices`."""

@@ -49,10 +49,7 @@ class FigureSettings:
 
 @dataclass(frozen=True)
 class SessionSettings:
-    """Settings that a session holds, too: how images are drawn, and what is shown over them.
-
-    Without a size, the reference image has as many pixels as its pane.
-    """
+    """Settings that a session holds, too: how images are drawn, and what is shown over them."""
 
     drawing: Drawing = "auto"
     stop: Stop = USUAL

@@ -38,10 +38,7 @@ CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)
 
 
 class ViewNavigation(QObject):
-    """The view, with a home view, and the axis of the volume that points up.
-
-    With `trackball`, dragging turns freely; else it turns about the up axis.
-    """
+    """The view, with a home view, and the axis of the volume that points up."""
 
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
@@ -144,10 +141,7 @@ class ViewNavigation(QObject):
         self.set_view(replace(self._view, distance=distance, pan_x=0.0, pan_y=0.0))
 
     def look_from(self, name: str) -> None:
-        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance.
-
-        What is shown is in the middle of the image again.
-        """
+        """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance."""
         distance, front = self._view.distance, self.front_axis
         view = standard_view(name, distance, self._up_axis, front=front)
         self.set_view(holding(self.pivot, np.zeros(2), view, self._proportions))
@@ -167,10 +161,7 @@ class ViewNavigation(QObject):
             self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:
-        """Set the axis that points up, and stand the volume upright.
-
-        The view keeps its angles, which are now about this axis; the home view stays one.
-        """
+        """Set the axis that points up, and stand the volume upright."""
         axis_direction(up)
         if up == self._up_axis:
             return
@@ -200,10 +191,7 @@ class ViewNavigation(QObject):
         reach: Reach = SQUARE,
         home_angles: tuple[float, float] | None = None,
     ) -> None:
-        """Look at another volume with these proportions, axes and shown places.
-
-        Without a view, from its home view; without angles of that, from where most is to be seen.
-        """
+        """Look at another volume with these proportions, axes and shown places."""
         up = up or DEFAULT_UP
         front = axis_labelled("A", axis_labels)
         home = home_view(

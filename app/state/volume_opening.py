@@ -73,11 +73,7 @@ class Viewer(Protocol):
 
 
 class VolumeOpening(QObject):
-    """Reads volumes, and computes what the open one is over another range.
-
-    The open volume stays until the next one is there. `wanted` says how the volume that was asked
-    for last is to be shown.
-    """
+    """Reads volumes, and computes what the open one is over another range."""
 
     reading = Signal(str)
     """Emitted with the name of what is being read; empty when that has ended."""
@@ -262,10 +258,7 @@ class VolumeOpening(QObject):
 
 @dataclass(frozen=True)
 class _ModelNow:
-    """The model that is wanted with a volume, the open one, and whether it is of the open volume.
-
-    Another model may be opened while the volume is read.
-    """
+    """The model that is wanted with a volume, the open one, and whether that fits the volume."""
 
     wanted: Path | None = None
     folder: Path | None = None
@@ -275,10 +268,7 @@ class _ModelNow:
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """A volume as it is shown first next to a model, and what went wrong on the way.
-
-    Where the model is another one by now, the volume is computed again for that.
-    """
+    """A volume as it is shown first next to a model, and what went wrong on the way."""
 
     opened: OpenedVolume
     problems: tuple[str, ...]
@@ -305,10 +295,7 @@ def _read(read_volume: Callable[..., Volume], path: Path, wanted: Wanted) -> tup
 def _first_range(
     volume: Volume, wanted: Wanted, memory: VolumeMemory, model: _ModelNow, library: Library
 ) -> Volume:
-    """Return a volume over the range and on the scale that are wanted, or remembered.
-
-    The scale of the TF that is kept of it comes before that of a model.
-    """
+    """Return a volume over the range and on the scale that are wanted, or remembered."""
     kept, fingerprint = memory.tf, volume.fingerprint
     if wanted.scale is not None and wanted.scale != volume.scale:
         volume = volume.on_scale(wanted.scale)
@@ -354,10 +341,7 @@ def _replacing(kept: VolumeMemory, memory: VolumeMemory) -> VolumeMemory:
 
 
 class _Newest(QObject):
-    """Runs each function in a thread of its own; only the newest one's result is taken.
-
-    A function is given an event that is set once its result is no longer wanted.
-    """
+    """Runs each function in a thread of its own; only the newest one's result is taken."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)

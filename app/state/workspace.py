@@ -157,11 +157,7 @@ class Workspace(QObject):
         self._follow_scene()
 
     def fitted(self, transfer_function: TransferFunction) -> TransferFunction:
-        """Convert a TF of any origin to one that can be edited here.
-
-        With a model it is over the range that the model was trained on; else it keeps its own
-        where that fits the volume.
-        """
+        """Convert a TF of any origin to one that can be edited here."""
         if self._opened is None:
             same = transfer_function.on_scale(self._state.scale)
             return fit_to_range(same, self._state.scalar_range)
@@ -270,10 +266,7 @@ class Workspace(QObject):
         self.news.emit(text)
 
     def _start_memory(self, opened: OpenedVolume, before: OpenedVolume | None) -> VolumeMemory:
-        """Show regions and brightness of another volume, and keep what is made of it from now on.
-
-        Those of another time step stay where it has none of its own. Return all that is kept.
-        """
+        """Show regions and brightness of another volume, and keep its changes from now on."""
         self._kept = ""
         memory, asked = self._preferences.volume(opened.fingerprint), self._asked
         names = [region.name for region in memory.regions]

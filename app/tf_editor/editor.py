@@ -242,10 +242,7 @@ class _Handle(QSplitterHandle):
 
 
 class DockSplitter(QSplitter):
-    """Keeps the editor's share of the window's height: the usual one, or the one it is dragged to.
-
-    A double click on the line brings the usual one back.
-    """
+    """Keeps the editor's share of the window's height: the usual one, or the dragged one."""
 
     shareChanged = Signal()
 

@@ -224,10 +224,7 @@ class Selection(QObject):
         self._set(())
 
     def fit(self, transfer_function: TransferFunction) -> None:
-        """Take away handles that no longer exist; select one that was added to the others.
-
-        When it is gone again, as by undo, what was selected before is so again.
-        """
+        """Take away handles that no longer exist; select one that was added to the others."""
         opacity, color = transfer_function.opacity, transfer_function.color
         handles: tuple[object, ...] = opacity.points or opacity.modes
         known, self._known = self._known, handles

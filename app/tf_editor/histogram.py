@@ -35,10 +35,6 @@ class Curve(QGraphicsItem):
     """A line in a plot, with the area below it if it has a brush.
 
     Painted with each picture of a drag, it takes an eighth of the time of pyqtgraph's.
-
-    Attributes
-    ----------
-    heights : ndarray of float, shape (n,)
     """
 
     def __init__(self, pen: QPen | None = None) -> None:

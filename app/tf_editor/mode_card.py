@@ -38,10 +38,7 @@ OPACITY_MEANING = "Light lost over one voxel length: 0 is transparent, 1 is opaq
 
 
 class ModeCard(QFrame):
-    """Value, width, opacity and colour of the selected handle, to be read and typed.
-
-    It covers neither flags nor handles nor the curve, and hides while a handle is dragged.
-    """
+    """Value, width, opacity and colour of the selected handle, to be read and typed."""
 
     def __init__(self, area: PlotArea, moves: HandleMoves, color: ColorLayer) -> None:
         super().__init__(area.widget.viewport())
@@ -288,11 +285,7 @@ class ModeCard(QFrame):
 def _free_corner(
     at: QPoint, size: QSize, gap: int, plot: QRect, layers: Sequence[Sequence[QRect]]
 ) -> QPoint:
-    """Upper left corner of a card inside the plot, as near to its handle as may be.
-
-    What lies in the layers is covered only where it must be, that in the first the least. The
-    card stands at least a gap to the side of the handle, or above or below it.
-    """
+    """Upper left corner of a card inside the plot, as near to its handle as may be."""
     inside = plot.adjusted(ROOM, ROOM, -ROOM, -ROOM)
     rightmost = max(inside.right() + 1 - size.width(), inside.left())
     lowest = max(inside.bottom() + 1 - size.height(), inside.top())

@@ -280,10 +280,7 @@ class PlotArea(QObject):
         *,
         are_opacities: bool = False,
     ) -> None:
-        """Draw heights (n,) at even values over a range by a curve, on every axis.
-
-        The opacity plot's scale applies to them if they are opacities.
-        """
+        """Draw heights (n,) at even values over a range by a curve, on every axis."""
         self._drawn[item] = heights, scalar_range, are_opacities
         self._draw(item)
 

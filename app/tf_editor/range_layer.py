@@ -75,10 +75,7 @@ class RangeLine(DragHandle):
 
 
 class RangeLayer(QObject):
-    """Draws the range of the state's TF and edits it by drags.
-
-    A TF that was cut is whole again when its range becomes wider, unless it was edited meanwhile.
-    """
+    """Draws the range of the state's TF and edits it by drags."""
 
     def __init__(self, area: PlotArea, state: ViewerState) -> None:
         super().__init__(area)
@@ -107,10 +104,7 @@ class RangeLayer(QObject):
                 shade.setVisible(right > left)
 
     def show_range(self, fill: bool = False) -> None:
-        """Show all values, or those around the TF's range where it is a small part of them.
-
-        With `fill`, show those around the range in any case.
-        """
+        """Show all values, or those around the TF's range where it is a small part of them."""
         self._area.include(self._state.scalar_range, self._state.scale)
         axis = self._area.axis.showing(self._area.axis.full)
         low, high = axis.places(self._state.scalar_range)

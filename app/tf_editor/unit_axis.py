@@ -112,10 +112,7 @@ class ScalarAxis:
         return chosen
 
     def marks(self, unit: str = "") -> list[tuple[float, str]]:
-        """Return both ends of what is visible, and round values between them: places and texts.
-
-        The ends, which say what is shown, come first and last; the last one has the unit.
-        """
+        """Return both ends of what is visible, and round values between them: places and texts."""
         lo, hi = values_at(self.visible, self.labels).tolist()
         # To some ten-thousandth of what is visible: more digits would only be noise.
         step = 10.0 ** math.floor(math.log10((hi - lo) / 10_000))
@@ -154,10 +151,7 @@ class ScalarAxis:
 
 
 def bend_for(scalar_range: Range) -> float:
-    """Return the magnitude from which a range's axis is logarithmic, see :class:`ScalarAxis`.
-
-    For a range above zero it is the lowest value, so that all of it is nearly logarithmic.
-    """
+    """Return the magnitude from which a range's axis is logarithmic, see :class:`ScalarAxis`."""
     lo, hi = scalar_range
     largest = max(abs(lo), abs(hi))
     if lo > 0:
@@ -168,10 +162,7 @@ def bend_for(scalar_range: Range) -> float:
 def ticks(
     scalar_range: Range, count: int = 6, scale: ValueScale = "linear"
 ) -> list[tuple[float, str]]:
-    """Choose about `count` round values within a range: places on a linear axis, and texts.
-
-    They are evenly spaced but for a logarithmic scale, on which the range is given then.
-    """
+    """Choose about `count` round values within a range: places on a linear axis, and texts."""
     if scale == "log":
         return logarithmic_ticks(scalar_range, count)
     lo, hi = scalar_range

@@ -67,10 +67,7 @@ def ask_for_folder(context: Context, title: str) -> Path | None:
 def ask_for_place(
     context: Context, title: str, filters: str, suffixes: tuple[str, ...], name: str = ""
 ) -> Path | None:
-    """Ask for a file to write; None if the user chooses none.
-
-    A name without one of the suffixes, which determine the format, gets the first of them.
-    """
+    """Ask for a file to write; None if the user chooses none."""
     start = str(Path(context.preferences.settings.last_folder) / name)
     chosen, _ = QFileDialog.getSaveFileName(context.window, title, start, filters)
     if not chosen:

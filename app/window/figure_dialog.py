@@ -66,13 +66,7 @@ _COLORS: dict[str, Background | None] = {
 
 
 class FigureDialog(QDialog):
-    """Asks what a figure shows, for its size, background and marks, and whether it moves.
-
-    It is given what may be shown, each with its size on the screen in pixels, and the choice to
-    begin with: of its size, the longer side counts where it is one of the presets, and samples are
-    asked for where it has some. `preview` is called with each new choice, and its picture taken by
-    :meth:`show_preview`; `copies` says that the figure is to be copied rather than saved.
-    """
+    """Asks what a figure shows, for its size, background and marks, and whether it moves."""
 
     def __init__(
         self, sizes: dict[Which, Size], begin: FigureChoice, parent: QWidget | None = None

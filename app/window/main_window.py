@@ -101,10 +101,7 @@ class MainWindow(WindowParts):
         return [pane.client.error for pane in self.context.panes if pane.client.error]
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape.
-
-        Alt alone opens the menus where they are folded; a menu bar knows that key itself.
-        """
+        """Show what an edit would change while Ctrl or W is held; end what goes on by Escape."""
         self._alt_alone = event.key() == Qt.Key.Key_Alt
         if event.key() == Qt.Key.Key_Control:
             self._show_effect(True)

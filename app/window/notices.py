@@ -26,11 +26,7 @@ NoticeTone = Literal["plain", "error"]
 
 
 class Notices(QWidget):
-    """Lists notices, the newest first, until the user dismisses each; hidden without any.
-
-    Of many the newest are shown, and how many more there are. When the first is dismissed, the
-    button of the next is in its place. Escape dismisses the notice whose button has the focus.
-    """
+    """Lists notices, the newest first, until the user dismisses each; hidden without any."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -54,10 +50,7 @@ class Notices(QWidget):
         self._before = widget
 
     def add(self, text: str, *actions: Action, key: str = "", tone: NoticeTone = "plain") -> None:
-        """Show a notice above those that are there, instead of one with the same text or key.
-
-        Each of its buttons, at most two, removes it before it acts. An empty text only removes.
-        """
+        """Show a notice above those that are there, instead of one with the same text or key."""
         if len(actions) > MOST_ACTIONS:
             raise ValueError(f"A notice has room for {MOST_ACTIONS} actions, not {len(actions)}.")
         for line in [*self._lines]:
@@ -181,11 +174,7 @@ _PLACES = {
 
 
 class Floating(QObject):
-    """Keeps widgets over an area in their places, each as large as it must be.
-
-    Cards begin in the lower left corner, clear of the image's centre. They are dragged by their
-    title, or wherever else no control is; a double click there puts a card back.
-    """
+    """Keeps widgets over an area in their places, each as large as it must be."""
 
     def __init__(self, area: QWidget) -> None:
         super().__init__(area)

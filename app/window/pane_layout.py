@@ -19,11 +19,7 @@ Shown = Literal["both", "generator", "reference"]
 
 
 class PaneLayout(QSplitter):
-    """Puts the latent browser, the generator's image and the reference side by side.
-
-    Without a model the reference has the row to itself. The browser takes the generator's
-    place. Edges between the images can be dragged.
-    """
+    """Puts the latent browser, the generator's image and the reference side by side."""
 
     arranged = Signal()
     """Emitted when an image has come, gone or changed its side."""

@@ -41,13 +41,7 @@ SIZE = 220
 
 
 class SlicePreview(QLabel):
-    """Shows a slice as large as possible in its true proportions.
-
-    Attributes
-    ----------
-    image : QImage or None
-        One pixel a value; None if there is none.
-    """
+    """Shows a slice as large as possible in its true proportions."""
 
     def __init__(self) -> None:
         super().__init__(alignment=Qt.AlignmentFlag.AlignCenter)

@@ -86,10 +86,7 @@ NARROW = 1180
 
 
 class StatusLine(QStatusBar):
-    """Shows the keys that are of use under the mouse, or the newest sentence in their place.
-
-    At the right are the view's numbers, where there is room.
-    """
+    """Shows the keys that are of use under the mouse, or the newest sentence in their place."""
 
     def __init__(self, state: ViewerState) -> None:
         super().__init__()

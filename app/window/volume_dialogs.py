@@ -48,10 +48,7 @@ MOST_ROWS = 12
 
 
 class ContentsDialog(QDialog):
-    """Lists the volumes of a file or folder, and asks which of them to show.
-
-    What is shown already is chosen at first; another choice is handed to `open_it`.
-    """
+    """Lists the volumes of a file or folder, and asks which of them to show."""
 
     def __init__(
         self,
@@ -174,10 +171,7 @@ def _size_label(contents: list[Content]) -> QLabel:
 
 
 class PropertiesDialog(QDialog):
-    """Lists a volume's properties in the words of ``info``; spacing and stretch can be typed.
-
-    What was typed is handed to `read_again`, as keywords of a :class:`Choice`.
-    """
+    """Lists a volume's properties in the words of ``info``; spacing and stretch can be typed."""
 
     def __init__(
         self,

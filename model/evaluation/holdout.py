@@ -69,10 +69,7 @@ def evaluate(
     count: int,
     on_progress: Callable[[int], None] = lambda done: None,
 ) -> Evaluation:
-    """Measure a generator on the first hold-out samples of a store of its scene.
-
-    The store's training split is searched for nearest neighbours.
-    """
+    """Measure a generator on the first hold-out samples of a store of its scene."""
     samples = store.read("holdout", range(min(count, store.count("holdout"))))
     rows = []
     ours = _generator_rows(generator, samples)

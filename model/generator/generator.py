@@ -135,10 +135,7 @@ class Generator:
 
     @torch.inference_mode()
     def image_pairs(self, inputs: EncodedInputs) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Render colour images (N, S, S, 3) and opacity images (N, So, So) apart, in [0, 1].
-
-        The inputs are on the generator's device.
-        """
+        """Render colour images (N, S, S, 3) and opacity images (N, So, So) apart, in [0, 1]."""
         image, opacity = self._decode(*self.network.features(inputs))
         colors = decode_unit(image).permute(0, 2, 3, 1).cpu().numpy()
         return colors, decode_unit(opacity)[:, 0].cpu().numpy()
@@ -171,10 +168,7 @@ class Generator:
 
     @torch.inference_mode()
     def encode(self, opacities: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Encode an opacity TF (256,) or (N, 256), in [0, 1], as latent codes.
-
-        TFs are sampled over the scene's scalar range.
-        """
+        """Encode an opacity TF (256,) or (N, 256), in [0, 1], as latent codes."""
         tfs = encode_unit(np.atleast_2d(opacities).astype(np.float32)).to(self.device)
         codes: NDArray[np.float32] = self.network.codec.encode(tfs).cpu().numpy()
         return codes if np.ndim(opacities) == 2 else codes[0]
@@ -217,10 +211,7 @@ class Generator:
 
 
 def panned(pictures: NDArray[np.float32], view: View) -> NDArray[np.float32]:
-    """Move pictures (..., S, S, C) as a view is panned.
-
-    What comes in from outside is transparent.
-    """
+    """Move pictures (..., S, S, C) as a view is panned."""
     if view.pan_x == view.pan_y == 0.0:
         return pictures
     size = pictures.shape[-2]

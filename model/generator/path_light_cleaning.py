@@ -1,7 +1,4 @@
-"""Cleaning of path-traced pictures of few samples by the network behind the denoiser.
-
-See :mod:`model.networks.path_light_network`.
-"""
+"""Cleaning of path-traced pictures of few samples by the network behind the denoiser."""
 
 from __future__ import annotations
 
@@ -106,10 +103,7 @@ class NetworkCleaning:
 
 
 class FinishedPicture(Denoiser):
-    """Cleans the estimates of one picture: denoises them, and finishes those of few samples.
-
-    The picture in soft light is drawn once, when it is first needed.
-    """
+    """Cleans the estimates of one picture: denoises them, and finishes those of few samples."""
 
     def __init__(
         self, cleaning: NetworkCleaning, draw_soft: Callable[[], NDArray[np.float32]], most: int

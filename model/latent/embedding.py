@@ -122,10 +122,7 @@ def normalized(places: NDArray[np.floating]) -> Places:
 
 
 def main(source: str, target: str) -> None:
-    """Compute the map of a `.npy` file of standardized codes (n, d), and write that of places.
-
-    scikit-learn prints its progress every 50 iterations.
-    """
+    """Compute the map of a `.npy` file of standardized codes (n, d), and write that of places."""
     from sklearn.manifold import TSNE
 
     codes = np.load(source)

@@ -42,11 +42,7 @@ class Blend:
 
 
 def cell_means(codes: Codes, places: Places, brush: Brush) -> Cells:
-    """Average codes (n, d) and places (n, 2) in the cells of a brushed rectangle.
-
-    Edges belong to the cell on their upper right, the rectangle's own right and upper edges to
-    the last cells. A rectangle of no width or height has the samples on it in its last cells.
-    """
+    """Average codes (n, d) and places (n, 2) in the cells of a brushed rectangle."""
     left, lower, right, upper = brush
     if not np.isfinite(brush).all():
         raise LatentError(f"The rectangle {brush} on the map is not finite.")
@@ -70,11 +66,7 @@ def cell_means(codes: Codes, places: Places, brush: Brush) -> Cells:
 
 
 def blended_code(codes: Codes, places: Places, place: tuple[float, float], radius: float) -> Blend:
-    """Interpolate codes at a place by Shepard's weights over the samples of a disc around it.
-
-    The weights are exp(-d^2 / h^2) with h a third of the disc's radius, as a softmax, which
-    does not underflow. Without samples in the disc the nearest one's code is returned.
-    """
+    """Interpolate codes at a place by Shepard's weights over the samples of a disc around it."""
     squares = np.square(places.astype(np.float64) - place).sum(axis=1)
     inside = np.flatnonzero(squares <= radius**2)
     if not len(inside):
@@ -130,10 +122,7 @@ class LatentMap:
         return cell_means(self.codes, self.places, brush)
 
     def at(self, place: tuple[float, float], closeness: float = 1.0) -> Blend:
-        """Interpolate the code of a place.
-
-        Looking closer than at the whole map makes the disc smaller.
-        """
+        """Interpolate the code of a place."""
         return blended_code(self.codes, self.places, place, self.radius / max(closeness, 1.0))
 
     def nearest(self, code: NDArray[np.floating], count: int) -> NDArray[np.int64]:

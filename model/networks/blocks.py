@@ -41,11 +41,7 @@ class DoublingConv2d(nn.Conv2d):
 
 
 class ResidualBlock(nn.Module):
-    """Residual block of two convolutions and a shortcut (He et al. 2016).
-
-    The first convolution keeps the number of channels; if the second changes it, the shortcut is a
-    convolution with kernel size 1.
-    """
+    """Residual block of two convolutions and a shortcut (He et al. 2016)."""
 
     def __init__(
         self,

@@ -1,8 +1,4 @@
-"""The interface of networks that generate images: their inputs, in [-1, 1], and their codec.
-
-Scene inputs are encoded by :mod:`model.scene.inputs`; opacities and image values are scaled
-linearly.
-"""
+"""The interface of networks that generate images: their inputs, in [-1, 1], and their codec."""
 
 from __future__ import annotations
 

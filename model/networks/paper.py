@@ -1,9 +1,4 @@
-"""The paper's networks (section 4.2): the opacity GAN, the translation GAN, and both as one.
-
-The first generates opacity images from view and opacity TF. The second turns them into colour
-images, given the view, the latent code of the opacity TF and the colour TF; its discriminator is
-given the colour image, the view and both TFs, but not the opacity image.
-"""
+"""The paper's networks (section 4.2): the opacity GAN, the translation GAN, and both as one."""
 
 from __future__ import annotations
 
@@ -307,11 +302,7 @@ def color_encoder(size: NetworkSize) -> nn.Sequential:
 
 
 def color_discriminator_channels(size: NetworkSize) -> list[int]:
-    """Channels after each halving of a colour image down to 4 x 4 pixels.
-
-    They grow to 64 at the opacity image's size and double from there up to 512: 32, 64, 128, 256,
-    512, 512 for the paper's 256 pixels.
-    """
+    """Channels after each halving of a colour image down to 4 x 4 pixels."""
     extra = int(math.log2(size.image_size // size.opacity_size))
     halvings = int(math.log2(size.opacity_size // 4))
     before = [32] * (extra - 1) + [64] * min(extra, 1)

@@ -1,7 +1,4 @@
-"""The latent space explored: overview, detail, and a walk (paper, sections 5.2, 6.2, Figs. 10, 11).
-
-Every picture is of a latent code itself; see :mod:`model.latent.latent_space`.
-"""
+"""The latent space explored: overview, detail, walk (paper, sections 5.2, 6.2, Figs. 10, 11)."""
 
 from __future__ import annotations
 
@@ -36,10 +33,7 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Exploration:
-    """A brushed rectangle with the images (4, 4, S, S, 3) of its cells, and a place inside it.
-
-    All have the view and the colours of `inputs`; empty cells are NaN.
-    """
+    """A brushed rectangle with the images (4, 4, S, S, 3) of its cells, and a place inside it."""
 
     inputs: SceneInputs
     map: LatentMap

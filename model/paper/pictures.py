@@ -20,10 +20,7 @@ TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """One hold-out sample: true and generated image (S, S, 3), and its errors by measure.
-
-    `why` it is shown is "typical", or its artifact.
-    """
+    """One hold-out sample: true and generated image (S, S, 3), and its errors by measure."""
 
     index: int
     inputs: SceneInputs

@@ -56,10 +56,7 @@ def holdout_errors(
     on_progress: Callable[[int], None] = lambda done: None,
     store: SampleStore | None = None,
 ) -> HoldoutErrors:
-    """Measure a model on the first hold-out samples of a data set of its scene.
-
-    Without one they are the model's own, rendered anew.
-    """
+    """Measure a model on the first hold-out samples of a data set of its scene."""
     scene = subject.generator.scene
 
     def errors(indices: range) -> Errors:
@@ -235,10 +232,7 @@ def _short(number: float) -> str:
 
 @dataclass(frozen=True)
 class Table:
-    """A table to print, and to write as Markdown.
-
-    Below it are notes: what was measured, and where it differs from the paper.
-    """
+    """A table to print, and to write as Markdown."""
 
     title: str
     heading: tuple[str, ...]

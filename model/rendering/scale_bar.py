@@ -43,10 +43,7 @@ class Scale:
 
     @classmethod
     def of(cls, volume: Volume, shown: NDArray[np.float64] = WHOLE) -> Scale:
-        """Return the scale of a volume of which these points, shape (n, 3), are shown.
-
-        Without a unit, cubes of length 1 are taken for voxels of unknown size.
-        """
+        """Return the scale of a volume of which these points, shape (n, 3), are shown."""
         unit = volume.file.spacing_unit
         if not unit and set(volume.spacing) == {1.0}:
             unit = "voxels"
@@ -54,10 +51,7 @@ class Scale:
         return cls(volume.proportions, volume.radius, unit, low, high)
 
     def bar(self, view: View, crop: CropBox | None = None) -> ScaleBar | None:
-        """Return the longest bar of 1, 2 or 5 units that is short enough; None close to the eye.
-
-        It holds in one plane, see :data:`DEPTH_TEXT`.
-        """
+        """Return the longest bar of 1, 2 or 5 units that is short enough; None close to the eye."""
         span = self.span(view, crop)
         if span is None:
             return None

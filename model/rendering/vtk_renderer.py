@@ -347,11 +347,7 @@ def _hiding(volume: Volume) -> tuple[str, bool, str, bool]:
 
 
 def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement that lights solid material, as the ray caster does.
-
-    See :func:`model.rendering.raycast.shading.reflect`: VTK itself leaves black what has no
-    gradient, and takes noise for surfaces.
-    """
+    """Return a shader replacement that lights solid material, as the ray caster does."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     before = "finalColor.xyz = in_ambient[lightingComponent] * ambient +"
     # For one light, the lamp. A ratio first, as fourth powers of small numbers would be 0.
@@ -391,10 +387,7 @@ def _solid_lighting(volume: Volume, noise: float) -> tuple[str, bool, str, bool]
 
 
 def _label_gradient(volume: Volume) -> tuple[str, bool, str, bool]:
-    """Return a shader replacement by which labels have the ray caster's gradient.
-
-    See :func:`model.rendering.raycast.shading.gradient`.
-    """
+    """Return a shader replacement by which labels have the ray caster's gradient."""
     count = "vec3({}.0, {}.0, {}.0)".format(*volume.dimensions)
     before = "vec4 shading_gradient = computeGradient(g_dataPos, component, in_volume[0], 0);"
     code = f"""

@@ -144,10 +144,7 @@ class PairDrawer:
 def write_pairs(
     folder: Path, volumes: Sequence[Volume], blocks: int, seed: int = 0, many: int = MANY
 ) -> Iterator[Path]:
-    """Draw blocks of pairs of each volume in turn, and yield the file of each.
-
-    Files that are there already are not drawn anew, nor yielded.
-    """
+    """Draw blocks of pairs of each volume in turn, and yield the file of each."""
     if not available():
         raise DatasetError("Pairs need Open Image Denoise, which is not installed here.")
     drawers = [PairDrawer(volume, many) for volume in volumes]

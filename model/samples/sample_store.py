@@ -40,10 +40,7 @@ POOL_BLOCKS = 64  # number of blocks that are shuffled together when a split is 
 
 @dataclass(frozen=True)
 class SampleBatch:
-    """N samples: arrays of scene inputs as stored, and images (N, S, S, 4), premultiplied.
-
-    Inputs can be there as the networks take them, too.
-    """
+    """N samples: arrays of scene inputs as stored, and images (N, S, S, 4), premultiplied."""
 
     inputs: Arrays
     rgba: NDArray[np.uint8]
@@ -166,10 +163,7 @@ class SampleStore:
         ]
 
     def reopen_damaged(self) -> int:
-        """Have samples that are lost or altered count as not rendered yet; return their number.
-
-        Everything is read for this.
-        """
+        """Have samples that are lost or altered count as not rendered yet; return their number."""
         found = 0
         for split in SPLITS:
             missing = set(self.missing_blocks(split))

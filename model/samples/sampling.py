@@ -1,8 +1,4 @@
-"""Random samples of a scene, each a function of seed, split and index.
-
-:func:`sample_rng` gives each sample its own random generator, so that samples do
-not depend on the process or the order in which they are drawn.
-"""
+"""Random samples of a scene, each a function of seed, split and index."""
 
 from __future__ import annotations
 

@@ -152,10 +152,7 @@ def _window_beyond_rim(volume: Volume, thinned: ThinnedVolume) -> Range:
 
 
 def is_smoke(volume: ThinnedVolume) -> bool:
-    """Whether a volume is a simulation's smoke: values fade away, and the rim has none at all.
-
-    Walls would be a peak in the histogram: some values more frequent than lower ones.
-    """
+    """Whether a volume is a simulation's smoke: values fade away, and the rim has none at all."""
     if np.mean(_rim(volume) == 0) < CALM_RIM:
         return False
     shown = volume.levels[volume.levels < LEVELS].astype(np.int64)

@@ -16,10 +16,7 @@ GRAY = (0.5, 0.5, 0.5)
 
 
 def label_range(volume: Volume) -> Range:
-    """Return a range over which each label has a TF's bin of its own, exactly.
-
-    It is that of the voxels where labels are too many for the bins.
-    """
+    """Return a range over which each label has a TF's bin of its own, exactly."""
     lo, hi = volume.data_range
     if hi - lo > LAST:
         return lo, hi

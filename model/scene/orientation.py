@@ -128,10 +128,7 @@ def view_in(
     *,
     front: str = "",
 ) -> View:
-    """Return the view with these angles about an up axis; for ``"+z"``, exactly these numbers.
-
-    For the axes see :func:`upright_frame`.
-    """
+    """Return the view with these angles about an up axis; for ``"+z"``, exactly these numbers."""
     view = View(azimuth, elevation, roll, distance, pan_x, pan_y)
     return view.in_frame(upright_frame(up, front).T)
 

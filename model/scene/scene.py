@@ -1,8 +1,4 @@
-"""The scene, everything that is fixed for one generator, and its distant light.
-
-Samplers, networks, training and the window share it; a checkpoint stores the
-scene that it was trained on.
-"""
+"""The scene, everything that is fixed for one generator, and its distant light."""
 
 from __future__ import annotations
 
@@ -22,14 +18,9 @@ from model.scene.volume import Triple, Volume
 class LightDirection:
     """Direction to the distant light, relative to the view, in degrees.
 
-    Positive azimuth is to the viewer's right, positive elevation upwards;
-    (0, 0) is a headlight. By default the light comes from the upper left, and near enough to
-    the viewer that surfaces which face them are bright.
-
-    Raises
-    ------
-    TfscopeError
-        For angles that are not finite numbers.
+    Positive azimuth is to the viewer's right, positive elevation upwards; (0, 0) is a headlight. By
+    default it is from the upper left, and near enough to the viewer that what faces them is bright.
+    Raises :class:`TfscopeError` for angles that are not finite numbers.
     """
 
     azimuth: float = -30.0
@@ -42,13 +33,7 @@ class LightDirection:
 
     @classmethod
     def parse(cls, text: str) -> LightDirection:
-        """Read ``"AZ,EL"``, in degrees.
-
-        Raises
-        ------
-        TfscopeError
-            When the text is not a pair of finite numbers.
-        """
+        """Read ``"AZ,EL"``, in degrees; raise :class:`TfscopeError` for anything else."""
         try:
             azimuth, elevation = (float(part) for part in text.split(","))
         except ValueError:
@@ -72,11 +57,7 @@ class LightDirection:
 class LightRange:
     """Training range of the light direction in a scene with a movable light, in degrees.
 
-
-    Raises
-    ------
-    TfscopeError
-        For limits outside that range.
+    Raises :class:`TfscopeError` for limits outside that range.
     """
 
     max_azimuth: float = 80.0

@@ -38,11 +38,7 @@ def axis_direction(axis: str) -> NDArray[np.float64]:
 
 @cache
 def upright_frame(up: str, front: str = "") -> NDArray[np.float64]:
-    """Axes (3, 3) in which the volume stands upright; the identity for ``"+z"``.
-
-    Rows are the upright frame's x, y and z in volume coordinates, determinant 1. The front is the
-    axis that faces the camera at azimuth 0; where it is empty or along the up axis, a usual one.
-    """
+    """Axes (3, 3) in which the volume stands upright; the identity for ``"+z"``."""
     z = axis_direction(up)
     if not front or front[1:] == up[1:]:
         front = _USUAL_FRONTS[up]

@@ -89,11 +89,7 @@ class CodecLoss:
 
 
 def decoded_tf_error(decoded: Tensor, opacity_tf: Tensor, thick: float) -> Tensor:
-    """Return the mean squared error of decoded opacity TFs (N, 256) in [-1, 1].
-
-    `thick` weighs the error of :func:`layer_opacity`: a faint mode contributes little to the TF's
-    error, but is clearly visible in images of a thick region of its scalar values.
-    """
+    """Return the mean squared error of decoded opacity TFs (N, 256) in [-1, 1]."""
     decoded = decoded.float()
     error = (decoded - opacity_tf).square().mean()
     if thick:

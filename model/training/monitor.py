@@ -198,11 +198,7 @@ class CollapseGuard:
     def check_measurement(
         self, stage: Stage, metrics: dict[str, float], steps: int, last: bool = False
     ) -> Trouble | None:
-        """Return the collapse that lasted for :data:`PATIENCE` measurements, or for one at the end.
-
-        What was different earlier in the stage and no longer is has collapsed; what never
-        was may still be where it started, until :data:`LATEST_START` or the stage's end.
-        """
+        """Return the collapse that lasted :data:`PATIENCE` measurements, or one at the end."""
         checked = {"codes": _equal_codes(metrics), "images": _alike(stage, metrics)}
         found = None
         for what, trouble in checked.items() if steps >= WARM_UP else ():

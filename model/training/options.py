@@ -1,8 +1,4 @@
-"""A training job: plain data that says all about a run, and its recipe.
-
-The command line builds one from its options. Importing it is quick: what trains is in
-:mod:`model.training.trainer`.
-"""
+"""A training job: plain data that says all about a run, and its recipe."""
 
 from __future__ import annotations
 
@@ -34,10 +30,7 @@ PRESETS: dict[str, NetworkSize] = {
 
 @dataclass(frozen=True)
 class StageOptions:
-    """Optimization of one stage (paper, section 6, implementation details) by Adam.
-
-    The rate is halved so many times over the stage, unless it follows a cosine.
-    """
+    """Optimization of one stage (paper, section 6, implementation details) by Adam."""
 
     batch_size: int
     learning_rate: float

@@ -30,12 +30,7 @@ from model.training.parallel import average_gradients, ranks
 
 
 class EMA(Generic[Network]):
-    """Exponential moving average (EMA) of a network, used for evaluation and saved models.
-
-    The average, `network`, is a copy in evaluation mode, without gradients. `decay` is the weight
-    of the previous average per update, in [0, 1); the first updates use a smaller one, to forget
-    the initial weights soon.
-    """
+    """Exponential moving average (EMA) of a network, used for evaluation and saved models."""
 
     def __init__(self, network: Network, decay: float) -> None:
         self.network = copy.deepcopy(network).eval().requires_grad_(False)

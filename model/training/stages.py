@@ -81,10 +81,7 @@ class ColorStage(Stage):
 
 
 class TranslationStage(ColorStage):
-    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 9).
-
-    The trained opacity generator of stage 1 encodes opacity TFs, and stays as it is.
-    """
+    """Stage 2: the translation GAN with its l1 loss (paper, Eq. 9)."""
 
     name = "translation"
     generator: TranslationGenerator

@@ -209,10 +209,7 @@ def unwritable(folder: Path, error: OSError) -> TrainingError:
 
 @contextmanager
 def interruption() -> Iterator[threading.Event]:
-    """Set an event at the first Ctrl-C, instead of raising; a second one raises at once.
-
-    Outside the main thread, or if SIGINT has another handler, nothing is changed.
-    """
+    """Set an event at the first Ctrl-C, instead of raising; a second one raises at once."""
     asked = threading.Event()
 
     def note(_number: int, _frame: FrameType | None) -> None:

@@ -40,10 +40,7 @@ def physical_memory() -> int | None:
 
 
 def check_grid(path: Path, dimensions: Sequence[int], dtype: DTypeLike, components: int = 1) -> int:
-    """Check that a header describes a volume that this machine can hold.
-
-    `dimensions` are along x, y and z; the type is that of one component. Returns the voxels' bytes.
-    """
+    """Check that a header describes a volume that this machine can hold."""
     if any(n < 1 for n in dimensions) or components < 1:
         raise VolumeError(
             f"{path}: the header gives the dimensions {times(dimensions)}, which cannot be; "

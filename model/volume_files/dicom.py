@@ -43,10 +43,7 @@ SAME_PLACE = 1e-3  # distance in mm below which two images lie at one place
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Images that are one volume, or may be.
-
-    `time` and `channel` set it apart from other stacks of its series; empty if nothing does.
-    """
+    """Images that are one volume, or may be."""
 
     frames: tuple[Frame, ...]
     series: str

@@ -52,11 +52,7 @@ _KINDS = {
 
 @dataclass(frozen=True, eq=False)
 class _Order:
-    """Images in the order of their places.
-
-    The step is the distance of slices, None if unknown; the shear is the shift of each slice
-    against the one before, along rows and columns in mm.
-    """
+    """Images in the order of their places."""
 
     frames: list[Frame]
     step: float | None

@@ -48,10 +48,7 @@ def component_of(text: str | None) -> Component | None:
 def make_volume(
     path: Path, grid: Grid, component: Component | None, choice: Choice = LARGEST
 ) -> Volume:
-    """Convert the grid of a file or folder to a volume.
-
-    Without a chosen component it has the only one, the magnitude of up to four, or the first.
-    """
+    """Convert the grid of a file or folder to a volume."""
     grid = finished(path, grid, component)
     if choice.spacing is not None or choice.stretch is not None:
         grid = _as_typed(grid, choice)

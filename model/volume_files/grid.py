@@ -120,10 +120,7 @@ def in_one_unit(
 def proposed_stretch(
     lengths: Sequence[float | None], dimensions: Sequence[int], units: Sequence[str]
 ) -> tuple[float, str]:
-    """Propose a stretch of z, whose unit is another than that of x and y, and say so.
-
-    The height of the box is between :data:`HEIGHTS` of its width, so that something is to be seen.
-    """
+    """Propose a stretch of z, whose unit is another than that of x and y, and say so."""
     differ = "The units of the axes differ ({})".format(
         ", ".join(unit_name(unit) or "none" for unit in units)
     )
@@ -193,10 +190,7 @@ def unit_directions(directions: NDArray[np.float64] | None) -> tuple[Triple, ...
 
 
 def frame_notes(directions: NDArray[np.float64]) -> tuple[str, ...]:
-    """Describe the orientation of the grid in the file's space, unless it is the default.
-
-    Row k of `directions` is the step along axis k. Volumes are always shown in index order.
-    """
+    """Describe the orientation of the grid in the file's space, unless it is the default."""
     lengths = np.linalg.norm(directions, axis=1, keepdims=True)
     if not np.isfinite(directions).all() or not (lengths > 0).all():
         return ()
@@ -345,12 +339,7 @@ def _sheared_back(grid: Grid, directions: NDArray[np.float64]) -> tuple[Grid, ND
 def sheared_back(
     values: NDArray[np.generic], missing: NDArray[np.bool_] | None, shear: Shear
 ) -> tuple[NDArray[np.generic], NDArray[np.bool_], tuple[int, int]]:
-    """Move each slice by its shift, within a grid that has room for all of them.
-
-    Between voxels values are interpolated linearly; what lies in no slice is missing. Returns
-    values, missing voxels, and how many voxels before the first slice the grid begins along x and
-    y.
-    """
+    """Move each slice by its shift, within a grid that has room for all of them."""
     from scipy.ndimage import affine_transform
 
     nz, ny, nx = values.shape

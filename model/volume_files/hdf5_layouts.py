@@ -1,8 +1,4 @@
-"""Layouts of volumes in HDF5: Imaris, BigDataViewer, ilastik, ITK, openPMD, VTK, MATLAB.
-
-Each function takes an open file and its arrays of numbers by name, and returns those that it
-knows as volumes; none if another program wrote the file.
-"""
+"""Layouts of volumes in HDF5: Imaris, BigDataViewer, ilastik, ITK, openPMD, VTK, MATLAB."""
 
 from __future__ import annotations
 

@@ -53,11 +53,7 @@ class _Head:
 
 
 def read_nifti(path: Path, choice: Choice = LARGEST) -> Grid:
-    """Read a NIfTI, Analyze or MGH file in the order of its voxels.
-
-    The header's intensity scaling is applied. Of several time steps one is read; vectors,
-    colours and complex numbers become components.
-    """
+    """Read a NIfTI, Analyze or MGH file in the order of its voxels."""
     with errors_of(path, "its header is invalid: {}", "nibabel.global", "nibabel"):
         head = _head(path)
     notes = head.notes

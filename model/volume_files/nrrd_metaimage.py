@@ -283,10 +283,7 @@ def _nrrd_block(head: _Head, sizes: list[int], dtype: np.dtype[np.generic]) -> B
 
 
 def _steps(head: _Head, axes: list[int]) -> tuple[list[float | None] | None, str, tuple[str, ...]]:
-    """Return the spacing in one unit, that unit, and what is to be said of both.
-
-    Without one the axes' least and greatest values give it: of voxels' middles, or of their edges.
-    """
+    """Return the spacing in one unit, that unit, and what is to be said of both."""
     found = head.numbers("spacings", max(axes) + 1)
     steps: list[float | None] | None = None if found is None else [found[axis] for axis in axes]
     notes: tuple[str, ...] = ()

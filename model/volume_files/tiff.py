@@ -314,11 +314,7 @@ def _gathered(found: list[TiffPageSeries]) -> list[TiffPageSeries]:
 
 
 def stack_of(series: TiffPageSeries) -> Stack:
-    """Find which of a series' axes is z.
-
-    It is the one of that name or, where there is none, the one next to the images' own two
-    among those that are not named, then time, then channels: many programs name slices so.
-    """
+    """Find which of a series' axes is z."""
     axes, shape = series.axes, series.shape
     inner = {axes.find(letter) for letter in "YXS"}
     outer = [k for k in range(len(axes)) if k not in inner and shape[k] > 1]
@@ -332,10 +328,7 @@ def stack_of(series: TiffPageSeries) -> Stack:
 
 
 def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
-    """Check that its folder has the bytes of a stack's pixels; a flat one may be a single slice.
-
-    Pages may be in other files, which a stranger's header names.
-    """
+    """Check that its folder has the bytes of a stack's pixels; a flat one may be a single slice."""
     series = stack.series
     if np.dtype(series.dtype).kind not in "biuf":
         raise unsupported(
@@ -376,10 +369,7 @@ def check_pages(path: Path, stack: Stack, flat: bool = False) -> None:
 
 
 def read_stack(path: Path, stack: Stack, index: Mapping[int, int]) -> NDArray[np.generic]:
-    """Read one volume of a stack, by its number along each of the other axes, slice by slice.
-
-    Returns shape (nz, ny, nx) or (nz, ny, nx, samples), in native byte order.
-    """
+    """Read one volume of a stack, by its number along each of the other axes, slice by slice."""
     nx, ny, nz = stack.dimensions
     values = np.empty((nz, ny, nx, stack.samples), stack.dtype)
     read = _plane_reader(stack.series)
