@@ -50,6 +50,13 @@ folder = partial(option, default=REQUIRED, metavar="DIR", check=check_output_fol
 model = partial(option, default=None, help="Folder of a trained model.", check=read_header)
 device = partial(option, default="auto", help="Where networks run.")
 size = partial(option, default=256, help="Width and height in pixels.", min=16, max=4096)
+interpolate = partial(
+    option,
+    default=None,
+    flag="--interpolate/--no-interpolate",
+    help="Whether there are values between voxels. (default: unless the file says that they are "
+    "labels, or as in the session)",
+)
 lighting = partial(
     option,
     default="none",

@@ -101,12 +101,7 @@ class Render:
     draw_missing: bool = option(
         False, "Draw voxels of which the file says that nothing was measured there."
     )
-    interpolate: bool | None = option(
-        None,
-        "Whether there are values between voxels. (default: unless the file says that they are "
-        "labels, or as in the session)",
-        flag="--interpolate/--no-interpolate",
-    )
+    interpolate: bool | None = options.interpolate()
     sample_distance: float | None = option(
         None,
         "Distance of samples on a ray. At .1 the ray caster shows no rings on thin layers, as in "

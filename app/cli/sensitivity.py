@@ -81,6 +81,10 @@ class Sensitivity:
         parser=Region.parse,
     )
     crop: CropBox | None = options.crop()
+    interpolate: bool | None = options.interpolate(
+        help="Whether there are values between voxels. (default: unless the file says that they "
+        "are labels)"
+    )
     value: float | None = option(None, "Where in the image does this scalar value show?")
     block: int | None = option(
         None, "All blocks of this many pixels, to edits at all values.", min=1
@@ -173,7 +177,7 @@ def _question(asked: Sensitivity, volume: Volume, tf: TransferFunction) -> _Ques
     if asked.value is not None:
         kind = "value"
         edit = edit_around(place_of(asked.value, volume.scale), volume.scalar_range, width)
-    inputs = SceneInputs.of(asked.view, tf, crop=asked.crop)
+    inputs = SceneInputs.of(asked.view, tf, crop=asked.crop, interpolates=asked.interpolate)
     return _Question(kind, inputs, edit, width)
 
 

@@ -154,6 +154,17 @@ def _by_programs(name: str) -> Callable[..., Path]:
     return make
 
 
+def _labels(writer: str) -> Callable[..., Path]:
+    """Return a maker of labels as a program writes them with their names and colours."""
+
+    def make(folder: Path, _array: np.ndarray) -> Path:
+        import test_labels
+
+        return getattr(test_labels, writer)(folder)
+
+    return make
+
+
 def _read_volume(path: Path) -> str:
     from model.volume_files.source import VolumeSource
 
@@ -325,6 +336,7 @@ FORMATS = {
         *(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
         *(partial(_cf, form="zarr"), _ome_zarr),
     ),
+    "labels": _volumes(*map(_labels, ("workbench", "snap", "slicer", "ome"))),
     "mrc": _volumes(_written("mrc", "a.mrc")),
     "tf": Format(_make_tf, _read_tf, mutate=mutated_json),
     "card": Format(_make_model, _read_model, (".json",), mutated_json),
