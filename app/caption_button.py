@@ -17,11 +17,8 @@ Tone = Literal["dim", "change", "attention", "error"]
 HEIGHT = 24
 PADDING, GAP = 8, 7
 
-ARROW = 7
-"""Width of the arrow that says that there is a menu, in pixels."""
-
-GROUND_OPACITY = 215
-"""Of the ground over an image, of 255."""
+ARROW = 7  # width of the arrow that says that there is a menu, in pixels
+GROUND_OPACITY = 215  # of the ground over an image, of 255
 
 
 class CaptionButton(QToolButton):

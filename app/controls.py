@@ -70,8 +70,7 @@ class WheelGuard(QObject):
 QT_SHIFT = QPoint(2, 16)
 """By how much Qt shows a tooltip next to the place that it is given, in pixels."""
 
-GAP, WIDTH = 6, 320
-"""Distance to the menu, and width of a tooltip at most, in pixels."""
+GAP, WIDTH = 6, 320  # distance to the menu, and width of a tooltip at most, in pixels
 
 
 class _MenuTips(QObject):
@@ -131,8 +130,7 @@ BY_KEYS = (
 )
 """Ways in which keys bring the focus."""
 
-MORE = " …"
-"""End of a text that goes on."""
+MORE = " …"  # end of a text that goes on
 
 
 class ElidedLabel(QLabel):

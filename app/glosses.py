@@ -14,8 +14,7 @@ from app.controls import close_box, fill
 
 GLOSSARY = Path(__file__).parent.parent / "docs" / "glossary.md"
 
-WIDTH, MARGIN = 620, (60, 90)
-"""Width of the text of pages, and the room around it, in pixels."""
+WIDTH, MARGIN = 620, (60, 90)  # width of the text of pages, and the room around it, in pixels
 
 _PREFIX = "gloss:"
 

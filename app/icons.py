@@ -12,14 +12,9 @@ from PySide6.QtWidgets import QToolButton
 
 from app import theme
 
-SIDE = 18
-"""Of an icon, in pixels."""
-
-BUTTON = 28
-"""Side of a button that has an icon alone, in pixels."""
-
-RATIOS = 1, 2, 3
-"""Pixels of the screen to one of the window that an icon is drawn for."""
+SIDE = 18  # of an icon, in pixels
+BUTTON = 28  # side of a button that has an icon alone, in pixels
+RATIOS = 1, 2, 3  # pixels of the screen to one of the window that an icon is drawn for
 
 FOLDER = Path(__file__).parent.parent / "resources" / "icons"
 """Drawings by name, on a square of 18 by 18."""

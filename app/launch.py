@@ -27,9 +27,7 @@ from model.errors import RenderError
 
 ICON = Path(__file__).parent.parent / "resources" / "icons" / "tfscope.png"
 
-SCREENSHOT_PATIENCE_S = 300
-"""Time after which a screenshot is taken even if an image is missing."""
-
+SCREENSHOT_PATIENCE_S = 300  # time after which a screenshot is taken even if an image is missing
 DISPLAY_PATIENCE_S = 5.0  # time within which a display answers
 _SIGNAL_TICK_MS = 200
 

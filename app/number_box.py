@@ -14,8 +14,7 @@ from model.scene.value_scale import ValueScale, place_of, value_at
 MINUS = "\N{MINUS SIGN}"
 
 SMALLEST, LARGEST = 1e-4, 1e5
-MILLION = 1e6
-"""Numbers between which no power of ten is written."""
+MILLION = 1e6  # numbers between which no power of ten is written
 
 
 def without_zero(number: str) -> str:
@@ -55,15 +54,13 @@ def significant(number: float, digits: int) -> str:
 CHARACTERS = set("0123456789+-.,eE ")
 """Of which numbers are typed. A comma is none of a number, but to swallow it would make another."""
 
-MOST_DECIMALS = 320
-"""So many that no number is rounded to them."""
+MOST_DECIMALS = 320  # so many that no number is rounded to them
 
 SHOWN_DIGITS, TYPED_DIGITS = 4, 6
 """Digits that are shown of a number, and of one that was typed; those that both limits share do
 not count."""
 
-HARDLY = 0.05
-"""Part of a digit that does not count: limits such as 1 and 255 share none."""
+HARDLY = 0.05  # part of a digit that does not count: limits such as 1 and 255 share none
 
 
 class WholeNumberBox(QSpinBox):

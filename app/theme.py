@@ -79,15 +79,13 @@ LIGHT = Colors(
     error="#8f2f0a",
 )
 
-ON_IMAGE = DARK
-"""Colours of what lies over an image, which is black in both themes."""
+ON_IMAGE = DARK  # colours of what lies over an image, which is black in both themes
 
 STYLE = Path(__file__).parent.parent / "resources" / "window.qss"
 
 CANVAS = "#000000"
 
-TEXT_PIXELS, SMALL_PIXELS = 13, 12
-"""Height of text, and of captions, chips and the status line."""
+TEXT_PIXELS, SMALL_PIXELS = 13, 12  # height of text, and of captions, chips and the status line
 
 _ROLES = {
     "BACKGROUND": "window",

@@ -15,8 +15,7 @@ from app.engines.messages import EngineReady, Progress, Result
 from app.engines.requests import IMAGES, Engine, ImageRequest, Request
 from app.engines.worker import EngineWorker
 
-EngineName = Literal["exact", "learned"]
-"""The ray caster, or a generator."""
+EngineName = Literal["exact", "learned"]  # the ray caster, or a generator
 
 _numbers = count(1)
 
@@ -27,20 +26,13 @@ _K = TypeVar("_K", bound=Hashable)
 class EngineState(Enum):
     """State of an engine client."""
 
-    EMPTY = "empty"
-    """There is no engine yet."""
-    WAITING = "waiting"
-    """The engine waits for something else, such as a volume."""
-    LOADING = "loading"
-    """The engine is being built; requests wait for it."""
-    WORKING = "working"
-    """The newest image is being drawn."""
-    SETTLED = "settled"
-    """The newest final image is available."""
-    PAUSED = "paused"
-    """The engine accepts no requests, for a reason that is not an error."""
-    FAILED = "failed"
-    """There is an error instead of the newest image."""
+    EMPTY = "empty"  # there is no engine yet
+    WAITING = "waiting"  # the engine waits for something else, such as a volume
+    LOADING = "loading"  # the engine is being built; requests wait for it
+    WORKING = "working"  # the newest image is being drawn
+    SETTLED = "settled"  # the newest final image is available
+    PAUSED = "paused"  # the engine accepts no requests, for a reason that is not an error
+    FAILED = "failed"  # there is an error instead of the newest image
 
 
 SETTLED_STATES = frozenset({EngineState.SETTLED, EngineState.PAUSED, EngineState.FAILED})
@@ -57,12 +49,10 @@ class Channel(QObject):
 
     asked = Signal(object)
     """Emitted with each :class:`Request` that is accepted, as it was numbered."""
-    answered = Signal(object)
-    """Emitted with each :class:`Result`, in the order of the requests."""
+    answered = Signal(object)  # emitted with each :class:`Result`, in the order of the requests
     progressed = Signal(float)
     """Emitted with the part of the newest answer that is there, 0 to 1, where that is known."""
-    pendingChanged = Signal(bool)
-    """Emitted when an answer is awaited, and when none is any more."""
+    pendingChanged = Signal(bool)  # emitted when an answer is awaited, and when none is any more
 
     def __init__(self, client: EngineClient, name: str, parent: QObject) -> None:
         super().__init__(parent)

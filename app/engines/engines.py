@@ -62,8 +62,7 @@ Drawing = Literal["auto"] | RendererName
 BACKEND_NAMES: dict[BackendName, str] = {"eager": "", "openvino": "OpenVINO"}
 
 
-SOFT_REMARK = "Soft light is the ray caster's."
-"""Why VTK does not draw soft light."""
+SOFT_REMARK = "Soft light is the ray caster's."  # why VTK does not draw soft light
 
 
 @dataclass(frozen=True)

@@ -14,20 +14,15 @@ from model.scene.scene import Lighting
 GOOD_ENOUGH = 0.003
 """Error of an image, root mean square of its colours, that no eye sees: less than an 8-bit step."""
 
-USUAL_SECONDS = 1 / 12
-"""Time that an image may take while something moves, without a choice."""
-
-MOST_PATIENCE = 2.0
-"""Longest time of answers other than images, as a multiple of the usual one."""
+USUAL_SECONDS = 1 / 12  # time that an image may take while something moves, without a choice
+MOST_PATIENCE = 2.0  # longest time of answers other than images, as a multiple of the usual one
 
 REFINING_SECONDS = 15.0
 """Time within which path-traced light is refined: samples that would end later are not begun."""
 
-COMPARED = 128
-"""Pixels along each side, at most, by which two images are compared."""
+COMPARED = 128  # pixels along each side, at most, by which two images are compared
 
-Stop = Literal["fast", "balanced", "exact"]
-"""Name of a stop."""
+Stop = Literal["fast", "balanced", "exact"]  # name of a stop
 
 Rgba = NDArray[np.float32]
 
@@ -60,8 +55,7 @@ STOPS: dict[Stop, Exactness] = {
 }
 """The fastest first."""
 
-USUAL: Stop = "balanced"
-"""The stop without a choice."""
+USUAL: Stop = "balanced"  # the stop without a choice
 
 
 def distance(coarse: Rgba, fine: Rgba) -> float:

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from model.rendering.raster import TIME_GROWTH, Raster
 
-SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)
-"""Sizes of an image, as fractions of the whole one."""
+SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions of the whole one
 
 SOON_SECONDS = 0.2
 """Time that a first, coarse image at rest may take, where all pixels take longer than is waited."""
@@ -15,18 +14,14 @@ SOON_SECONDS = 0.2
 SHARP_SECONDS = 0.6
 """Time of all pixels up to which no coarser image comes before: that would only hold them up."""
 
-REST_SECONDS = 3.0
-"""Time that the image after a first, coarse one may take."""
+REST_SECONDS = 3.0  # time that the image after a first, coarse one may take
 
 LONGEST_SECONDS = 120.0
 """Time that an image of all pixels may take, unless their number is the user's choice; otherwise
 there are as many as that allows."""
 
-FINER = 1.2
-"""Smallest factor by which the next image is wider."""
-
-FIRST_SIZE = 384
-"""Largest side of the first image, before it is known how long its pixels take."""
+FINER = 1.2  # smallest factor by which the next image is wider
+FIRST_SIZE = 384  # largest side of the first image, before it is known how long its pixels take
 
 FIRST_SCALE, FIRST_SLOW_SCALE = 0.35, 0.25
 """Parts of the width that it has, without and with light that takes long."""

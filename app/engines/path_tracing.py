@@ -31,8 +31,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.scene import PATH_CURVES, PATH_FIELDS, LightDirection
 from model.scene.volume import Volume
 
-MOVING, SAMPLE = "moving", "one sample of each pixel"
-"""Kinds of images, whose times are measured."""
+MOVING, SAMPLE = "moving", "one sample of each pixel"  # kinds of images, whose times are measured
 
 LEAST_SAMPLES = 8
 """Samples of each pixel of an image at rest that are drawn on the slowest machine, too."""
@@ -43,14 +42,9 @@ FEW_CLEAN, FEW = 1, 16
 MARGIN = 64
 """Pixels around a tile of a picture to save: what takes the noise out looks around each pixel."""
 
-FIRST_GUESS_S = 5e-6
-"""Expected time of a traced pixel before the first: that on two cores."""
-
-TRACED_SECONDS = 2.0
-"""Time of several small pictures up to which they are traced."""
-
-FORGOTTEN = 0.8
-"""Factor of the expected time each time that it was too long."""
+FIRST_GUESS_S = 5e-6  # expected time of a traced pixel before the first: that on two cores
+TRACED_SECONDS = 2.0  # time of several small pictures up to which they are traced
+FORGOTTEN = 0.8  # factor of the expected time each time that it was too long
 
 
 class PathTracingEngine(RendererEngine):

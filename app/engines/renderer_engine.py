@@ -39,8 +39,7 @@ from model.scene.tf_perturbation import edit_over
 if TYPE_CHECKING:
     from model.rendering.raycast.renderer import RaycastRenderer
 
-TILE = 1024
-"""Size of the tiles of pictures to save, in pixels: within what every OpenGL can draw."""
+TILE = 1024  # size of the tiles of pictures to save, in pixels: within what every OpenGL can draw
 
 PREVIEW_SECONDS = 1.5
 """Time that the ray caster's image at rest may take, which is shown until VTK's is there."""

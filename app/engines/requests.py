@@ -18,8 +18,7 @@ from model.scene.region import ImageRegion
 from model.scene.scene import Scene
 from model.sensitivity.display import Measure
 
-IMAGES = "images"
-"""Name of the channel whose images an engine's pane shows."""
+IMAGES = "images"  # name of the channel whose images an engine's pane shows
 
 Array = NDArray[np.float32]
 
@@ -45,8 +44,7 @@ class Watch:
         return Watch(self.is_wanted, lambda part: self.note(begun + share * part))
 
 
-UNWATCHED = Watch()
-"""For an answer that is wanted to the end."""
+UNWATCHED = Watch()  # for an answer that is wanted to the end
 
 
 @dataclass(frozen=True)

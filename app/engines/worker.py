@@ -22,8 +22,7 @@ from app.engines.requests import Engine, Image, Request, SupersededError, Watch
 
 THREAD_PREFIX = "tfscope-"
 
-PROGRESS_S = 0.1
-"""Time between two messages of an answer's progress."""
+PROGRESS_S = 0.1  # time between two messages of an answer's progress
 
 
 class Mailbox:

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from app.engines.pace import Pace
 from model.rendering.raster import TIME_GROWTH
 
-SHARE = 0.2
-"""Part of the time that answers may take while something moves."""
+SHARE = 0.2  # part of the time that answers may take while something moves
 
 OLDEST_S = 0.48
 """Age that an answer may reach before the next is there: half a second, less what showing takes."""
@@ -24,8 +23,7 @@ MOST_DEBT_S = 0.5
 TOO_OLD_S = 1.0
 """Age from which an answer comes before the share, on a machine that is too slow for both."""
 
-FADING = 0.9
-"""Factor by which the longest wait so far counts less with each that follows."""
+FADING = 0.9  # factor by which the longest wait so far counts less with each that follows
 
 LIVE_SIZES = (256, 192, 128, 96, 64, 48)
 """Shorter edges of answers while something moves, in pixels."""

@@ -14,8 +14,7 @@ from model.scene.scene import Lighting
 DARKEST, BRIGHTEST = 0.25, 32.0
 """Limits of the brightness; the greatest is that of an exposed picture of the map."""
 
-STEPS_PER_OCTAVE = 8
-"""Steps of a slider from one brightness to its double."""
+STEPS_PER_OCTAVE = 8  # steps of a slider from one brightness to its double
 
 
 class Brightness(EditedInput[float | None]):

@@ -17,10 +17,8 @@ SAME_GESTURE_S = 1.0
 class EditHistory(QObject):
     """Edits of all that the picture depends on, in one order; the clock is in seconds."""
 
-    edited = Signal()
-    """Emitted after a completed edit, undo or redo by the user."""
-    undone = Signal()
-    """Emitted after an undo or redo."""
+    edited = Signal()  # emitted after a completed edit, undo or redo by the user
+    undone = Signal()  # emitted after an undo or redo
     returning = Signal()
     """Emitted before an undo or redo; a current drag is to end, and counts as an edit."""
 

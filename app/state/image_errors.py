@@ -22,8 +22,7 @@ MOST_OWN_ERROR = 0.5
 MOST_SECONDS = 1.0
 """Time of the first image from which it says nothing of those that follow while something moves."""
 
-LEAST_SAID = 1e-4
-"""Error below which no figure is more than noise."""
+LEAST_SAID = 1e-4  # error below which no figure is more than noise
 
 LET_GO = "The image is coarser while something moves."
 WAIT = "The image becomes finer from here on."
@@ -64,12 +63,9 @@ def figures_text(seconds: float, error: float | None) -> str:
 class Fidelity:
     """Description of an image that is not exact; empty for one that is."""
 
-    error: float | None = None
-    """Root mean square of the colours' errors; None if it is not known."""
-    state: str = ""
-    """What becomes of it, in words."""
-    reasons: tuple[str, ...] = ()
-    """Sentences on where the error comes from, and how to get better."""
+    error: float | None = None  # root mean square of the colours' errors; None if it is not known
+    state: str = ""  # what becomes of it, in words
+    reasons: tuple[str, ...] = ()  # sentences on where the error comes from, and how to get better
 
     @property
     def text(self) -> str:

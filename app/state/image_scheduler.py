@@ -15,11 +15,8 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.value_scale import ValueScale
 
-NO_MODEL_SIZE = 512
-"""Size of the reference image until its pane's is known, in pixels."""
-
-HOLD_MS = 600
-"""Longest time that the analyst waits for the reference's image at rest."""
+NO_MODEL_SIZE = 512  # size of the reference image until its pane's is known, in pixels
+HOLD_MS = 600  # longest time that the analyst waits for the reference's image at rest
 
 
 class ImageScheduler(QObject):

@@ -31,11 +31,8 @@ from model.scene.transfer_function import OpacityTF
 if TYPE_CHECKING:
     from model.latent.latent_map import Cells
 
-CELL_SIZE, HOVER_SIZE = 128, 256
-"""Width and height of pictures at rest, in pixels."""
-
-REST_MS = 160
-"""Time without a movement after which the place under the mouse is drawn at full size."""
+CELL_SIZE, HOVER_SIZE = 128, 256  # width and height of pictures at rest, in pixels
+REST_MS = 160  # time without a movement after which the place under the mouse is drawn at full size
 
 HOVER_SECONDS, GRID_SECONDS = 0.05, 0.25
 """Time that a picture usually takes while the mouse moves, and 16 of them while the brush does."""
@@ -58,16 +55,12 @@ class HoverPicture:
 class GridPicture:
     """Pictures of the TFs that differ most, or of the cells of the brushed rectangle."""
 
-    cells: Cells | None
-    """None for the TFs that differ most, which are samples of the map."""
-    tfs: tuple[OpacityTF | None, ...]
-    """Sixteen, row by row; None for cells without samples."""
-    places: NDArray[np.float32]
-    """On the map (16, 2): of the samples, or their means."""
+    cells: Cells | None  # None for the TFs that differ most, which are samples of the map
+    tfs: tuple[OpacityTF | None, ...]  # sixteen, row by row; None for cells without samples
+    places: NDArray[np.float32]  # on the map (16, 2): of the samples, or their means
     inputs: SceneInputs
     source: EngineName
-    images: dict[int, Images]
-    """Pictures (S, S, 4) of the cells that have one."""
+    images: dict[int, Images]  # pictures (S, S, 4) of the cells that have one
     exposures: dict[int, float]
     """By how much pictures of the TFs that differ most are brightened; none for cells."""
 
@@ -83,8 +76,7 @@ class LatentPictures(QObject):
     """Emitted with a :class:`GridPicture`, or None when there is none any more."""
     hoverDrawn = Signal(object)
     """Emitted with a :class:`HoverPicture`, or None when the mouse has left."""
-    hoverMoved = Signal(object)
-    """Emitted with the decoded TF under the mouse at once, or None."""
+    hoverMoved = Signal(object)  # emitted with the decoded TF under the mouse at once, or None
     problem = Signal(str)
 
     def __init__(

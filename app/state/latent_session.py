@@ -31,20 +31,17 @@ if TYPE_CHECKING:
 CodecChoice = Literal["shipped", "model"]
 Place = tuple[float, float]
 
-FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)
-"""Most of the map, as in the paper's examples."""
+FIRST_BRUSH: Brush = (-0.8, -0.8, 0.8, 0.8)  # most of the map, as in the paper's examples
 
 
 @dataclass(frozen=True)
 class LatentChoices:
     """Choices of what is shown."""
 
-    shown: bool = False
-    """Whether the browser is open."""
+    shown: bool = False  # whether the browser is open
     on_map: bool = False
     """Whether the map and a grid of its cells are shown, not the most different pictures."""
-    codec: CodecChoice = "shipped"
-    """Whose codes these are."""
+    codec: CodecChoice = "shipped"  # whose codes these are
     band: Range | None = None
     """Only TFs that show some of these scalar values are bright; None for all."""
 
@@ -55,8 +52,7 @@ class LatentState(QObject):
     choicesChanged = Signal(object)
     brushChanged = Signal(object)
     """Emitted with the rectangle while it is drawn, moved or resized, and at the end of that."""
-    hoverChanged = Signal(object)
-    """Emitted with the place under the mouse on the map, or None."""
+    hoverChanged = Signal(object)  # emitted with the place under the mouse on the map, or None
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -120,12 +116,10 @@ class LatentSession(QObject):
     """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
     overviewChanged = Signal(object)
     differentChanged = Signal()
-    filterChanged = Signal()
-    """Emitted when other samples pass the filters."""
+    filterChanged = Signal()  # emitted when other samples pass the filters
     marksChanged = Signal()
     """Emitted when the present TF has another place, or others are the most different."""
-    problem = Signal(str)
-    """Emitted with a sentence for the user; empty when it no longer holds."""
+    problem = Signal(str)  # emitted with a sentence for the user; empty when it no longer holds
 
     _advanced = Signal(object, float)
 

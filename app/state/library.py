@@ -24,8 +24,7 @@ from model.volume_files import SUFFIXES
 from model.volume_files.finish import readable_name
 from model.volume_files.shipped import shipped_volumes, title_of
 
-MOST_NEIGHBORS = 1000
-"""Number of files next to a model among which its volume is looked for."""
+MOST_NEIGHBORS = 1000  # number of files next to a model among which its volume is looked for
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,7 @@ class OpenedVolume:
     """A volume with derived data for the window, computed in the background."""
 
     path: Path
-    volume: Volume
-    """Over the range that is looked at; its robust range at first."""
+    volume: Volume  # over the range that is looked at; its robust range at first
     counts: NDArray[np.int64]
     """Histogram (n,) of all voxels. Bins are equally wide over the volume's scalar range, and
     wider beyond it where outliers lie far out: where bins are compared, divide by widths."""
@@ -31,8 +30,7 @@ class OpenedVolume:
     """Where the bins end (n + 1,) on the volume's scale, from the smallest to the largest voxel."""
     fingerprint: str
     default: TransferFunction
-    window: Range
-    """Scalar values of interest, within the scalar range."""
+    window: Range  # scalar values of interest, within the scalar range
     shown: NDArray[np.float64]
     """Places (n, 3) around what the default TF shows, as fractions of the volume's lengths."""
 

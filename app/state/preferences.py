@@ -159,14 +159,9 @@ def _set_aside(path: Path) -> str:
     return "it is overwritten by the next change"
 
 
-PAUSE_MS = 300
-"""Time after the first of some changes in a row before they are written."""
-
-MOST_RECENT = 10
-"""Number of recent files of each kind, and of remembered models of a volume."""
-
-MOST_PLACES = 300
-"""Number of paths of volumes that are remembered."""
+PAUSE_MS = 300  # time after the first of some changes in a row before they are written
+MOST_RECENT = 10  # number of recent files of each kind, and of remembered models of a volume
+MOST_PLACES = 300  # number of paths of volumes that are remembered
 
 
 def user_folder() -> Path:
@@ -196,8 +191,7 @@ class Preferences(QObject):
     `start_problem` is a sentence for the user.
     """
 
-    problem = Signal(str)
-    """Emitted with a sentence when a file cannot be written."""
+    problem = Signal(str)  # emitted with a sentence when a file cannot be written
 
     def __init__(self, folder: Path | None = None, parent: QObject | None = None) -> None:
         super().__init__(parent)

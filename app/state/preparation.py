@@ -16,14 +16,12 @@ from model.kernel_cache import KernelGroup, keeps_kernels
 COMMAND = (sys.executable, "-m", "app.prepare_kernels")
 ROOT = Path(__file__).resolve().parents[2]
 
-PROCESSES = 2
-"""Processes at a time: each takes a processor and half a gigabyte."""
+PROCESSES = 2  # processes at a time: each takes a processor and half a gigabyte
 
 LONGEST_S = 300
 """Time of a group after which its process hangs; the busiest machine seen took a third of it."""
 
-PATIENCE_MS = 5000
-"""Time that the first picture is given before anything is compiled."""
+PATIENCE_MS = 5000  # time that the first picture is given before anything is compiled
 
 USUAL_S, TICK_MS = 18, 1000
 """Time of a group on a usual computer, two at a time, and between two reports of what is left."""
@@ -39,8 +37,7 @@ class Preparation(QObject):
     ended if a group takes longer than `longest_s`.
     """
 
-    prepared = Signal()
-    """Emitted when an engine may use the kernels of one more group."""
+    prepared = Signal()  # emitted when an engine may use the kernels of one more group
     progressed = Signal(int, int)
     """Emitted with how many of the wanted groups are prepared, and how many are wanted; each second
     until all are."""
@@ -159,8 +156,7 @@ class Preparation(QObject):
 class _Worker(QProcess):
     """A process that compiles one group after the other; its group is None while it waits."""
 
-    done = Signal(object)
-    """Emitted with the group that is compiled."""
+    done = Signal(object)  # emitted with the group that is compiled
     ended = Signal(object)
     """Emitted with the worker when its process has ended, or could not be started."""
 

@@ -16,11 +16,8 @@ from model.scene.scene import LightDirection, Lighting, LightRange, Scene
 SizeChoice = Literal["pane", "generator"] | int
 """As many pixels as the pane has, as the generator's image has, or a square of a size."""
 
-EVERYWHERE = LightRange(90.0, 90.0)
-"""Range of a light that no model has to follow."""
-
-USUAL_DISTANCE = 0.5
-"""Sample distance in voxels, where neither the user nor a model has another."""
+EVERYWHERE = LightRange(90.0, 90.0)  # range of a light that no model has to follow
+USUAL_DISTANCE = 0.5  # sample distance in voxels, where neither the user nor a model has another
 
 SLOW_SOFT_S = 0.1
 """Time of a moving image from which soft light is not chosen automatically: 10 images a second."""

@@ -26,14 +26,12 @@ from model.scene.scene import LightDirection, Lighting, Scene
 from model.scene.volume import Volume
 from model.volume_files.shipped import sample_of
 
-PANE_REST_MS = 150
-"""Pause after the last change of a pane's size before an image is drawn for it."""
+PANE_REST_MS = 150  # pause after the last change of a pane's size before an image is drawn for it
 
 FIRST_REST_MS = 1000
 """Time that a volume's first picture, in a quicker light, stays before path-traced ones follow."""
 
-LEAST_PANE = 64
-"""Fewest pixels of an image's sides, while a pane is not laid out yet."""
+LEAST_PANE = 64  # fewest pixels of an image's sides, while a pane is not laid out yet
 
 PREPARING = "Preparing the volume …"
 
@@ -41,16 +39,13 @@ PREPARING = "Preparing the volume …"
 class ReferenceWork(QObject):
     """Draws the reference as it was chosen, and as the open model demands."""
 
-    choicesChanged = Signal(object)
-    """Emitted with the new :class:`ReferenceChoices`."""
-    settingsChanged = Signal(object)
-    """Emitted with the new :class:`ReferenceSettings`."""
+    choicesChanged = Signal(object)  # emitted with the new :class:`ReferenceChoices`
+    settingsChanged = Signal(object)  # emitted with the new :class:`ReferenceSettings`
     lightRangeChanged = Signal(object)
     """Emitted with the range in which the light may be moved; None for a fixed one or none."""
     analystReplaced = Signal()
     """Emitted when the analyst is started anew or waits for kernels: old answers do not hold."""
-    resized = Signal(object)
-    """Emitted with the :class:`Raster` of the image."""
+    resized = Signal(object)  # emitted with the :class:`Raster` of the image
     lightWentOut = Signal(float)
     """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
 

@@ -80,20 +80,14 @@ Question = Literal["region", "visibility", "field", "seen", "pick"]
 """A region's changes, what is visible in it, what an edit changes in each pixel, where values are
 seen, what shows at a place."""
 
-REST_SIZE = 256
-"""Largest shorter edge for regions at rest."""
-
-REST_SECONDS = 1.5
-"""Time that a region at rest may take, where fewer pixels would do."""
-
-SLOW_SECONDS = 0.5
-"""Expected time at rest from which the generator answers first, if there is one."""
+REST_SIZE = 256  # largest shorter edge for regions at rest
+REST_SECONDS = 1.5  # time that a region at rest may take, where fewer pixels would do
+SLOW_SECONDS = 0.5  # expected time at rest from which the generator answers first, if there is one
 
 DRAG_SECONDS = 0.07
 """Time that answers may take while a region or a band is dragged: no image waits for it."""
 
-BAND_REST_MS = 150
-"""Time without a change after which a field is asked for at full quality."""
+BAND_REST_MS = 150  # time without a change after which a field is asked for at full quality
 
 PICK_RADIUS = 0.012
 """Half the edge of the square that a click stands for, as a fraction of the image."""
@@ -102,18 +96,15 @@ PICK_RADIUS = 0.012
 class SensitivityAsker(QObject):
     """Asks engines about sensitivities whenever the state or the questions change."""
 
-    answered = Signal(str)
-    """Emitted with the :data:`Question` whose answers have changed."""
+    answered = Signal(str)  # emitted with the :data:`Question` whose answers have changed
 
     regions: dict[Source, RegionAnswer]
     """Newest answer of each source, maybe about another image or place: see :meth:`is_fresh`."""
     fields: dict[Source, FieldAnswer]
-    seen: ValueVisibilityAnswer | None
-    """Newest answer about where the band is visible."""
+    seen: ValueVisibilityAnswer | None  # newest answer about where the band is visible
     visibility: VisibilityAnswer | None
     """About all values, in the active region and in the whole image."""
-    pick: VisibilityAnswer | None
-    """About those at the clicked place."""
+    pick: VisibilityAnswer | None  # about those at the clicked place
     _problems: dict[Source, str]
 
     def __init__(

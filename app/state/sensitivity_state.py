@@ -17,11 +17,8 @@ EngineChoice = Literal["automatic", "exact", "learned"]
 Tool = Literal["rectangle", "lasso"]
 Layer = Literal["curve", "visible"]
 
-NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8
-"""Limits of the width of edits, in bins."""
-
-FARTHEST = 1e3
-"""Greatest coordinate of a region's corner, in sides of the image's square."""
+NARROWEST, WIDEST = 1.0, TF_SAMPLES / 8  # limits of the width of edits, in bins
+FARTHEST = 1e3  # greatest coordinate of a region's corner, in sides of the image's square
 
 WIDTH_PER_NOTCH = 1.15
 
@@ -43,23 +40,17 @@ class NamedRegion:
 class Choices:
     """Choices of how sensitivities are measured and shown."""
 
-    shown: bool = True
-    """Whether they are computed at all."""
-    curve: bool = True
-    """Whether the plot has the curve of changes of a region."""
-    whole_curve: bool = False
-    """Whether it has that of the whole image, while no region is active."""
-    visible: bool = True
-    """Whether the plot has the area of what is visible."""
+    shown: bool = True  # whether they are computed at all
+    curve: bool = True  # whether the plot has the curve of changes of a region
+    whole_curve: bool = False  # whether it has that of the whole image, while no region is active
+    visible: bool = True  # whether the plot has the area of what is visible
     measure: Measure = "signed"
-    engine: EngineChoice = "automatic"
-    """Automatic takes the exact engine where it is fast enough."""
+    engine: EngineChoice = "automatic"  # automatic takes the exact engine where it is fast enough
     width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH
     """Standard deviation of edits, in bins."""
     height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05
     """Opacity of the modes whose effect is predicted."""
-    locked: bool = False
-    """Whether scales stay as they are."""
+    locked: bool = False  # whether scales stay as they are
 
 
 @dataclass(frozen=True)
@@ -68,8 +59,7 @@ class Band:
 
     low: float
     high: float
-    kept: bool = False
-    """Whether it stays when the mouse leaves."""
+    kept: bool = False  # whether it stays when the mouse leaves
     effect: bool = True
     """Whether the field is what an edit there would change, or where the values are visible."""
 

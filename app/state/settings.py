@@ -18,11 +18,9 @@ from model.scene.view import View
 ReferenceSize = Literal["generator"] | Annotated[int, Meta(ge=16, le=8192)] | None
 """As many pixels as the generator's image, a number of pixels, or as many as the pane has."""
 
-ThemeChoice = Literal["system", "dark", "light"]
-"""The window's colours: the system's, or others."""
+ThemeChoice = Literal["system", "dark", "light"]  # the window's colours: the system's, or others
 
-BackgroundChoice = Literal["black", "gradient", "white"]
-"""Background of the images."""
+BackgroundChoice = Literal["black", "gradient", "white"]  # background of the images
 
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
@@ -103,8 +101,7 @@ class VolumeMemory:
     """
 
     path: str = ""
-    models: tuple[str, ...] = ()
-    """Folders of models that were opened with it, the newest first."""
+    models: tuple[str, ...] = ()  # folders of models that were opened with it, the newest first
     tf: TransferFunction | None = None
     up_axis: Literal["", "+x", "-x", "+y", "-y", "+z", "-z"] = ""
     raw_layout: str = ""
@@ -117,10 +114,8 @@ class VolumeMemory:
     interpolates: bool | None = None  # whether there are values between voxels
     draws_missing: bool = False
     regions: tuple[NamedRegion, ...] = ()
-    active_region: str = ""
-    """Name of the active one; empty for the whole image."""
+    active_region: str = ""  # name of the active one; empty for the whole image
     region_count: Annotated[int, Meta(ge=0, le=10**9)] = 0
     value_scale: PlotScale = "linear"
     opacity_scale: PlotScale = "linear"
-    visible: Range | None = None
-    """Scalar values in sight in the TF's plot."""
+    visible: Range | None = None  # scalar values in sight in the TF's plot

@@ -33,8 +33,7 @@ from model.scene.volume import Triple
 HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)
 """View before a volume is opened."""
 
-CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)
-"""Proportions before a volume is opened."""
+CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)  # proportions before a volume is opened
 
 
 class ViewNavigation(QObject):

@@ -73,10 +73,8 @@ class ViewerState(ViewNavigation):
     inputs but view and TF, by their names in :class:`~model.scene.inputs.SceneInputs`.
     """
 
-    volumeStarting = Signal()
-    """Emitted before another volume's TF replaces the present one."""
-    inputsChanged = Signal()
-    """Emitted with each of the changes of view, TF, light and crop box."""
+    volumeStarting = Signal()  # emitted before another volume's TF replaces the present one
+    inputsChanged = Signal()  # emitted with each of the changes of view, TF, light and crop box
     inputsChangeFinished = Signal()
     """Emitted at the end of each: an image of :attr:`inputs` will be the final one."""
 

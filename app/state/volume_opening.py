@@ -29,22 +29,19 @@ from model.volume_files.choice import Choice
 from model.volume_files.progress import ReadingCancelledError, watched
 from model.volume_files.raw import RawLayout
 
-PROGRESS_S = 0.2
-"""Time between two reports of progress, in seconds."""
+PROGRESS_S = 0.2  # time between two reports of progress, in seconds
 
 
 @dataclass(frozen=True)
 class Wanted:
     """Choices of how to read a volume, and how to show it at first."""
 
-    raw: RawLayout | None = None
-    """Layout of a file without a header; None for the one in its name."""
+    raw: RawLayout | None = None  # layout of a file without a header; None for the one in its name
     choice: Choice | None = None
     """What to read of a file that holds several volumes; None for the largest."""
     is_remembered: bool = False
     """Whether the choice is an old one, which gives way where the file no longer has it."""
-    scalar_range: RangeChoice | None = None
-    """None for its model's, its last one, or a robust one."""
+    scalar_range: RangeChoice | None = None  # None for its model's, its last one, or a robust one
     scale: ValueScale | None = None
     model: Path | None = None
     """Folder of the model to open with it; None for the open one, or one known to be of it."""
@@ -75,12 +72,9 @@ class Viewer(Protocol):
 class VolumeOpening(QObject):
     """Reads volumes, and computes what the open one is over another range."""
 
-    reading = Signal(str)
-    """Emitted with the name of what is being read; empty when that has ended."""
-    warned = Signal(str)
-    """Emitted with a sentence about a volume that is shown nevertheless."""
-    volumeRead = Signal(object)
-    """Emitted with the :class:`OpenedVolume`, before it is shown."""
+    reading = Signal(str)  # emitted with the name of what is being read; empty when that has ended
+    warned = Signal(str)  # emitted with a sentence about a volume that is shown nevertheless
+    volumeRead = Signal(object)  # emitted with the :class:`OpenedVolume`, before it is shown
 
     _progressed = Signal(object, str, int, int)
 

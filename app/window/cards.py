@@ -36,11 +36,8 @@ from model.scene.orientation import home_view
 from model.scene.view import AXES, DEFAULT_UP
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of
 
-SAMPLE_PICTURE = 72
-"""Side of a sample's picture, in pixels."""
-
-EDGE = 8
-"""Least distance to the edges of the image, in pixels."""
+SAMPLE_PICTURE = 72  # side of a sample's picture, in pixels
+EDGE = 8  # least distance to the edges of the image, in pixels
 
 
 class EmptyCard(Card):
@@ -93,11 +90,8 @@ class EmptyCard(Card):
         self.raise_()
 
 
-ICON, PICTURE = 40, 200
-"""Sides of the pictures on the buttons, and next to the mouse, in pixels."""
-
-TF_REST_MS = 300
-"""Pause after an edit of the TF until the pictures follow it."""
+ICON, PICTURE = 40, 200  # sides of the pictures on the buttons, and next to the mouse, in pixels
+TF_REST_MS = 300  # pause after an edit of the TF until the pictures follow it
 
 
 class UpAxisCard(Card):
@@ -200,11 +194,8 @@ class UpAxisCard(Card):
             self._context.preferences.note_volume(opened.fingerprint, up_axis=self._state.up_axis)
 
 
-SLIDER_WIDTH = 180
-"""Of a slider at least, in pixels."""
-
-PADDING = 22
-"""Width of a voxel's box next to its number, in pixels."""
+SLIDER_WIDTH = 180  # of a slider at least, in pixels
+PADDING = 22  # width of a voxel's box next to its number, in pixels
 
 SLIDER_TIP = "Drag an end, or the middle to move the slab"
 

@@ -31,19 +31,13 @@ from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TransferFunction
 from model.sensitivity.display import LEAST_DIFFERENCE, color_bar, overlay, scale_of
 
-TEXT_SIZE = 1 / 42
-"""Height of the text relative to the shorter side of the image."""
-
-LEAST_TEXT = 10
-"""Least height of the text in pixels."""
-
-LEAST_LINES = 12
-"""Lines of text that must fit into an image for anything to be painted over it."""
+TEXT_SIZE = 1 / 42  # height of the text relative to the shorter side of the image
+LEAST_TEXT = 10  # least height of the text in pixels
+LEAST_LINES = 12  # lines of text that must fit into an image for anything to be painted over it
 
 LIGHT, DARK = QColor(255, 255, 255), QColor(0, 0, 0)
 
-HALO_OPACITY = 200
-"""Opacity of the halo around lines and text, of 255."""
+HALO_OPACITY = 200  # opacity of the halo around lines and text, of 255
 
 
 def text_size(rect: QRect) -> int:
@@ -176,11 +170,8 @@ def _pens(painter: QPainter, text: int, background: Background | None) -> Pens:
     return Pens(painter, max(text / 12, 1.0), sized_font(painter, text), is_bright(background))
 
 
-MOST_HEIGHT = 0.4
-"""The bar's length relative to the image's height."""
-
-SAMPLES = 256
-"""Scalar values along the bar."""
+MOST_HEIGHT = 0.4  # the bar's length relative to the image's height
+SAMPLES = 256  # scalar values along the bar
 
 
 def paint_legend(
@@ -264,8 +255,7 @@ Which = Literal["generator", "reference", "both", "difference"]
 
 TITLES = {"generator": "Generator", "reference": "Ground truth"}
 
-GAP = 1 / 100
-"""Distance of two images, relative to the figure's width."""
+GAP = 1 / 100  # distance of two images, relative to the figure's width
 
 Image = NDArray[np.float32]
 Rgba = Image | NDArray[np.uint8]

@@ -35,17 +35,13 @@ LEAST_SIZE, LARGEST_MOVIE = 16, 4096
 LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
 """Presets of the longer side; the figure keeps the proportions of what is shown."""
 
-SAMPLES = (1, 4, 16, 64, 256, 1024)
-"""Samples of each pixel that path-traced figures may have."""
+SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced figures may have
 
 SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60
 """Limits of a movie: seconds, and frames per second."""
 
-BYTES_PER_PIXEL = 20
-"""Memory of a rendering and of the figure that is made of it."""
-
-PREVIEW = 300
-"""Side of the preview, in pixels."""
+BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure that is made of it
+PREVIEW = 300  # side of the preview, in pixels
 
 WHICH: dict[Which, str] = {
     "reference": "Ground truth",

@@ -44,26 +44,21 @@ from model.rendering.scale_bar import DEPTH_TEXT
 from model.scene.inputs import SceneInputs
 from model.scene.orientation import turntable
 
-KEY = "figures"
-"""Of notices about figures."""
+KEY = "figures"  # of notices about figures
 
 FIGURE_FILTER = "PNG images (*.png);;JPEG images (*.jpg *.jpeg);;TIFF images (*.tif *.tiff)"
 MOVIE_FILTER = "Movies (*.mp4);;Animated images (*.gif)"
 
 CHANGED = "The {} was cancelled: volume, light or quality changed. Save it again."
 
-FIGURE_SAMPLES = 64
-"""Of each pixel in path-traced light, at first."""
+FIGURE_SAMPLES = 64  # of each pixel in path-traced light, at first
 
 PREVIEW_SAMPLES, ENLARGED = 4, 3
 """Of each pixel of a path-traced preview, and the factor by which it is enlarged for its marks,
 which would be too large in so small a picture."""
 
-STEPS = 1000
-"""Of a figure's progress."""
-
-LEAST_PART = 0.03
-"""Of a figure or movie from which the time of the rest is estimated."""
+STEPS = 1000  # of a figure's progress
+LEAST_PART = 0.03  # of a figure or movie from which the time of the rest is estimated
 
 
 @dataclass
@@ -75,8 +70,7 @@ class _Job:
     frames: list[SceneInputs]
     names: list[str]
     images: dict[str, tuple[Rgba, float]] = field(default_factory=dict)
-    error: float | None = None
-    """Estimated error of the reference's image; None without an estimate."""
+    error: float | None = None  # estimated error of the reference's image; None without an estimate
     drawn: int = 0
     pictures: SimpleQueue[NDArray[np.uint8] | None] = field(default_factory=SimpleQueue)
     is_given_up: bool = False

@@ -45,8 +45,7 @@ RAW_SUFFIX, TF_SUFFIX = ".raw", ".json"
 KEY, VOLUME_OFFER, READING = "files", "volume of the model", "reading"
 """Keys of notices: of errors, of the offer of a model's volume, and of a volume that is read."""
 
-SLOW_MS = 1000
-"""Time of reading after which the window offers to cancel it."""
+SLOW_MS = 1000  # time of reading after which the window offers to cancel it
 
 
 class Files(QObject):

@@ -6,8 +6,7 @@ from PySide6.QtWidgets import QDialog, QLineEdit, QWidget
 
 from app.glosses import open_page
 
-KEYS_WIDTH = 310
-"""Pixels of the column of keys, the same in all areas."""
+KEYS_WIDTH = 310  # pixels of the column of keys, the same in all areas
 
 
 _TABLE = """
@@ -91,8 +90,7 @@ def _areas() -> dict[str, list[list[str]]]:
     return found
 
 
-GESTURES = _areas()
-"""Rows of the table by area."""
+GESTURES = _areas()  # rows of the table by area
 
 
 def status_keys(area: str) -> str:

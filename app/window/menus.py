@@ -26,8 +26,7 @@ from model.scene.orientation import STANDARD_VIEWS
 from model.scene.view import AXES
 from model.volume_files.shipped import picture_of, shipped_volumes, title_of
 
-PICTURE = 64
-"""Side of a sample's picture, in pixels."""
+PICTURE = 64  # side of a sample's picture, in pixels
 
 RECENT: dict[RecentKind, str] = {
     "volumes": "&Recent volumes",

@@ -13,14 +13,12 @@ from app import theme
 from app.controls import Action, Card, action_button, announce, fill, label, order_focus
 from app.icons import IconButton
 
-WIDTH = 480
-"""Of a notice at most, as longer lines are hard to read."""
+WIDTH = 480  # of a notice at most, as longer lines are hard to read
 
 MOST_SHOWN, MOST_KEPT = 3, 20
 """Notices that are shown at once, and that are kept until there is room."""
 
-MOST_ACTIONS = 2
-"""Buttons of one notice, apart from the one that dismisses it."""
+MOST_ACTIONS = 2  # buttons of one notice, apart from the one that dismisses it
 
 NoticeTone = Literal["plain", "error"]
 
@@ -160,8 +158,7 @@ class _Line(Card):
 TOP, BOTTOM = 40, 44
 """Distance to the upper edge, below the captions, and to the lower one, above the colour bars."""
 
-SIDE, GAP = 8, 8
-"""Least distance to the other edges, and between two, in pixels."""
+SIDE, GAP = 8, 8  # least distance to the other edges, and between two, in pixels
 
 _PLACES = {
     QEvent.Type.Show,

@@ -11,8 +11,7 @@ from PySide6.QtWidgets import QApplication, QSplitter, QWidget
 from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
 
-LEAST_IMAGE = 220
-"""Width of the image next to the latent browser: its squares give way."""
+LEAST_IMAGE = 220  # width of the image next to the latent browser: its squares give way
 
 Shown = Literal["both", "generator", "reference"]
 """Images that the user wants to see, as far as they are there."""
@@ -21,8 +20,7 @@ Shown = Literal["both", "generator", "reference"]
 class PaneLayout(QSplitter):
     """Puts the latent browser, the generator's image and the reference side by side."""
 
-    arranged = Signal()
-    """Emitted when an image has come, gone or changed its side."""
+    arranged = Signal()  # emitted when an image has come, gone or changed its side
 
     def __init__(
         self, browser: LatentBrowser, generator: EnginePane, reference: EnginePane

@@ -22,8 +22,7 @@ from model.scene.transfer_function import TransferFunction
 
 SUFFIX = ".json"
 
-KEY = "presets"
-"""Of notices about presets."""
+KEY = "presets"  # of notices about presets
 
 
 class Presets(QObject):

@@ -36,8 +36,7 @@ from model.volume_files.raw import (
     preview,
 )
 
-SIZE = 220
-"""Least side of a picture, in pixels: three fit side by side on a laptop's screen."""
+SIZE = 220  # least side of a picture, in pixels: three fit side by side on a laptop's screen
 
 
 class SlicePreview(QLabel):
@@ -82,11 +81,8 @@ class SlicePreview(QLabel):
             self.setPixmap(QPixmap.fromImage(shown))
 
 
-MOST_VOXELS = 100_000
-"""Largest dimension that can be typed."""
-
-MOST_SKIPPED = 2**31 - 1
-"""Most bytes that can be skipped."""
+MOST_VOXELS = 100_000  # largest dimension that can be typed
+MOST_SKIPPED = 2**31 - 1  # most bytes that can be skipped
 
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
 

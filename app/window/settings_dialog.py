@@ -29,8 +29,7 @@ from app.window.overlays import Overlays
 
 THEMES: dict[ThemeChoice, str] = {"system": "As the system", "dark": "Dark", "light": "Light"}
 
-WIDTH = 680
-"""Of the dialog, in pixels."""
+WIDTH = 680  # of the dialog, in pixels
 
 
 class SettingsDialog(QDialog):

@@ -18,11 +18,8 @@ from app.image_view.image_canvas import to_qimage
 from app.window.context import Context
 from model.scene.inputs import SceneInputs
 
-COARSENESS = 2.0
-"""Factor of the sample distance in the pictures."""
-
-PATIENCE_MS = 1000
-"""Time after which the reference draws them if the ray caster is still compiled."""
+COARSENESS = 2.0  # factor of the sample distance in the pictures
+PATIENCE_MS = 1000  # time after which the reference draws them if the ray caster is still compiled
 
 
 class SmallPictures(QObject):

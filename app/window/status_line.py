@@ -73,16 +73,12 @@ class KeyHints(QObject):
 
 HEIGHT = 24
 
-NEWS_MS = 5_000
-"""Time for which a sentence stays, unless another one comes."""
-
-PENDING = "…"
-"""End of sentences about what is still under way: they stay until the next one."""
+NEWS_MS = 5_000  # time for which a sentence stays, unless another one comes
+PENDING = "…"  # end of sentences about what is still under way: they stay until the next one
 
 PREPARED_WIDTH = 240
 
-NARROW = 1180
-"""Width in pixels below which the view's numbers are left out."""
+NARROW = 1180  # width in pixels below which the view's numbers are left out
 
 
 class StatusLine(QStatusBar):

@@ -38,13 +38,11 @@ TITLES: dict[ChoiceKind, str] = {
     "channel": "Channel",
     "component": "Component",
 }
-LISTED = ("series", "array")
-"""Kinds whose contents differ in size: each has a row of its own."""
+LISTED = ("series", "array")  # kinds whose contents differ in size: each has a row of its own
 
 MARGINS = 16, 14, 16, 14
 COLUMNS = ("Name", "Voxels", "Type", "Size")
-MOST_ROWS = 12
-"""Rows of a table that are seen at once."""
+MOST_ROWS = 12  # rows of a table that are seen at once
 
 
 class ContentsDialog(QDialog):

@@ -12,14 +12,12 @@ from app.tf_editor.editor import DockSplitter
 from app.tf_editor.handles import HandleMoves
 from app.window.pane_layout import PaneLayout, Shown
 
-SHARE = 0.8
-"""Of the screen's free area, along both sides."""
+SHARE = 0.8  # of the screen's free area, along both sides
 
 LARGEST, LEAST = QSize(1440, 900), QSize(1000, 640)
 """Size at which it opens at most, and at which everything in it can be used."""
 
-FRAME = 32
-"""Height that the system's title bar takes of a free area, about; it is not the window's."""
+FRAME = 32  # height that the system's title bar takes of a free area, about; it is not the window's
 
 
 def size_on(screen: QScreen) -> QSize:
@@ -44,8 +42,7 @@ IMAGES: dict[tuple[str, ...], Shown] = {
 }
 """Images to show, by what is hidden."""
 
-PARTS = 1000
-"""Parts of the window's height in which the TF editor's is kept, once it was dragged."""
+PARTS = 1000  # parts of the window's height in which the TF editor's is kept, once it was dragged
 
 
 class WindowMemory(QObject):

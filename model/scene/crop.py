@@ -82,8 +82,7 @@ class CropBox:
         return np.array([*self.low, *self.high])
 
 
-WITHOUT_VOLUME = (2, 2, 2)
-"""Dimensions before a volume is opened; nothing can be cropped off these."""
+WITHOUT_VOLUME = (2, 2, 2)  # dimensions before a volume is opened; nothing can be cropped off these
 
 
 def voxel_at(place: float, count: int) -> int:

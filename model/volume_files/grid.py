@@ -247,8 +247,7 @@ SQUARE = 1e-2  # cosine up to which two axes count as being at right angles
 MOST_TILT, MOST_ROOM = 0.9, 2.0
 """Sine of the angle, and lengths of the slices by which they grow, up to which they are sheared."""
 
-Shear = tuple[float, float]
-"""Shift of each slice against the one before along x and y, in voxels."""
+Shear = tuple[float, float]  # shift of each slice against the one before along x and y, in voxels
 
 
 def placed(

@@ -24,8 +24,7 @@ from model.volume_files.grid import unit_name
 if TYPE_CHECKING:
     import h5py
 
-Items = dict[str, Any]
-"""h5py.Dataset by name."""
+Items = dict[str, Any]  # h5py.Dataset by name
 
 _VTK_KINDS = {
     "OverlappingAMR": "an adaptive grid",
