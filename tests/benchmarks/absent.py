@@ -1,24 +1,17 @@
 """What features cost in a picture that does without them.
 
-With ``--probe`` it is one picture in a process of its own, which has compiled nothing before, and
+With `--probe` it is one picture in a process of its own, which has compiled nothing before, and
 has loaded nothing but the standard library.
 """
 
-from __future__ import annotations
-
 import json
-import os
 import statistics
-import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
 REPEATS = 15
 RAYCAST = "model.rendering.raycast"
 
@@ -43,17 +36,18 @@ SHARED = (f"{RAYCAST}.",)
 """Modules that are loaded with the ray caster, where it is only compiled functions that count."""
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(arguments=None):
     """Measure in a process of its own."""
     words = sys.argv[1:] if arguments is None else arguments
     if words[:1] == ["--probe"]:
         print(json.dumps(probe(Path(words[1]), int(words[2]))))
         return
-    from tests.benchmarks.rows import options, paths, print_machine, print_rows
+    from tests.benchmarks.rows import options, parsed, paths, print_rows, probed
 
-    asked = options(__doc__).parse_args(words)
-    print_machine()
-    found = _probed(paths(asked)[0], asked.size)
+    asked = parsed(options(__doc__, size=256), words)
+    with tempfile.TemporaryDirectory() as cache:
+        place = {"XDG_CACHE_HOME": cache, "LOCALAPPDATA": cache, "OMP_WAIT_POLICY": "PASSIVE"}
+        found = probed("absent", paths(asked)[0].absolute(), asked.size, **place)
     print_rows(
         f"A plain picture of {asked.size} x {asked.size}, with an input that changes nothing",
         ("input", "time over the plain one's"),
@@ -68,27 +62,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print_rows(f"Of features that it does without ({found['ms']:.0f} ms)", heading, rows)
 
 
-def _is_of(name: str, prefixes: tuple[str, ...]) -> bool:
+def _is_of(name, prefixes):
     return any(name == each or name.startswith((f"{each}:", f"{each}.")) for each in prefixes)
 
 
-def _probed(path: Path, size: int) -> dict[str, Any]:
-    command = [sys.executable, "-m", "tests.benchmarks.absent", "--probe"]
-    with tempfile.TemporaryDirectory() as cache:
-        place = {"XDG_CACHE_HOME": cache, "LOCALAPPDATA": cache, "OMP_WAIT_POLICY": "PASSIVE"}
-        done = subprocess.run(
-            [*command, str(path.absolute()), str(size)],
-            cwd=ROOT,
-            env={**os.environ, **place},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return found
-
-
-def probe(path: Path, size: int) -> dict[str, Any]:
+def probe(path, size):
     """Draw the plain picture, and look at what is there; then others that look the same."""
     brought = set(sys.modules)
     from model.rendering.raycast.renderer import RaycastRenderer
@@ -101,7 +79,7 @@ def probe(path: Path, size: int) -> dict[str, Any]:
     inputs = SceneInputs.of(View(30.0, 20.0), default_transfer_function(volume))
     plain = partial(RaycastRenderer(volume).render, inputs, size)
     plain()
-    found: dict[str, Any] = {
+    found = {
         "modules": sorted(set(sys.modules) - brought),
         "kernels": sorted(_kernels()),
     }
@@ -110,31 +88,29 @@ def probe(path: Path, size: int) -> dict[str, Any]:
     from model.rendering.raster import Raster
     from model.scene.crop import CropBox
     from model.scene.scene import LightDirection
-    from tests.benchmarks.rows import timed
+    from tests.benchmarks.rows import in_turn
 
+    cropped, lit = replace(inputs, crop=CropBox()), replace(inputs, light=LightDirection())
+    ranged = RaycastRenderer(volume.over(volume.data_range)).render
     known = replace(volume, missing=np.zeros(volume.voxels.shape, dtype=bool))
-    renderer = plain.func
-    variants: dict[str, Callable[[], object]] = {
-        "crop": partial(renderer, replace(inputs, crop=CropBox()), size),
-        "light's direction": partial(renderer, replace(inputs, light=LightDirection()), size),
-        "wide raster": partial(renderer, inputs, Raster(size, size)),
-        "scalar range": partial(
-            RaycastRenderer(volume.over(volume.data_range)).render, inputs, size
-        ),
-        "missing voxels": partial(RaycastRenderer(known).render, inputs, size),
+    hiding, render = RaycastRenderer(known).render, plain.func
+    ways = {
+        "none": lambda _: plain(),
+        "crop": lambda _: render(cropped, size),
+        "light's direction": lambda _: render(lit, size),
+        "wide raster": lambda _: render(inputs, Raster(size, size)),
+        "scalar range": lambda _: ranged(inputs, size),
+        "missing voxels": lambda _: hiding(inputs, size),
     }
-    found["ratios"], times = {}, []
-    for name, draw in variants.items():
-        draw()
-        # One after the other: what else the machine does falls on both.
-        pairs = [(timed(plain)[1], timed(draw)[1]) for _ in range(REPEATS)]
-        times += [alone for alone, _ in pairs]
-        found["ratios"][name] = statistics.median(varied / alone for alone, varied in pairs)
-    found["ms"] = 1e3 * statistics.median(times)
+    times = [{name: s for name, (_, s) in each.items()} for each in in_turn(ways, range(REPEATS))]
+    found["ms"] = 1e3 * statistics.median(each["none"] for each in times)
+    found["ratios"] = {
+        name: statistics.median(each[name] / each["none"] for each in times) for name in ways
+    }
     return found
 
 
-def _kernels() -> set[str]:
+def _kernels():
     """Functions of the model that this process has compiled, as ``module:function``."""
     from numba.core.dispatcher import Dispatcher
 

@@ -1,54 +1,51 @@
 """Largest errors at the extremes of what tfscope takes, against plain NumPy in 64 bits."""
 
-from __future__ import annotations
-
 import argparse
 import math
-from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.cli.console import console, counting
 from model.errors import TfscopeError
 from model.rendering.path_tracing.renderer import Lamp, PathTracer
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
-from model.scene.scene import Lighting, RendererName
 from model.scene.transfer_function import TF_SAMPLES, ColorTF
 from tests import reference_light
-from tests.benchmarks.extreme_scenes import Posed, extremes, refused
-from tests.benchmarks.rows import print_machine, print_rows
+from tests.benchmarks.extreme_scenes import extremes, refused
+from tests.benchmarks.rows import parsed, print_rows
 
 DISTANCE = 0.5
 """Sample distance in voxels."""
 
-EDITS = ((40.0, 0.0), (128.0, 0.0), (128.0, 20.0), (220.0, 12.0))
-"""Edits of TFs: their middle and standard deviation in bins, 0 for a single bin."""
+_BINS = np.arange(TF_SAMPLES)
+EDITS = (
+    *(np.asarray(place == _BINS, float) for place in (40, 128)),
+    *(np.exp(-0.5 * ((_BINS - place) / width) ** 2) for place, width in ((128, 20), (220, 12))),
+)
+"""Edits of TFs: two single bins, and two bells."""
 
 HERE = ("<!-- by tests.benchmarks.extremes -->", "<!-- end -->")
 """What stands around each of the page's tables."""
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def main(arguments=None):
     """Measure all extremes; print tables, and write them into the page if asked."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, help="page whose tables are replaced")
     parser.add_argument("--kind", action="append", help="of extremes; may be repeated")
-    asked = parser.parse_args(arguments)
-    print_machine()
+    asked = parsed(parser, arguments)
     chosen = {k: v for k, v in extremes().items() if asked.kind is None or k[0] in asked.kind}
-    tables: list[list[tuple[str, ...]]] = [[("", "", *columns)] for columns in TABLES]
+    tables = [[("", "", *columns)] for columns in TABLES]
     with counting("extremes", len(chosen)) as show:
         for number, (names, pose) in enumerate(chosen.items(), 1):
             posed = pose()
             for columns, table in zip(TABLES, tables, strict=True):
-                found = (error_text(_found(measure, posed)) for measure in columns.values())
-                table.append((*names, *found))
+                table.append((*names, *(_found(way, posed) for way in columns.values())))
             show(number)
     tables.append([("input", "what is said"), *refused().items()])
     for heading, *rows in tables:
@@ -58,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         console.print(f"{asked.out}")
 
 
-def write_tables(page: Path, tables: Sequence[Sequence[Sequence[str]]]) -> None:
+def write_tables(page, tables):
     """Replace a page's tables, one after the other."""
     before, *parts = page.read_text(encoding="utf-8").split(HERE[0])
     text = before
@@ -68,10 +65,12 @@ def write_tables(page: Path, tables: Sequence[Sequence[Sequence[str]]]) -> None:
     page.write_text(text, encoding="utf-8")
 
 
-def error_text(found: float | str) -> str:
-    """Say an error in few characters, or why there is none."""
-    if isinstance(found, str):
-        return found
+def _found(measure, posed):
+    """An error in few characters, or why there is none."""
+    try:
+        found = measure(posed)
+    except TfscopeError as error:
+        return str(error)
     if not math.isfinite(found):
         return "not finite"
     if found == 0:
@@ -81,14 +80,7 @@ def error_text(found: float | str) -> str:
     return f"{found:.4f}".lstrip("0") if found < 0.001 else f"{found:.3f}".lstrip("0")
 
 
-def _found(measure: Callable[[Posed], float], posed: Posed) -> float | str:
-    try:
-        return measure(posed)
-    except TfscopeError as error:
-        return str(error)
-
-
-def _error(found: NDArray[np.floating], truth: NDArray[np.floating], relative: bool) -> float:
+def _error(found, truth, relative):
     """Largest difference, as a share of the largest number of the truth if relative; or NaN."""
     if not (np.isfinite(found).all() and np.isfinite(truth).all()):
         return float("nan")
@@ -97,23 +89,23 @@ def _error(found: NDArray[np.floating], truth: NDArray[np.floating], relative: b
     return largest / scale if scale > 0 else largest
 
 
-def _drawn(posed: Posed, name: RendererName, lighting: Lighting) -> NDArray[np.float32]:
+def _drawn(posed, name, lighting):
     with closing(open_renderer(name, posed.volume, lighting)) as renderer:
         return renderer.render(posed.inputs, posed.raster)
 
 
-def _truth(posed: Posed, lighting: Lighting) -> NDArray[np.float64]:
+def _truth(posed, lighting):
     return reference_light.picture(posed.volume, posed.inputs, posed.raster, DISTANCE, lighting)
 
 
-def picture(lighting: Lighting, name: RendererName = "raycast") -> Callable[[Posed], float]:
-    """Return the measurement of a renderer's pictures; the ray caster's error is relative."""
+def picture(lighting, name="raycast"):
+    """The measurement of a renderer's pictures; the ray caster's error is relative."""
     return lambda posed: _error(
         _drawn(posed, name, lighting), _truth(posed, lighting), relative=name == "raycast"
     )
 
 
-def _path_opacity(posed: Posed) -> float:
+def _path_opacity(posed):
     """Error of the opacity under the usual light; NaN where a colour is not finite, or black."""
     image = _drawn(posed, "raycast", "path")
     if image[..., 3].max() > 0.01 and not image[..., :3].max() > 0:
@@ -122,7 +114,7 @@ def _path_opacity(posed: Posed) -> float:
     return opacity if np.isfinite(image).all() else float("nan")
 
 
-def _white_furnace(posed: Posed) -> float:
+def _white_furnace(posed):
     """Distance of a white medium's colour from its opacity under an even sky, which it equals."""
     lamp = Lamp(key=0.0, sky=1.0, surfaces=False, bounces=100_000)
     lowest = posed.volume.scalar_range[0]
@@ -132,34 +124,22 @@ def _white_furnace(posed: Posed) -> float:
     return _error(image[..., :3], np.repeat(image[..., 3:], 3, axis=-1), relative=False)
 
 
-def _edits() -> list[NDArray[np.float64]]:
-    bins = np.arange(TF_SAMPLES)
-    return [
-        np.exp(-0.5 * ((bins - middle) / width) ** 2) if width else (bins == middle).astype(float)
-        for middle, width in EDITS
-    ]
-
-
 @lru_cache(maxsize=16)
-def _derivative(
-    posed: Posed, lighting: Lighting, number: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    edit = _edits()[number]
-    return reference_light.derivative(
-        posed.volume, posed.inputs, posed.raster, DISTANCE, lighting, edit
-    )
+def _derivative(posed, lighting, number):
+    given = posed.volume, posed.inputs, posed.raster, DISTANCE, lighting
+    return reference_light.derivative(*given, EDITS[number])
 
 
-def _plot(lighting: Lighting) -> Callable[[Posed], float]:
+def _plot(lighting):
     """Error of the derivative of the picture's squared norm along some edits."""
 
-    def measure(posed: Posed) -> float:
+    def measure(posed):
         rows, columns = posed.raster.shape
         window = np.array([[0, rows, 0, columns]])
         with closing(RaycastRenderer(posed.volume, lighting)) as renderer:
             gradients, _ = renderer.differentiate(posed.inputs, posed.raster, window)
         found, truth = [], []
-        for number, edit in enumerate(_edits()):
+        for number, edit in enumerate(EDITS):
             image, change = _derivative(posed, lighting, number)
             found.append(float(gradients[0] @ edit))
             truth.append(float((image[..., :3] * change[..., :3]).sum()))
@@ -168,21 +148,21 @@ def _plot(lighting: Lighting) -> Callable[[Posed], float]:
     return measure
 
 
-def _field(lighting: Lighting) -> Callable[[Posed], float]:
+def _field(lighting):
     """Error of each pixel's derivative along some edits, the largest of them all."""
 
-    def measure(posed: Posed) -> float:
+    def measure(posed):
         with closing(RaycastRenderer(posed.volume, lighting)) as renderer:
-            found = [renderer.change(posed.inputs, posed.raster, edit) for edit in _edits()]
+            found = [renderer.change(posed.inputs, posed.raster, edit) for edit in EDITS]
         truth = [_derivative(posed, lighting, number)[1][..., :3] for number in range(len(EDITS))]
         return _error(np.array(found), np.array(truth), relative=True)
 
     return measure
 
 
-LIGHTS: dict[str, Lighting] = {"unlit": "none", "direct": "direct", "soft": "soft"}
+LIGHTS = {"unlit": "none", "direct": "direct", "soft": "soft"}
 
-TABLES: tuple[dict[str, Callable[[Posed], float]], ...] = (
+TABLES = (
     {
         **{name: picture(light) for name, light in LIGHTS.items()},
         "VTK unlit": picture("none", "vtk"),

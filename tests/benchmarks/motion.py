@@ -3,26 +3,19 @@
 The window's renderer then draws the same pictures alone, as often as it did in the drag.
 """
 
-from __future__ import annotations
-
-import argparse
-import itertools
 import math
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
-from pathlib import Path
 from statistics import median
-from typing import Any, get_args
+from typing import get_args
 from unittest.mock import patch
 
 from PySide6.QtCore import QEvent, QEventLoop, QObject, QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
-from app.engines.messages import Result
 from app.launch import garbage_collected_here
 from app.state.preferences import Preferences
 from app.theme import apply_theme
@@ -30,9 +23,8 @@ from app.window.main_window import MainWindow
 from model.rendering.path_tracing.refinement import RefiningRenderer
 from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
-from model.scene.inputs import SceneInputs
 from model.scene.scene import Lighting
-from tests.benchmarks.rows import paths, print_machine, print_rows, timed
+from tests.benchmarks.rows import options, parsed, paths, print_rows, timed
 
 WINDOW = 1440, 860
 STEP_MS = 12
@@ -42,15 +34,15 @@ PATIENCE_S, QUIET_S = 120.0, 1.0
 """Longest wait for a picture at rest, and how long that rests before a drag."""
 
 HEADING = (
-    *("light", "shown/s", "renderer/s", "ratio", "width", "first, ms", "longest gap, ms"),
-    *("GUI, cores", "oldest change, ms", "sharp, s", "last, s"),
+    *("light", "shown/s", "renderer's share", "width", "first, ms", "GUI, cores"),
+    *("oldest change, ms", "sharp, s", "last, s"),
 )
 
 
 class Watched(QObject):
     """Notes when the window paints a new picture, and how old are its sensitivities."""
 
-    def __init__(self, window: MainWindow) -> None:
+    def __init__(self, window):
         super().__init__(window)
         self._window, self._new = window, 0
         self.begin()
@@ -60,39 +52,39 @@ class Watched(QObject):
         window.reference.resultShown.connect(self._note_picture)
         window.reference.canvas.installEventFilter(self)
 
-    def begin(self) -> None:
+    def begin(self):
         now = time.perf_counter()
-        self.painted: list[tuple[float, int]] = []
+        self.painted = []
         self.oldest = 0.0
-        self._states: list[tuple[SceneInputs, float]] = [(self._window.state.inputs, now)]
+        self._states = [(self._window.state.inputs, now)]
         asked = self._window.sensitivity_state
         shown = {"curve": asked.shows_curve, "area": asked.choices.shown}
         self._born = {name: now for name, is_shown in shown.items() if is_shown}
 
-    def look(self) -> None:
+    def look(self):
         ages = (time.perf_counter() - born for born in self._born.values())
         self.oldest = max([self.oldest, *ages])
 
-    def eventFilter(self, _canvas: QObject, event: QEvent) -> bool:  # noqa: N802
+    def eventFilter(self, _canvas, event):  # noqa: N802
         if event.type() == QEvent.Type.Paint and self._new:
             self.painted.append((time.perf_counter(), self._new))
             self._new = 0
         return False
 
-    def _note_picture(self, result: Result) -> None:
+    def _note_picture(self, result):
         self._new = 0 if result.value is None else result.value.shape[1]
 
-    def _note_state(self) -> None:
+    def _note_state(self):
         self._states.append((self._window.state.inputs, time.perf_counter()))
 
-    def _take_answer(self, what: str) -> None:
+    def _take_answer(self, what):
         answers = self._window.workspace.sensitivity
         if what == "region":
             self._take("curve", answers.region)
         elif what == "visibility":
             self._take("area", answers.visibility)
 
-    def _take(self, name: str, answer: Any) -> None:
+    def _take(self, name, answer):
         self.look()
         if answer is not None and name in self._born:
             inputs = answer.request.inputs
@@ -101,11 +93,11 @@ class Watched(QObject):
 
 
 @contextmanager
-def recorded(drawn: list[tuple[int, Callable[[], Any]]]) -> Iterator[None]:
+def recorded(drawn):
     """Note each picture that is drawn meanwhile, by its width and how to draw it again."""
 
-    def noting(draw: Callable[..., Any]) -> Callable[..., Any]:
-        def noted(renderer: Any, inputs: SceneInputs, size: Any, *others: Any, **named: Any) -> Any:
+    def noting(draw):
+        def noted(renderer, inputs, size, *others, **named):
             drawn.append((Raster.of(size).width, partial(draw, renderer, inputs, size, *others)))
             return draw(renderer, inputs, size, *others, **named)
 
@@ -117,7 +109,7 @@ def recorded(drawn: list[tuple[int, Callable[[], Any]]]) -> Iterator[None]:
         yield
 
 
-def run(seconds: float, step: Callable[[], object] = lambda: None) -> None:
+def run(seconds, step=lambda: None):
     """Let the window work for some seconds, or until a step returns True."""
     loop, timer, ends = QEventLoop(), QTimer(interval=STEP_MS), time.monotonic() + seconds
     timer.timeout.connect(lambda: (step() is True or time.monotonic() > ends) and loop.quit())
@@ -126,16 +118,16 @@ def run(seconds: float, step: Callable[[], object] = lambda: None) -> None:
     timer.stop()
 
 
-def opened_window(path: Path) -> MainWindow:
-    """Return a window that remembers nothing, in which a volume is being opened."""
+def opened_window(path, size=WINDOW):
+    """A window that remembers nothing, in which a volume is being opened."""
     window = MainWindow(preferences=Preferences())
-    window.resize(*WINDOW)
+    window.resize(*size)
     window.show()
     window.workspace.opening.open(path)
     return window
 
 
-def close_window(window: MainWindow) -> None:
+def close_window(window):
     """Close a window, and end its timers."""
     window.close()
     window.deleteLater()
@@ -143,18 +135,17 @@ def close_window(window: MainWindow) -> None:
 
 
 @contextmanager
-def windows_here() -> Iterator[None]:
+def windows_here():
     """Have an application, off screen where there is no display."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = QApplication.instance() or QApplication([])
-    assert isinstance(application, QApplication)
     apply_theme(application)
     with garbage_collected_here():
         yield
 
 
-def grip(window: MainWindow, what: str) -> tuple[QWidget, QPoint, QPoint]:
+def grip(window, what):
     """Return what is dragged: the widget, where it is grasped, and how far it is moved."""
     if what == "view":
         canvas = window.reference.canvas
@@ -167,29 +158,26 @@ def grip(window: MainWindow, what: str) -> tuple[QWidget, QPoint, QPoint]:
     return plot, plot.rect().center() + nearest, QPoint(40, 30)
 
 
-def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple[object, ...]:
+def measured(path, lighting, asked):
     """Drag in the window, and then have its renderer draw the same."""
     window = opened_window(path)
-    window.sensitivity_state.choose(shown=not asked.hidden)
+    window.sensitivity_state.choose(shown=True)
     watched = Watched(window)
-    window.workspace.reference.choose(lighting=lighting)
-    answers = window.workspace.sensitivity
-    run(
-        PATIENCE_S,
-        lambda: (
-            bool(watched.painted)
-            and window.workspace.is_settled
-            and (asked.hidden or answers.visibility is not None)
-        ),
-    )
+    work = window.workspace
+    work.reference.choose(lighting=lighting)
+
+    def is_drawn():
+        return bool(watched.painted) and work.is_settled
+
+    run(PATIENCE_S, lambda: is_drawn() and work.sensitivity.visibility is not None)
     run(QUIET_S)
-    drawn: list[tuple[int, Callable[[], Any]]] = []
+    drawn = []
     widget, start, reach = grip(window, asked.drag)
     QTest.mousePress(widget, Qt.MouseButton.LeftButton, pos=start)
     watched.begin()
     begun, cpu = time.perf_counter(), time.thread_time()
 
-    def move() -> None:
+    def move():
         passed = time.perf_counter() - begun
         right, down = reach.x() * math.sin(2 * passed), reach.y() * math.sin(3 * passed)
         QTest.mouseMove(widget, start + QPoint(round(right), round(down)))
@@ -201,7 +189,7 @@ def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple
     painted, oldest = list(watched.painted), watched.oldest
     watched.begin()
     QTest.mouseRelease(widget, Qt.MouseButton.LeftButton, pos=start)
-    run(PATIENCE_S, lambda: bool(watched.painted) and window.workspace.is_settled)
+    run(PATIENCE_S, is_drawn)
     last = time.perf_counter() - ended
     whole = max((width for _, width in watched.painted), default=0)
     sharp = next((at - ended for at, width in watched.painted if width == whole), None)
@@ -210,25 +198,20 @@ def measured(path: Path, lighting: Lighting, asked: argparse.Namespace) -> tuple
     again = [draw for width, draw in drawn if width in widths]
     _, took = timed(lambda: [draw() for draw in again])
     close_window(window)
-    shown, alone = len(painted) / (ended - begun), len(again) / took
-    times = [begun, *(at for at, _ in painted), ended]
-    gaps = [later - earlier for earlier, later in itertools.pairwise(times)]
+    passed, middle = ended - begun, round(median(widths)) if widths else None
+    share = len(painted) / passed * took / len(again) if again else None
+    first = 1e3 * ((painted[0][0] if painted else ended) - begun)
     return (
-        *(lighting, shown, alone, shown / alone if alone else None),
-        *(round(median(widths)) if widths else None, 1e3 * gaps[0], 1e3 * max(gaps)),
-        *(cpu / (ended - begun), 1e3 * oldest, sharp, last),
+        *(lighting, len(painted) / passed, share, middle, first),
+        *(cpu / passed, 1e3 * oldest, sharp, last),
     )
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--volume", type=Path, action="append", help="may be repeated")
+def main(arguments=None):
+    parser = options(__doc__, seconds=5.0)
     parser.add_argument("--lighting", action="append", choices=get_args(Lighting))
     parser.add_argument("--drag", choices=("view", "handle"), default="view")
-    parser.add_argument("--seconds", type=float, default=5.0, help="of a drag")
-    parser.add_argument("--hidden", action="store_true", help="without sensitivities")
-    asked = parser.parse_args(arguments)
-    print_machine()
+    asked = parsed(parser, arguments)
     with windows_here():
         for path in paths(asked):
             rows = [measured(path, name, asked) for name in asked.lighting or get_args(Lighting)]

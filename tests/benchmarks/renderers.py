@@ -1,46 +1,68 @@
-"""VTK and the ray caster: images a second, and how far their images are apart."""
+"""VTK and the ray caster: time and error of their pictures, by step and by share of the pixels."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
+from contextlib import ExitStack, closing
+from functools import partial
 from statistics import fmean
 
 from model.metrics import rmse
+from model.rendering.raster import resized
 from model.rendering.renderer import open_renderer
-from model.scene.scene import RendererName
-from tests.benchmarks.rows import options, print_machine, print_rows, scenes, timed, volumes
+from model.scene.scene import Scene
+from tests.benchmarks.rows import draw_scenes, in_turn, options, parsed, print_rows, volumes
 
-NAMES: tuple[RendererName, ...] = ("vtk", "raycast")
+VTK, EXACT = ("vtk", 0.5, 1), ("raycast", 1 / 64, 1)
+BETWEEN = ((4.0, 4), (1.0, 2), (0.5, 2), (0.5, 1), (0.1, 1), (0.05, 1))
+SETTINGS = (VTK, *(("raycast", *step) for step in BETWEEN), EXACT)
+"""Sample distances in voxels, and pixels shown for each one drawn, along each side."""
+
+HEADING = (
+    *("renderer", "voxels", "pixels", "ms", "images/s", "RMSE to exact"),
+    *("RMSE to VTK", "largest", "VTK's time, ratio"),
+)
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Draw the same scenes with both in turn."""
-    parser = options(__doc__, lighting="none")
-    parser.add_argument("--distance", type=float, default=0.5, help="between samples, in voxels")
-    asked = parser.parse_args(arguments)
-    print_machine()
-    rows = []
+def main(arguments=None):
+    asked = parsed(options(__doc__, count=10, size=256, lighting="none"), arguments)
     for volume in volumes(asked):
-        inputs = scenes(volume, asked, asked.lighting)
-        renderers = {name: open_renderer(name, volume, asked.lighting) for name in NAMES}
-        taken: dict[str, list[float]] = {name: [] for name in NAMES}
-        apart = []
-        for renderer in renderers.values():
-            renderer.sample_distance = asked.distance
-            # The first image takes the compilation of shaders and kernels.
-            renderer.render(inputs[0], asked.size)
-        for scene in inputs:
-            images = {}
-            for name, renderer in renderers.items():
-                images[name], seconds = timed(lambda r=renderer, s=scene: r.render(s, asked.size))
-                taken[name].append(seconds)
-            apart.append(rmse(images["vtk"][..., :3], images["raycast"][..., :3]))
-        for renderer in renderers.values():
-            renderer.close()
-        vtk, raycast = (1 / fmean(taken[name]) for name in NAMES)
-        rows.append((volume.name, vtk, raycast, raycast / vtk, fmean(apart), max(apart)))
-    heading = ("volume", "VTK, images/s", "ray caster", "ratio", "RMSE", "largest")
-    print_rows(f"{asked.lighting}, {asked.size} x {asked.size}", heading, rows)
+        rows = compared(volume, asked)
+        title = f"{volume.name}, {asked.lighting}, {asked.size} x {asked.size}"
+        print_rows(title, HEADING[: len(rows[0])], rows)
+
+
+def compared(volume, asked):
+    """Draw the same scenes in all settings, with VTK where it has the light."""
+    inputs = draw_scenes(Scene.of(volume, asked.size, asked.lighting), asked.count)
+    settings = SETTINGS if asked.lighting in ("none", "direct") else SETTINGS[1:]
+    truths = [setting for setting in (EXACT, VTK) if setting in settings]
+    seconds, errors = ({setting: [] for setting in settings} for _ in range(2))
+    with ExitStack() as opened:
+        renderers = {
+            name: opened.enter_context(closing(open_renderer(name, volume, asked.lighting)))
+            for name, *_ in settings[:2]
+        }
+        ways = {
+            (name, *o): partial(_drawn, renderers[name], asked.size, *o) for name, *o in settings
+        }
+        for found in in_turn(ways, inputs):
+            for setting, (image, taken) in found.items():
+                seconds[setting].append(taken)
+                apart = [rmse(image[..., :3], found[truth][0][..., :3]) for truth in truths]
+                errors[setting].append(apart)
+    rows = []
+    for name, distance, coarser in settings:
+        mean = fmean(seconds[name, distance, coarser])
+        pixels = "all" if coarser == 1 else f"1/{coarser**2}"
+        exact, *vtk = zip(*errors[name, distance, coarser], strict=True)
+        row = [name, distance, pixels, 1e3 * mean, 1 / mean, fmean(exact)]
+        for apart in vtk:
+            row += [fmean(apart), max(apart), fmean(seconds[VTK]) / mean]
+        rows.append(row)
+    return rows
+
+
+def _drawn(renderer, size, distance, coarser, scene):
+    image = renderer.render(scene, size // coarser, distance)
+    return image if coarser == 1 else resized(image, (size, size))
 
 
 if __name__ == "__main__":
