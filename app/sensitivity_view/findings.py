@@ -195,7 +195,8 @@ def _value(asker: SensitivityAsker, value: float) -> str:
 
 
 def _reach(asker: SensitivityAsker, found: Contribution) -> str:
-    return range_text(found.reach, asker.state.scalar_range, asker.state.scale)
+    name = asker.state.label_name(found.value) if found.reach[0] == found.reach[1] else ""
+    return name or range_text(found.reach, asker.state.scalar_range, asker.state.scale)
 
 
 def source_text(workspace: Workspace, hint: str) -> str:

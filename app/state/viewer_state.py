@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from math import isclose
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -132,8 +133,9 @@ class ViewerState(ViewNavigation):
         self.interpolation_input.set(None if is_usual else interpolates)
 
     def label_name(self, value: float) -> str:
-        """Name of a label in the volume's file; empty for none."""
-        return next((label.name for label in self._file.labels if label.value == value), "")
+        """Name of the label that a value is, to a rounding; empty for none."""
+        names = (label.name for label in self._file.labels if isclose(label.value, value))
+        return next(names, "")
 
     @property
     def inputs(self) -> SceneInputs:

@@ -12,6 +12,8 @@ from model.scene.volume import Volume
 LAST = TF_SAMPLES - 1
 FEW = 128  # different values that labels may have which no file declares
 DIMMEST = 0.3  # luminance that a label's colour has at least: images are black around it
+WRAPPED = 0.5  # share of what is labelled from which a label hides the others: a body, say
+VEIL = 0.02  # its opacity then
 GRAY = (0.5, 0.5, 0.5)
 
 
@@ -28,11 +30,16 @@ def label_range(volume: Volume) -> Range:
 def label_tf(volume: Volume) -> TransferFunction:
     """Return a TF over a volume's range in which all labels but 0 are opaque, each in a colour.
 
-    Handles lie on the labels; colours are those of the file, or as different as possible.
+    One that would hide the others is a veil. Handles lie on the labels; colours are those of the
+    file, or as different as possible.
     """
-    found, _ = volume.distribution.frequencies
+    found, counts = volume.distribution.frequencies
     if len(found) > TF_SAMPLES:
         found = np.linspace(*volume.scalar_range, TF_SAMPLES)
+        counts = np.zeros(TF_SAMPLES, np.int64)
+    labelled = found != 0
+    hides = (counts > WRAPPED * counts[labelled].sum()) & (labelled.sum() > 1)
+    opacities = np.where(hides, VEIL, 1.0) * labelled
     values = [float(value) for value in found]
     given = {label.value: label.color for label in volume.file.labels if label.color}
     others = _distinct_colors()
@@ -40,7 +47,7 @@ def label_tf(volume: Volume) -> TransferFunction:
         given.get(int(value), others[int(value) % len(others)] if value else GRAY)
         for value in values
     ]
-    points = tuple((value, float(value != 0)) for value in values)
+    points = tuple(zip(values, opacities.tolist(), strict=True))
     stops = tuple((value, *color) for value, color in zip(values, colors, strict=True))
     scalar_range = volume.scalar_range
     return TransferFunction(OpacityTF(scalar_range, points=points), ColorTF(scalar_range, stops))

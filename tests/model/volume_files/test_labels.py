@@ -91,6 +91,15 @@ def test_the_first_tf_has_handles_on_labels_and_a_color_for_each(tmp_path):
     assert abs(tf.color([7.0]) - tf.color([1.0, 3.0])).max(axis=1).min() > 0.2
 
 
+def test_a_label_around_all_others_is_a_veil(tmp_path):
+    volume = read_volume(nifti(tmp_path / "body.nii", voxels((0, 1, 1, 1, 3, 7))))
+    opacities = first_transfer_function(volume).opacity([0.0, 1.0, 3.0, 7.0])
+    assert 0.0 < opacities[1] < 0.1
+    np.testing.assert_array_equal(opacities[[0, 2, 3]], [0.0, 1.0, 1.0])
+    alone = read_volume(nifti(tmp_path / "alone.nii", voxels((0, 1, 1, 1))))
+    assert first_transfer_function(alone).opacity([1.0]) == 1.0
+
+
 @pytest.mark.parametrize("last", [1, 5, 100, 127, 128, 254, 255])
 def test_each_label_lies_on_a_bin_of_its_own(last):
     values = np.zeros((2, 16, 16), np.uint8)
