@@ -201,9 +201,9 @@ def _reference_engine(volume: Volume, settings: ReferenceSettings) -> Engine:
         return RendererEngine(_drawer(settings, open_renderer("vtk", *place)))
     if name == "vtk" and lighting != "soft":
         return RendererEngine(_drawer(settings, FallbackRenderer(*place)))
+    if name != "auto" and name != "vtk":
+        return RendererEngine(_drawer(settings, open_renderer(name, *place), name))
     drawer = _drawer(settings, open_renderer("raycast", *place), "raycast")
-    if name == "raycast":
-        return RendererEngine(drawer)
     if lighting == "soft":
         return RendererEngine(replace(drawer, remark=SOFT_REMARK))
     spares = not settings.is_truth
