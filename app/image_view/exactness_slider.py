@@ -101,12 +101,13 @@ class FidelityLine(QLabel):
 
     def _show(self) -> None:
         self.fidelity = Fidelity()
-        if self._pane.shows_present:
-            settled = self._pane.client.state is EngineState.SETTLED and not self._passes()
-            state = self._state
-            self.fidelity = self._errors.fidelity(state.inputs, state.live, settled, self._whole())
+        client, live = self._pane.client, self._state.live
+        if self._pane.shows_present and client.images.newest is not None:
+            settled = client.state is EngineState.SETTLED and not self._passes()
+            asked = client.images.newest.inputs
+            self.fidelity = self._errors.fidelity(asked, live, settled, self._whole())
         text = self.fidelity.text
-        if text == self.text() and self._state.live:
+        if text == self.text() and live:
             # The rest follows once nothing moves.
             return
         if text != self.text():
