@@ -30,7 +30,7 @@ from model.scene.hints import narrow_part
 from model.scene.inputs import SceneInputs, outside_range
 from model.scene.orientation import line_distance, turntable
 from model.scene.ranges import fit_to_range, fit_to_volume
-from model.scene.scene import LightDirection, Lighting, RendererName, Scene
+from model.scene.scene import RENDERER_NAMES, LightDirection, Lighting, RendererName, Scene
 from model.scene.thinned_volume import ThinnedVolume
 from model.scene.transfer_function import OpacityTF, Range, TransferFunction
 from model.scene.value_scale import SCALE_NAMES, ValueScale, values_at
@@ -256,7 +256,8 @@ def _renderer(asked: Render, inputs: SceneInputs, raster: Raster, place: _Place)
         return image
 
     def drawn_by() -> str:
-        return "the ray caster" if failures or name == "raycast" else "VTK"
+        by = RENDERER_NAMES["raycast" if failures else name]
+        return f"the {by}" if by.islower() else by
 
     return draw, drawn_by, renderer.close
 
