@@ -21,11 +21,8 @@ def make_model(folder, name="ramp", top=200.0, **changes):
     folder.mkdir(parents=True)
     (folder / "generator-1.safetensors").write_bytes(WEIGHTS)
     header = {
-        "tfscope_model": FORMAT_VERSION,
-        "weights": "generator-1.safetensors",
-        "sha256": hashlib.sha256(WEIGHTS).hexdigest(),
-        **card.to_json(),
-        **changes,
-    }
+        "tfscope_model": FORMAT_VERSION, "weights": "generator-1.safetensors",
+        "sha256": hashlib.sha256(WEIGHTS).hexdigest(), **card.to_json(), **changes,
+    }  # fmt: skip
     (folder / MODEL_FILE).write_text(json.dumps(header))
     return folder

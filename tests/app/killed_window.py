@@ -42,11 +42,9 @@ def main(folder, seed):
         state.set_view(View(rng.uniform(0, 360), rng.uniform(-80, 80)))
         window.resize(1300 + rng.randrange(200), 800)
         kept = {
-            "made": time.time(),
-            "fingerprint": opened.fingerprint,
-            "amplitude": mode.amplitude,
+            "made": time.time(), "fingerprint": opened.fingerprint, "amplitude": mode.amplitude,
             "view": astuple(state.view),
-        }
+        }  # fmt: skip
         print(json.dumps(kept), flush=True)
 
     timer = QTimer(interval=50)

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from mouse_events import wheel
 from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QPoint, QPointF, Qt, QTimer
-from PySide6.QtGui import QAction, QWheelEvent
+from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QApplication,
@@ -233,19 +234,8 @@ class Monkey:
         widget = self._widget()
         if widget is None:
             return
-        place = QPointF(self._point(widget))
-        turn = QPoint(0, self.rng.choice([-240, -120, 120, 240]))
-        event = QWheelEvent(
-            place,
-            QPointF(widget.mapToGlobal(place.toPoint())),
-            QPoint(),
-            turn,
-            Qt.MouseButton.NoButton,
-            self.rng.choice(MODIFIERS),
-            Qt.ScrollPhase.NoScrollPhase,
-            False,
-        )
-        QApplication.sendEvent(widget, event)
+        place, notches = QPointF(self._point(widget)), self.rng.choice([-2, -1, 1, 2])
+        wheel(widget, place, notches, keys=self.rng.choice(MODIFIERS))
 
     def _key(self):
         widget = QApplication.focusWidget() or self.window
@@ -331,12 +321,12 @@ def _where(trace):
 
 def _answer_dialogs():
     """Have dialogs that wait for an answer be cancelled at once."""
-    QDialog.exec = lambda *_: 0  # type: ignore[method-assign,assignment]
-    QMessageBox.exec = lambda *_: 0  # type: ignore[method-assign,assignment]
-    QMessageBox.question = lambda *_, **__: QMessageBox.StandardButton.No  # type: ignore[assignment]
+    QDialog.exec = lambda *_: 0
+    QMessageBox.exec = lambda *_: 0
+    QMessageBox.question = lambda *_, **__: QMessageBox.StandardButton.No
     for name in ("getOpenFileName", "getSaveFileName"):
         setattr(QFileDialog, name, staticmethod(lambda *_, **__: ("", "")))
-    QFileDialog.getExistingDirectory = staticmethod(lambda *_, **__: "")  # type: ignore[assignment]
+    QFileDialog.getExistingDirectory = staticmethod(lambda *_, **__: "")
     for name in ("getText", "getItem", "getDouble", "getInt"):
         setattr(QInputDialog, name, staticmethod(lambda *_, **__: ("", False)))
 

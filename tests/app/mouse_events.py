@@ -1,35 +1,21 @@
 """Events as a mouse sends them."""
 
-from __future__ import annotations
-
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
 
 
-def drag(
-    widget: QWidget,
-    *points: QPoint,
-    button: Qt.MouseButton = LEFT,
-    keys: Qt.KeyboardModifier = NONE,
-) -> None:
+def drag(widget, *points, button=LEFT, keys=NONE):
     QTest.mousePress(widget, button, keys, points[0])
     for point in points[1:]:
         QTest.mouseMove(widget, point)
     QTest.mouseRelease(widget, button, keys, points[-1])
 
 
-def wheel(
-    widget: QWidget,
-    at: QPointF,
-    notches: float = 0.0,
-    *,
-    pixels: int = 0,
-    keys: Qt.KeyboardModifier = NONE,
-) -> None:
+def wheel(widget, at, notches=0.0, *, pixels=0, keys=NONE):
     """Turn a wheel, or scroll a touchpad, which sends pixels."""
     event = QWheelEvent(
         at, widget.mapToGlobal(at), QPoint(0, pixels), QPoint(0, round(120 * notches)),

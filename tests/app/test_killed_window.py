@@ -30,7 +30,6 @@ def killed(folder, seed):
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert window.stdout is not None
     lines = [window.stdout.readline()]
     assert lines[0], "the window has ended by itself"
     time.sleep(random.Random(seed).uniform(0.0, 2.5))

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from ramp import make_volume
+from rested_window import open_volume, settle
 
 from app.state.library import KnownModel, Library
 from model.scene.scene import Scene
@@ -21,22 +22,12 @@ def shipped(builders, monkeypatch):
     monkeypatch.setattr(Library, "models_of", models_of)
 
 
-def open_volume(qtbot, window, name):
-    window.workspace.opening.open(Path(name))
-    qtbot.waitUntil(
-        lambda: (
-            window.workspace.is_settled
-            and window.workspace.opened is not None
-            and window.workspace.opened.volume.name == name
-        )
-    )
-
-
 def test_a_volume_brings_its_shipped_model(qtbot, make_window, builders):
     window = make_window(model=None)
     assert len(builders.generators) == 1
     assert window.generator.canvas.image is not None
     open_volume(qtbot, window, "hill")
+    settle(qtbot, window)
     assert len(builders.generators) == 1
     assert window.generator.canvas.image is None
     # The other volume's model is not kept in memory.
@@ -48,6 +39,7 @@ def test_a_chosen_model_gives_way_to_that_of_another_volume(qtbot, make_window, 
     window = make_window(volume="hill", model=Path("mine"))
     assert window.workspace.model.folder == Path("mine")
     open_volume(qtbot, window, "ramp")
+    settle(qtbot, window)
     assert window.workspace.model.folder == Path("shipped")
 
 
@@ -57,5 +49,6 @@ def test_a_chosen_model_waits_for_its_volume(qtbot, make_window, builders):
     assert window.workspace.model.folder == Path("mine")
     assert "'hill'" in window.generator.canvas.message
     open_volume(qtbot, window, "hill")
+    settle(qtbot, window)
     assert window.workspace.model.folder == Path("mine")
     assert window.generator.canvas.image is not None

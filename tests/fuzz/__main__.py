@@ -1,7 +1,5 @@
 """``python -m tests.fuzz FORMAT ... --count N --seed S``: see :mod:`tests.fuzz.job`."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 
@@ -9,7 +7,7 @@ from tests.fuzz.formats import FORMATS
 from tests.fuzz.job import GOOD, fuzz
 
 
-def main() -> int:
+def main():
     """Fuzz some formats; return 1 if anything failed."""
     names = [name for name in FORMATS if name != "planted"]
     parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)

@@ -1,13 +1,10 @@
 """The child process: reads one file after the other, and reports what became of each."""
 
-from __future__ import annotations
-
 import os
 import re
 import sys
 import traceback
 from contextlib import suppress
-from multiprocessing.connection import Connection
 from pathlib import Path
 
 MEMORY_FACTOR, MEMORY_MARGIN = 3, 200e6
@@ -17,7 +14,7 @@ MOST_MEMORY = 4 << 30
 """Bytes of address space beyond those of the libraries."""
 
 
-def main(pipe: Connection, name: str) -> None:
+def main(pipe, name):
     """Read the files whose paths come through a pipe; send an answer for each."""
     for printed in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), printed)
@@ -27,7 +24,7 @@ def main(pipe: Connection, name: str) -> None:
     kind = FORMATS[name]
     is_limited = False
     while True:
-        path: Path = pipe.recv()
+        path = pipe.recv()
         before = _reset_peak()
         try:
             answer = {"outcome": "read", "digest": kind.read(path)}
@@ -45,18 +42,18 @@ def main(pipe: Connection, name: str) -> None:
         pipe.send(answer)
 
 
-def _size(path: Path) -> int:
+def _size(path):
     files = [path] if path.is_file() else [f for f in path.rglob("*") if f.is_file()]
     return sum(file.stat().st_size for file in files)
 
 
-def _reset_peak() -> int:
+def _reset_peak():
     with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
     return _status("VmRSS")
 
 
-def _status(name: str) -> int:
+def _status(name):
     """Bytes that the system tells of this process; 0 where it tells nothing."""
     try:
         found = re.search(rf"{name}:\s+(\d+)", Path("/proc/self/status").read_text())
@@ -65,7 +62,7 @@ def _status(name: str) -> int:
     return int(found[1]) * 1024 if found else 0
 
 
-def _limit_memory() -> None:
+def _limit_memory():
     if sys.platform == "linux":
         import resource
 

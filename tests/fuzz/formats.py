@@ -1,7 +1,5 @@
 """The formats to fuzz: how to make valid files of each, and how tfscope reads them."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import sys
@@ -33,18 +31,18 @@ class Format:
     mutate: Callable[..., bytes] = mutated
 
 
-def _voxels() -> np.ndarray:
+def _voxels():
     return np.random.default_rng(1).integers(0, 4000, (9, 10, 11), dtype=np.uint16)
 
 
-def _volumes(*makers: Callable[..., Path]) -> Format:
+def _volumes(*makers):
     return Format(lambda folder: [make(folder, _voxels()) for make in makers], _read_volume)
 
 
-def _written(writer: str, name: str, *options: object, **more: object) -> Callable[..., Path]:
+def _written(writer, name, *options, **more):
     """Return a maker of a file by one of the writers of the readers' tests."""
 
-    def make(folder: Path, array: np.ndarray) -> Path:
+    def make(folder, array):
         import volume_writers
 
         write = getattr(volume_writers, f"write_{writer}")
@@ -53,11 +51,11 @@ def _written(writer: str, name: str, *options: object, **more: object) -> Callab
     return make
 
 
-def _vti(*options: object) -> Callable[..., Path]:
+def _vti(*options):
     return _written("vti", "-".join(map(str, options)) + ".vti", *options)
 
 
-def _imagej(folder: Path, array: np.ndarray) -> Path:
+def _imagej(folder, array):
     import tifffile
 
     path = folder / "hyperstack.tif"
@@ -66,7 +64,7 @@ def _imagej(folder: Path, array: np.ndarray) -> Path:
     return path
 
 
-def _ome(folder: Path, array: np.ndarray) -> Path:
+def _ome(folder, array):
     import tifffile
 
     path = folder / "a.ome.tif"
@@ -75,10 +73,10 @@ def _ome(folder: Path, array: np.ndarray) -> Path:
     return path
 
 
-def _frames(syntax: str, encoder: str) -> Callable[..., Path]:
+def _frames(syntax, encoder):
     """Return a maker of a file of compressed frames, or of an enhanced one."""
 
-    def make(folder: Path, array: np.ndarray) -> Path:
+    def make(folder, array):
         import imagecodecs
         from volume_writers import dataset, item, save_dicom
 
@@ -96,8 +94,8 @@ def _frames(syntax: str, encoder: str) -> Callable[..., Path]:
     return make
 
 
-def _nibabel(name: str) -> Callable[..., Path]:
-    def make(folder: Path, array: np.ndarray) -> Path:
+def _nibabel(name):
+    def make(folder, array):
         import nibabel
 
         kinds = {"c.nii": nibabel.Nifti2Image, "d.mgh": nibabel.MGHImage}
@@ -108,7 +106,7 @@ def _nibabel(name: str) -> Callable[..., Path]:
     return make
 
 
-def _hdf5(folder: Path, array: np.ndarray) -> Path:
+def _hdf5(folder, array):
     import h5py
 
     with h5py.File(folder / "a.h5", "w") as file:
@@ -118,7 +116,7 @@ def _hdf5(folder: Path, array: np.ndarray) -> Path:
     return folder / "a.h5"
 
 
-def _cf(folder: Path, array: np.ndarray, form: str) -> Path:
+def _cf(folder, array, form):
     """Write a packed variable with coordinates, as xarray does."""
     import xarray
 
@@ -134,16 +132,16 @@ def _cf(folder: Path, array: np.ndarray, form: str) -> Path:
     return path
 
 
-def _ome_zarr(folder: Path, array: np.ndarray) -> Path:
+def _ome_zarr(folder, array):
     from volume_writers import scaled, write_ome_zarr
 
     return write_ome_zarr(folder / "ome.zarr", {"0": array}, scales=[scaled(2.0, 0.5, 0.5)])
 
 
-def _by_programs(name: str) -> Callable[..., Path]:
+def _by_programs(name):
     """Return a maker of a file as a program lays it out in HDF5."""
 
-    def make(folder: Path, array: np.ndarray) -> Path:
+    def make(folder, array):
         import h5py
         import test_containers
 
@@ -154,10 +152,10 @@ def _by_programs(name: str) -> Callable[..., Path]:
     return make
 
 
-def _labels(writer: str) -> Callable[..., Path]:
+def _labels(writer):
     """Return a maker of labels as a program writes them with their names and colours."""
 
-    def make(folder: Path, _array: np.ndarray) -> Path:
+    def make(folder, _array):
         import test_labels
 
         return getattr(test_labels, writer)(folder)
@@ -165,14 +163,14 @@ def _labels(writer: str) -> Callable[..., Path]:
     return make
 
 
-def _read_volume(path: Path) -> str:
+def _read_volume(path):
     from model.volume_files.source import VolumeSource
 
     VolumeSource(path).read()
     return ""
 
 
-def _make_tf(folder: Path) -> list[Path]:
+def _make_tf(folder):
     from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF, TransferFunction
 
     span = (0.0, 255.0)
@@ -185,7 +183,7 @@ def _make_tf(folder: Path) -> list[Path]:
     return paths
 
 
-def _read_tf(path: Path) -> str:
+def _read_tf(path):
     from model.scene.transfer_function import TransferFunction
 
     tf = TransferFunction.load(path)
@@ -201,7 +199,7 @@ def _scene():
     return Scene.of(Volume(_voxels()), image_size=16)
 
 
-def _make_model(folder: Path) -> list[Path]:
+def _make_model(folder):
     from model.networks.card import ModelCard
     from model.networks.checkpoint import save_model
     from model.networks.paper import build_generator
@@ -214,7 +212,7 @@ def _make_model(folder: Path) -> list[Path]:
     return [folder / "model"]
 
 
-def _read_model(path: Path) -> str:
+def _read_model(path):
     from model.networks.card import recorded_agreement, recorded_errors
     from model.networks.checkpoint import load_model
 
@@ -227,7 +225,7 @@ def _read_model(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _make_store(folder: Path) -> list[Path]:
+def _make_store(folder):
     from model.samples.sample_store import BLOCK, SampleBatch, SampleStore
 
     rng = np.random.default_rng(2)
@@ -241,7 +239,7 @@ def _make_store(folder: Path) -> list[Path]:
     return [store.path]
 
 
-def _read_store(path: Path) -> str:
+def _read_store(path):
     from model.samples.sample_store import SPLITS, SampleStore
 
     store = SampleStore(path)
@@ -254,7 +252,7 @@ def _read_store(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _make_preferences(folder: Path) -> list[Path]:
+def _make_preferences(folder):
     from app.state.preferences import Preferences
     from model.scene.view import View
 
@@ -265,7 +263,7 @@ def _make_preferences(folder: Path) -> list[Path]:
     return [folder / "settings.json", folder / "volumes" / "f.json"]
 
 
-def _read_preferences(path: Path) -> str:
+def _read_preferences(path):
     from app.state.preferences import KeptFile
     from app.state.settings import Settings, VolumeMemory
 
@@ -276,12 +274,12 @@ def _read_preferences(path: Path) -> str:
     return ""
 
 
-def _make_planted(folder: Path) -> list[Path]:
+def _make_planted(folder):
     (folder / "planted").write_bytes(b"good")
     return [folder / "planted"]
 
 
-def _read_planted(path: Path) -> str:
+def _read_planted(path):
     """Fail as the file's content says: the fuzz job's own test."""
     from model.errors import VolumeError
 

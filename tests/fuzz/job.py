@@ -1,7 +1,5 @@
 """The fuzz job: mutates examples of a format, has children read them, and counts."""
 
-from __future__ import annotations
-
 import multiprocessing
 import random
 import shutil
@@ -10,10 +8,9 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from tests.fuzz.child import main
-from tests.fuzz.formats import FORMATS, Format
+from tests.fuzz.formats import FORMATS
 
 SPAWNED = multiprocessing.get_context("spawn")
 START_S = 120.0
@@ -30,9 +27,7 @@ class Outcomes:
     failures: list[str] = field(default_factory=list)
 
 
-def fuzz(
-    name: str, count: int, seed: int, keep: Path | None = None, jobs: int = 2, limit_s: float = 20.0
-) -> Outcomes:
+def fuzz(name, count, seed, keep=None, jobs=2, limit_s=20.0):
     """Read a number of mutated files of a format, the same ones for the same seed.
 
     Files that fail are kept in a folder, with a report; one that takes longer than
@@ -41,7 +36,7 @@ def fuzz(
     outcomes, lock = Outcomes(), threading.Lock()
     left = iter(range(count))
 
-    def work() -> None:
+    def work():
         with TemporaryDirectory() as folder:
             reader = _Reader(name, Path(folder), seed, limit_s)
             try:
@@ -73,17 +68,17 @@ def fuzz(
 class _Reader:
     """Makes mutated files in a folder, and has a child read them."""
 
-    def __init__(self, name: str, folder: Path, seed: int, limit_s: float) -> None:
+    def __init__(self, name, folder, seed, limit_s):
         self._name, self._seed, self._limit_s = name, seed, limit_s
-        self._format: Format = FORMATS[name]
+        self._format = FORMATS[name]
         whole = folder / "whole"
         whole.mkdir()
         self._examples = sorted(self._format.make(whole))
         self.folder = folder / "mutated"
-        self._child: Any = None
+        self._child = None
         self._digests = {path: self._asked(path).get("digest") for path in self._examples}
 
-    def read_mutated(self, index: int) -> tuple[str, str]:
+    def read_mutated(self, index):
         """Return the outcome of a mutated file or folder, and a report."""
         rng = random.Random(f"{self._name} {self._seed} {index}")
         example = rng.choice(self._examples)
@@ -94,14 +89,14 @@ class _Reader:
             outcome, report = "altered", "it is read, but what it holds is another"
         return outcome, report
 
-    def end(self) -> None:
+    def end(self):
         if self._child is not None:
             self._child.kill()
             self._child.join()
             self._pipe.close()
             self._child = None
 
-    def _mutated(self, example: Path, rng: random.Random) -> Path:
+    def _mutated(self, example, rng):
         shutil.rmtree(self.folder, ignore_errors=True)
         self.folder.mkdir()
         path = self.folder / example.name
@@ -118,15 +113,14 @@ class _Reader:
             file.write_bytes(self._format.mutate(file.read_bytes(), rng))
         return path
 
-    def _asked(self, path: Path) -> dict[str, Any]:
+    def _asked(self, path):
         if self._child is None:
             self._start()
         assert self._child is not None
         try:
             self._pipe.send(path)
             if self._pipe.poll(self._limit_s):
-                answer: dict[str, Any] = self._pipe.recv()
-                return answer
+                return self._pipe.recv()
             answer = {"outcome": "hang", "report": f"no answer within {self._limit_s:g} s"}
         except (EOFError, OSError):
             self._child.join()
@@ -134,7 +128,7 @@ class _Reader:
         self.end()
         return answer
 
-    def _start(self) -> None:
+    def _start(self):
         self._pipe, theirs = SPAWNED.Pipe()
         self._child = SPAWNED.Process(target=main, args=(theirs, self._name))
         self._child.start()

@@ -1,9 +1,5 @@
 """A small volume and a TF, as files."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,7 +11,7 @@ RANGE = (0.0, 255.0)
 @pytest.fixture(scope="module")
 def raw_file(tmp_path_factory):
     """A small volume, headerless, its layout in its name."""
-    path: Path = tmp_path_factory.mktemp("volumes") / "ball_20x18x16_uint8.raw"
+    path = tmp_path_factory.mktemp("volumes") / "ball_20x18x16_uint8.raw"
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
     distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)
     path.write_bytes(np.clip(255 - 25 * distance, 0, 255).astype(np.uint8).tobytes())
@@ -24,7 +20,7 @@ def raw_file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tf_file(tmp_path_factory):
-    path: Path = tmp_path_factory.mktemp("tfs") / "tf.json"
+    path = tmp_path_factory.mktemp("tfs") / "tf.json"
     color = ColorTF(RANGE, ((0.0, 0.1, 0.2, 0.9), (255.0, 1.0, 0.3, 0.2)))
     TransferFunction(OpacityTF(RANGE, (GaussianMode(120.0, 40.0, 0.2),)), color).save(path)
     return path

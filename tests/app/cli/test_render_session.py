@@ -16,18 +16,16 @@ from model.scene.transfer_function import TransferFunction
 from model.scene.view import View
 from model.volume_files import read_volume
 
+VIEW, LIGHT = View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0), LightDirection(50.0, 20.0)
+CROP = CropBox((0.0, 0.0, 0.2), (1.0, 1.0, 1.0))
+
 
 @pytest.fixture
 def session(raw_file, tf_file, tmp_path):
     """A session of a small volume, looked at from elsewhere, lit, and cropped."""
     path = tmp_path / "seen.tfscope"
-    memory = VolumeMemory(
-        tf=TransferFunction.load(tf_file),
-        view=View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0),
-        lighting="direct",
-        light=LightDirection(50.0, 20.0),
-        crop=CropBox((0.0, 0.0, 0.2), (1.0, 1.0, 1.0)),
-    )
+    tf = TransferFunction.load(tf_file)
+    memory = VolumeMemory(tf=tf, view=VIEW, lighting="direct", light=LIGHT, crop=CROP)
     content = SessionContent(memory, SessionSettings(legend=True))
     Session(raw_file, read_volume(raw_file).fingerprint, content).save(path)
     return path
@@ -43,16 +41,8 @@ def test_all_of_a_session_is_drawn(session, tmp_path):
     shown = Session.load(session)
     volume = read_volume(shown.volume)
     tf = shown.content.memory.tf
-    renderer = RaycastRenderer(
-        volume.over(tf.scalar_range, tf.scale), "direct", LightDirection(50.0, 20.0)
-    )
-    inputs = SceneInputs.of(
-        View(40.0, -10.0, 5.0, 0.8, 0.1, 0.0),
-        tf,
-        light=LightDirection(50.0, 20.0),
-        crop=CropBox((0.0, 0.0, 0.2), (1.0, 1.0, 1.0)),
-    )
-    expected = renderer.render(inputs, 48)
+    renderer = RaycastRenderer(volume.over(tf.scalar_range, tf.scale), "direct", LIGHT)
+    expected = renderer.render(SceneInputs.of(VIEW, tf, light=LIGHT, crop=CROP), 48)
     renderer.close()
     image = drawn(session, tmp_path / "image.npy")
     assert image[..., 3].max() > 0.1

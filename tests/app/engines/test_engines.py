@@ -239,12 +239,16 @@ def test_a_final_image_is_given_up_when_it_is_no_longer_wanted(clock):
     assert len(renderer.calls) == drawn + 1
 
 
-@pytest.mark.parametrize("asked", ["images_of", "region_sensitivity", "visibility"])
+@pytest.mark.parametrize(
+    "asked", ["images", "images_of", "picture", "region_sensitivity", "visibility"]
+)
 def test_the_ray_caster_gives_up_anywhere(asked):
     engine = RendererEngine(Drawer(RaycastRenderer(make_volume(), threads=1), 0.5))
     inputs, quality = make_request(1).inputs, Quality(64)
     request = {
+        "images": BatchRequest(inputs, quality, (inputs,) * 3),
         "images_of": ImageRequest(inputs, quality),
+        "picture": PictureRequest(inputs, quality),
         "region_sensitivity": RegionSensitivityRequest(inputs, quality, Outline(), 8.0),
         "visibility": VisibilityRequest(inputs, quality, (Outline(),)),
     }[asked]
@@ -357,7 +361,6 @@ def test_path_traced_tiles_make_up_the_picture_that_is_traced_as_a_whole(monkeyp
         *_, right = renderer.refined(inputs, whole, max(samples, 2))
         np.testing.assert_allclose(picture / 255, right.rgba, atol=0.6 / 255)
         # Of each tile by its pixels; margins count for little.
-        assert engine.image_error is not None
         assert right.error / 1.2 < engine.image_error < 1.2 * right.error
     asked = count()
     with pytest.raises(SupersededError):

@@ -1,28 +1,15 @@
 """A worker's requests: the newest wins, and what nobody waits for is given up."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from ramp import make_volume
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
-from app.engines.drawer import Drawer
-from app.engines.renderer_engine import RendererEngine
-from app.engines.requests import (
-    BatchRequest,
-    ImageRequest,
-    PictureRequest,
-    Quality,
-    VisibilityRequest,
-)
+from app.engines.requests import UNWATCHED, SupersededError, VisibilityRequest
 from app.engines.worker import EngineWorker
 from model.errors import RenderError
-from model.rendering.raster import Raster
-from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.region import Region
-from model.scene.scene import LightDirection
 
 
 class Harness:
@@ -102,7 +89,6 @@ def test_an_error_is_data_and_the_worker_goes_on(qtbot, error, sentence):
     assert failed.error == sentence
     assert failed.value is None
     assert good.error is None
-    assert good.value is not None
     assert good.value[0, 0, 0] == pytest.approx(2 / 255)
     harness.end(qtbot)
 
@@ -165,7 +151,6 @@ def test_each_channel_has_a_slot_of_its_own_and_its_turn(qtbot):
     # The visibility came first of the two that waited, and only the newest of each was left.
     assert found == [("images", 1), ("visibility", 4), ("images", 5)]
     value = harness.results[1].value
-    assert value is not None
     assert value.shape == (1, 256)
     harness.end(qtbot)
 
@@ -193,110 +178,42 @@ def test_images_become_better_until_there_is_a_newer_request(qtbot):
     harness.end(qtbot)
 
 
-def test_nothing_better_follows_what_is_called_off(qtbot):
+@pytest.mark.parametrize(("is_called_off", "order"), [(False, [1, 2, 1, 1]), (True, [1, 2])])
+def test_others_have_their_turn_while_images_become_better(qtbot, is_called_off, order):
     gate = threading.Semaphore(0)
     harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
     harness.worker.submit(make_request(1))
     wait_started(harness.engine)
-    harness.worker.abandon("images")
-    gate.release(10)
+    if is_called_off:
+        harness.worker.abandon("images")
     harness.worker.submit(visibility(2))
-    qtbot.waitUntil(lambda: bool(harness.results) and harness.results[-1].request.sequence == 2)
-    assert widths_of(harness) == [(1, 3)]
+    gate.release(10)
+    qtbot.waitUntil(lambda: [r.request.sequence for r in harness.results] == order)
     harness.end(qtbot)
+    assert [r.request.sequence for r in harness.results] == order
 
 
-def test_others_have_their_turn_while_images_become_better(qtbot):
-    gate = threading.Semaphore(0)
-    harness = Harness(qtbot, RefiningEngine([3, 6, 9], gate))
+class Endless(FakeEngine):
+    """Draws its first image for as long as it is wanted."""
+
+    def image(self, request, watch=UNWATCHED):
+        super().image(request)
+        while request.sequence == 1 and watch.is_wanted():
+            threading.Event().wait(0.001)
+        if request.sequence == 1:
+            raise SupersededError
+        return np.zeros((8, 8, 4), np.float32)
+
+
+@pytest.mark.parametrize("end", ["newer", "called off", "closed"])
+def test_what_is_replaced_or_called_off_or_of_a_closed_window_is_given_up(qtbot, end):
+    harness = Harness(qtbot, Endless())
     harness.worker.submit(make_request(1))
     wait_started(harness.engine)
-    harness.worker.submit(visibility(2))
-    gate.release(10)
-    qtbot.waitUntil(lambda: len(harness.results) == 4)
-    assert [r.request.sequence for r in harness.results] == [1, 2, 1, 1]
+    if end == "called off":
+        harness.worker.abandon("images")
+    if end != "closed":
+        harness.worker.submit(make_request(2))
+        qtbot.waitUntil(lambda: bool(harness.results))
     harness.end(qtbot)
-
-
-INPUTS = replace(make_request(1).inputs, light=LightDirection())
-
-
-CHANNEL = "slow"
-
-QUESTIONS = {
-    "batch": BatchRequest(INPUTS, Quality(8), (INPUTS,) * 15),
-    "image": ImageRequest(INPUTS, Quality(2000)),
-    "picture": PictureRequest(INPUTS, Quality(2500)),
-}
-"""Questions that take more than one rendering."""
-
-
-class SlowRenderer(RaycastRenderer):
-    """A ray caster in soft light, each of whose renderings has to be let through."""
-
-    def __init__(self):
-        super().__init__(make_volume(), "soft", LightDirection(), threads=1)
-        self.begun, self.may_end = threading.Semaphore(0), threading.Semaphore(0)
-        self.renderings = 0
-
-    def render(self, inputs, size=0, *_, go_on=lambda: None):
-        self.renderings += 1
-        self.begun.release()
-        assert self.may_end.acquire(timeout=PATIENCE_S)
-        go_on()
-        return np.ones((*Raster.of(size).shape, 4), np.float32)
-
-
-class SlowWorker:
-    """A worker with a slow renderer, and the results that it delivers."""
-
-    def __init__(self):
-        self.renderer, self.results = SlowRenderer(), []
-        engine = RendererEngine(Drawer(self.renderer, 1.0))
-        self.worker = EngineWorker(lambda: engine, "slow")
-        self.worker.resultReady.connect(self.results.append)
-        self.worker.start()
-
-    def begin(self, request):
-        """Ask, and wait for the first rendering to begin."""
-        self.worker.submit(request)
-        assert self.renderer.begun.acquire(timeout=PATIENCE_S)
-
-
-@pytest.fixture
-def slow(qapp):
-    harness = SlowWorker()
-    yield harness
-    harness.worker.stop()
-    harness.renderer.may_end.release(10_000)
-    harness.worker.join()
-
-
-@pytest.fixture(params=QUESTIONS)
-def question(request):
-    return replace(QUESTIONS[request.param], sequence=1, channel=CHANNEL)
-
-
-@pytest.mark.parametrize("is_newer", [True, False])
-def test_what_is_called_off_or_replaced_ends_with_the_present_rendering(
-    qtbot, slow, question, is_newer
-):
-    slow.begin(question)
-    if not is_newer:
-        slow.worker.abandon(CHANNEL)
-    slow.worker.submit(replace(question, sequence=2) if is_newer else make_request(2))
-    slow.renderer.may_end.release()
-    assert slow.renderer.begun.acquire(timeout=PATIENCE_S)
-    assert slow.renderer.renderings == 2
-    slow.renderer.may_end.release(10_000)
-    qtbot.waitUntil(lambda: len(slow.results) == 1)
-    assert slow.results[0].request.sequence == 2
-
-
-def test_as_the_window_closes_it_ends_with_the_present_rendering(qtbot, slow, question):
-    slow.begin(question)
-    with qtbot.waitSignal(slow.worker.finished):
-        slow.worker.stop()
-        slow.renderer.may_end.release()
-    slow.worker.join()
-    assert slow.renderer.renderings == 1 and slow.results == []
+    assert [r.request.sequence for r in harness.results] == ([] if end == "closed" else [2])

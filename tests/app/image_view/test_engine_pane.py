@@ -4,13 +4,11 @@ from dataclasses import replace
 from window_fakes import FakeEngine, make_request
 
 from app.state.at_work import PATIENCE_MS
-from model.errors import RenderError
 from model.scene.view import View
 
 
 def red(pane):
     """Sequence number of the image that is shown."""
-    assert pane.canvas.image is not None
     return pane.canvas.image.pixelColor(0, 0).red()
 
 
@@ -42,7 +40,6 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     pane.client.submit(turned)
     assert pane.status != "drawing …"
     qtbot.waitUntil(lambda: pane.status == "drawing …", timeout=PATIENCE_MS + 1000)
-    assert engine.gate is not None
     engine.gate.release(2)
     qtbot.waitUntil(lambda: red(pane) == 3)
     assert pane.status != "drawing …"
@@ -54,22 +51,3 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     pane.client.fail("It failed.")
     assert pane.status != "drawing …"
     gate.release()
-
-
-def test_an_error_is_drawn_over_the_image_and_the_next_image_clears_it(qtbot, pane):
-    engine = FakeEngine()
-    pane.client.start(lambda: engine, "Loading …")
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(1))
-    engine.error = RenderError("The volume does not fit; close other programs.")
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(2))
-    assert (
-        pane.client.error == pane.canvas.message == "The volume does not fit; close other programs."
-    )
-    assert red(pane) == 1
-    engine.error = None
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(make_request(3))
-    assert pane.client.error is None
-    assert red(pane) == 3

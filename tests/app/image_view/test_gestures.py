@@ -42,17 +42,6 @@ from model.scene.scene import LightDirection, LightRange
 from model.scene.view import AXES, VIEW_ANGLE, View, axis_direction
 
 
-@pytest.fixture
-def canvas(qtbot, state):
-    widget = QWidget()
-    widget.resize(200, 200)
-    ViewGestures(widget, state)
-    qtbot.addWidget(widget)
-    widget.show()
-    yield widget
-    state.finish_view()
-
-
 def test_dragging_orbits_live_and_finishes_on_release(qtbot, state, canvas):
     signals = [state.viewChanged, state.viewChanged, state.viewChangeFinished]
     with qtbot.waitSignals(signals, order="strict"):

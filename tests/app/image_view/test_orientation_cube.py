@@ -1,9 +1,7 @@
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QWidget
 
-from app.image_view.gestures import ViewGestures
 from app.image_view.orientation_cube import SIZE, OrientationCube
 from model.scene.orientation import STANDARD_VIEWS
 from model.scene.view import axis_direction
@@ -12,19 +10,9 @@ EQUAL = (3**-0.5, 3**-0.5, 3**-0.5)
 
 
 @pytest.fixture
-def canvas(qtbot, state):
-    widget = QWidget()
-    widget.resize(300, 200)
-    ViewGestures(widget, state)
-    qtbot.addWidget(widget)
-    yield widget
-    state.finish_view()
-
-
-@pytest.fixture
 def cube(state, canvas):
     cube = OrientationCube(state, canvas)
-    canvas.show()
+    cube.show()
     return cube
 
 

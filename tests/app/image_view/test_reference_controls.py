@@ -97,7 +97,7 @@ def test_the_kind_of_light_is_undone_among_the_edits(make_window):
     assert state.light == LightDirection()
     state.edits.undo()
     assert reference.choices.lighting == "auto" and not state.edits.stack.canUndo()
-    fingerprint = window.workspace.opened.fingerprint  # type: ignore[union-attr]
+    fingerprint = window.workspace.opened.fingerprint
     assert window.preferences.volume(fingerprint).lighting == "auto"
     # What is kept for no later run is no edit.
     reference.choose(keep=False, lighting="none")

@@ -53,7 +53,6 @@ def test_hovering_draws_the_interpolated_code_and_shows_the_decoded_tf(qtbot, wi
     QTest.mouseMove(map_view, map_view.frame.pixel((-0.3, 0.25)).toPoint())
     qtbot.waitUntil(lambda: work.hover is not None)
     place = window.latent_state.hover
-    assert place is not None
     code, _ = work.session.code_at(place)
     request = newest(builders, "hover")
     assert request.codes == (tuple(code.tolist()),)

@@ -131,7 +131,6 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     open_browser(qtbot, window)
     browser, latent = window.browser, window.workspace.latent
     session, grid = latent.session, latent.grid
-    assert grid is not None and session.map is not None and session.space is not None
     assert session.different is not None and len(set(session.different)) == 16
     assert not browser.map.isVisible() and not browser.bar.reset.isVisible()
     # Each picture is of a sample of the map.
@@ -204,7 +203,6 @@ def test_hovering_shows_picture_and_tf(qtbot, window, builders):
     qtbot.waitUntil(lambda: pictures.hover is not None)
     request = [r for r in builders.analysts[-1].others if r.channel == "hover"][-1]
     place = window.latent_state.hover
-    assert place is not None
     assert place == pytest.approx((0.2, 0.1), abs=0.02)
     expected, samples = window.workspace.latent.session.tf_at(place)
     assert request.inputs.opacity_tf == expected
@@ -236,7 +234,6 @@ def test_a_click_makes_the_tf_in_one_undo_step(qtbot, window):
     QTest.mouseClick(map_view, Qt.MouseButton.LeftButton, pos=pixel(map_view, (0.3, 0.2)))
     tf = window.state.transfer_function
     place = window.latent_state.hover
-    assert place is not None
     wanted, _ = window.workspace.latent.session.tf_at(place)
     assert tf.opacity.sample() == pytest.approx(wanted.sample(), abs=0.03)
     assert 2 < len(tf.opacity.points) < 40
@@ -310,7 +307,6 @@ def test_the_present_tf_is_placed_while_it_is_edited(qtbot, window):
         modes = (GaussianMode(mean, 8.0, height),)
         tf = TransferFunction(OpacityTF((100.0, 200.0), modes), make_tf().color)
         window.state.tf_input.set(tf, "test")
-        assert session.place is not None
         return session.place
 
     # Mean and height, from 0 to 1, are the map's axes from -.9 to .9.

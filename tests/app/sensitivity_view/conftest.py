@@ -1,7 +1,5 @@
 """The window that the tests of sensitivities begin with."""
 
-from __future__ import annotations
-
 import pytest
 
 

@@ -1,30 +1,24 @@
 """Mouse events over the images and the opacity plot, for tests of sensitivities."""
 
-from __future__ import annotations
-
 from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
 from PySide6.QtGui import QMouseEvent
 from PySide6.QtWidgets import QApplication
-from window_fakes import FakeBuilders
-
-from app.image_view.image_canvas import ImageCanvas
-from app.window.main_window import MainWindow
 
 
-def at(canvas: ImageCanvas, x: float, y: float) -> QPoint:
+def at(canvas, x, y):
     """Position of a place of the image."""
     rect = canvas.image_rect
     return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
 
 
-def over_plot(window: MainWindow, value: float, height: float = 0.8) -> QPoint:
+def over_plot(window, value, height=0.8):
     """Position of a value in the opacity plot."""
     area = window.editor.area
     place = QPointF(area.axis.place(value), height)
     return area.widget.mapFromScene(area.opacity.mapViewToScene(place))
 
 
-def hover(window: MainWindow, value: float, effect: bool = True) -> None:
+def hover(window, value, effect=True):
     """Move the mouse to a value, with Ctrl for what an edit there would change."""
     viewport, at = window.editor.area.widget.viewport(), over_plot(window, value)
     control, none = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.NoModifier
@@ -37,5 +31,5 @@ def hover(window: MainWindow, value: float, effect: bool = True) -> None:
     )  # fmt: skip
 
 
-def asked(builders: FakeBuilders, kind: type) -> list:
+def asked(builders, kind):
     return [request for request in builders.analysts[-1].others if type(request) is kind]

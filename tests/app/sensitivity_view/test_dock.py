@@ -5,6 +5,7 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
+from mouse_events import drag
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
@@ -65,9 +66,7 @@ def test_the_line_above_is_dragged_and_comes_back_by_a_double_click(qtbot, windo
     resize(qtbot, window, 1280, 900)
     handle = window._splitter.handle(1)
     at = QPoint(handle.width() // 2, 3)
-    QTest.mousePress(handle, LEFT, pos=at)
-    QTest.mouseMove(handle, at - QPoint(0, 90))
-    QTest.mouseRelease(handle, LEFT, pos=at - QPoint(0, 90))
+    drag(handle, at, at - QPoint(0, 90))
     dragged = window.editor.height()
     assert dragged == pytest.approx(315 + 90, abs=12)
     resize(qtbot, window, 1280, 1000)
@@ -87,9 +86,7 @@ def test_a_region_opens_the_panel_and_escape_closes_both(qtbot, window):
     canvas = window.reference.canvas
     square = canvas.image_rect
     corners = [square.topLeft() + QPoint(square.width() // n, square.height() // n) for n in (4, 2)]
-    QTest.mousePress(canvas, LEFT, pos=corners[0])
-    QTest.mouseMove(canvas, corners[1])
-    QTest.mouseRelease(canvas, LEFT, pos=corners[1])
+    drag(canvas, *corners)
     QApplication.processEvents()
     assert state.active is not None and findings.isVisible()
     assert findings.width() == 276
@@ -247,11 +244,9 @@ def test_curve_visible_area_and_tf_can_be_told_apart_by_everyone(colors, sees):
 
     # The area is drawn at .6 over the plot; lines are opaque.
     light = {
-        "curve": lightness(seen("curve")),
-        "change": lightness(seen("change")),
-        "visible": lightness(seen("visible", 0.6)),
-        "plot": lightness(seen("plot")),
-    }
+        "curve": lightness(seen("curve")), "change": lightness(seen("change")),
+        "visible": lightness(seen("visible", 0.6)), "plot": lightness(seen("plot")),
+    }  # fmt: skip
     names = sorted(light)
     for index, one in enumerate(names):
         for other in names[index + 1 :]:

@@ -32,7 +32,6 @@ def test_hovering_shows_the_field_with_its_image(qtbot, window, builders):
     edit = edit_over(band.values, (100.0, 200.0), window.sensitivity_state.choices.width)
     inputs = window.state.inputs
     image = window.sensitivity.exact.image_of(inputs)
-    assert image is not None
     field = shown_field(np.full((16, 16, 3), band.low), edit, "signed")
     expected = overlay(image, field, scale_of(field), "signed").astype(np.float32)
     qtbot.waitUntil(lambda: window.reference.canvas.cover == to_qimage(expected))
@@ -55,7 +54,6 @@ def test_hovering_shows_where_the_value_is_visible_and_with_ctrl_what_an_edit_wo
     assert band is not None and not band.effect
     # The fake's field is .4 in every pixel.
     image = cover.image_of(window.state.inputs)
-    assert image is not None
     field = np.full((16, 16), (band.low - 100) / 100)
     expected = overlay(image, field, scale_of(field), "visible").astype(np.float32)
     qtbot.waitUntil(lambda: window.generator.canvas.cover == to_qimage(expected))
@@ -137,7 +135,6 @@ def test_a_field_is_never_over_another_image(qtbot, window, builders):
     if cover is not None:
         edit = edit_over((150.0, 150.0), (100.0, 200.0), field.request.width)
         shown = shown_field(field.value, edit, "signed")
-        assert old is not None
         assert cover == to_qimage(overlay(old, shown, scale_of(shown), "signed").astype("f4"))
     assert window.sensitivity.responses.is_marked_stale
     assert window.sensitivity.visible.is_marked_stale

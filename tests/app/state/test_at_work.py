@@ -20,7 +20,7 @@ class Slow(FakeEngine):
         super().__init__()
         self.half, self.may_end = threading.Semaphore(0), threading.Semaphore(0)
 
-    def images(self, request, watch):  # type: ignore[override]
+    def images(self, request, watch):
         watch.note(0.5)
         self.half.release()
         assert self.may_end.acquire(timeout=PATIENCE_S)

@@ -29,7 +29,7 @@ class Client(QObject):
         self.asked = []
         self.abandoned = []
         self.is_held = False
-        self.images = Channel(self, IMAGES, self)  # type: ignore[arg-type]
+        self.images = Channel(self, IMAGES, self)
 
     def open(self, channel):
         """It has one channel."""
@@ -67,7 +67,7 @@ def analyst():
 
 @pytest.fixture
 def scheduler(state, generator, reference, analyst):
-    clients = Clients(generator, reference, analyst)  # type: ignore[arg-type]
+    clients = Clients(generator, reference, analyst)
     scheduler = ImageScheduler(state, clients, state)
     scheduler.raster = PANE
     yield scheduler
@@ -160,7 +160,7 @@ def test_a_choice_is_shown_as_while_something_moves_and_then_at_rest(scheduler, 
 
 
 def test_what_nobody_sees_is_not_asked_for(state, scheduler, generator, reference):
-    scheduler.hidden = frozenset({reference})  # type: ignore[arg-type]
+    scheduler.hidden = frozenset({reference})
     scheduler.send()
     turn(state, 10.0)
     assert not reference.asked and len(generator.asked) == 2
@@ -185,6 +185,6 @@ def test_the_generator_of_path_traced_light_draws_what_the_reference_does_once(
     assert generator.asked[-1].stop == replace(scheduler.stop, samples=1)
     assert reference.asked[-1].stop == scheduler.stop
     # Out of sight it leaves the drawing to the reference.
-    scheduler.hidden = frozenset({generator})  # type: ignore[arg-type]
+    scheduler.hidden = frozenset({generator})
     turn(state, 30.0)
     assert reference.asked[-1].quality.live

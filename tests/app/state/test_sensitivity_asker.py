@@ -67,7 +67,7 @@ class Asking:
 
     def __post_init__(self):
         self.asker = SensitivityAsker(
-            self.state, self.asked, {"exact": self.exact, "learned": self.learned},  # type: ignore[dict-item]
+            self.state, self.asked, {"exact": self.exact, "learned": self.learned},
             self.state, lambda: self.now,
         )  # fmt: skip
         self.asked.choose(whole_curve=True)
@@ -298,10 +298,8 @@ def answered(size, strength, shift=0.0):
 
 def test_strengths_are_compared_whatever_the_numbers_of_pixels():
     found = agreement(answered(128, 0.3), answered(256, 0.1))
-    assert found is not None
     assert found.cosine == pytest.approx(1.0)
     assert found.strength == pytest.approx(3.0)
     apart = agreement(answered(128, 0.1), answered(128, 0.1, shift=80.0))
-    assert apart is not None
     assert apart.cosine < 0.1 and apart.strength == pytest.approx(1.0)
     assert agreement(answered(128, 0.0), answered(128, 0.0)) is None

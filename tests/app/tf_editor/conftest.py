@@ -8,13 +8,21 @@ DATA = PlotData(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), 
 
 
 @pytest.fixture
-def editor(qtbot, state):
-    """An editor over 100..200 K, 1100 x 300 pixels large."""
-    editor = TransferFunctionEditor(state)
-    qtbot.addWidget(editor)
-    editor.set_data(DATA)
-    editor.resize(1100, 300)
-    editor.show()
-    qtbot.waitExposed(editor)
-    state.start_volume(state.transfer_function, None)
-    return editor
+def open_editor(qtbot, state):
+    def opened(data=DATA, width=1100, height=300):
+        editor = TransferFunctionEditor(state)
+        qtbot.addWidget(editor)
+        editor.set_data(data)
+        editor.resize(width, height)
+        editor.show()
+        qtbot.waitExposed(editor)
+        state.start_volume(state.transfer_function, None)
+        return editor
+
+    return opened
+
+
+@pytest.fixture
+def editor(open_editor):
+    """An editor over 100..200 K."""
+    return open_editor()

@@ -1,26 +1,22 @@
 """Events on an editor of TFs, as a mouse and a keyboard send them."""
 
-from __future__ import annotations
-
 import mouse_events
 from mouse_events import LEFT, NONE
-from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtCore import QPointF
 from PySide6.QtTest import QTest
 
-from app.tf_editor.editor import TransferFunctionEditor
 
-
-def pixel(editor: TransferFunctionEditor, value: float, height: float) -> QPoint:
+def pixel(editor, value, height):
     """Pixel of a value and a height of the opacity plot."""
     at = QPointF(editor.area.axis.place(value), height)
     return editor.area.widget.mapFromScene(editor.area.opacity.mapViewToScene(at))
 
 
-def click(editor: TransferFunctionEditor, at: QPoint, modifier: Qt.KeyboardModifier = NONE) -> None:
+def click(editor, at, modifier=NONE):
     QTest.mouseClick(editor.area.widget.viewport(), LEFT, modifier, at)
 
 
-def double_click(editor: TransferFunctionEditor, at: QPoint) -> None:
+def double_click(editor, at):
     """Click twice as a mouse does it: the second press comes as a double click."""
     viewport = editor.area.widget.viewport()
     QTest.mouseClick(viewport, LEFT, pos=at)
@@ -28,12 +24,6 @@ def double_click(editor: TransferFunctionEditor, at: QPoint) -> None:
     QTest.mouseRelease(viewport, LEFT, pos=at)
 
 
-def drag(
-    editor: TransferFunctionEditor,
-    start: QPoint,
-    end: QPoint,
-    modifier: Qt.KeyboardModifier = NONE,
-    button: Qt.MouseButton = LEFT,
-) -> None:
+def drag(editor, start, end, modifier=NONE, button=LEFT):
     half = (start + end) / 2
     mouse_events.drag(editor.area.widget.viewport(), start, half, end, button=button, keys=modifier)

@@ -11,8 +11,6 @@ from PySide6.QtGui import QColor
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QColorDialog, QToolButton
 
-from app.tf_editor.editor import TransferFunctionEditor
-from app.tf_editor.plot_area import PlotData
 from model.scene.transfer_function import GaussianMode, OpacityTF
 
 SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
@@ -20,15 +18,9 @@ SIZES = [(1440, 315), (1164, 315), (1280, 252), (1000, 224), (724, 224)]
 
 
 @pytest.fixture
-def make_editor(qtbot, state):
+def make_editor(qtbot, state, open_editor):
     def make(width=1440, height=315, mean=170.0, amplitude=0.9):
-        editor = TransferFunctionEditor(state)
-        qtbot.addWidget(editor)
-        editor.set_data(
-            PlotData(np.arange(256), np.linspace(100.0, 200.0, 257), (100.0, 200.0), "K")
-        )
-        editor.resize(width, height)
-        editor.show()
+        editor = open_editor(width=width, height=height)
         editor.activateWindow()
         qtbot.waitUntil(editor.isActiveWindow)
         mode = GaussianMode(mean, 8.0, amplitude)

@@ -9,7 +9,6 @@ from mouse_events import wheel
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 
-from app.tf_editor.editor import TransferFunctionEditor
 from app.tf_editor.histogram import percentile_range
 from app.tf_editor.plot_area import PlotData
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis
@@ -22,18 +21,10 @@ CTRL = Qt.KeyboardModifier.ControlModifier
 
 
 @pytest.fixture
-def editor(qtbot, state):
-    editor = TransferFunctionEditor(state)
-    qtbot.addWidget(editor)
+def editor(open_editor):
     # One voxel far away, as of a piece of metal.
-    counts = np.array([100, 800, 99, 1])
-    edges = np.array([100.0, 120.0, 180.0, 200.0, 300.0])
-    editor.set_data(PlotData(counts, edges, (100.0, 300.0), "K"))
-    editor.resize(1100, 300)
-    editor.show()
-    qtbot.waitExposed(editor)
-    state.start_volume(state.transfer_function, None)
-    return editor
+    counts, edges = np.array([100, 800, 99, 1]), np.array([100.0, 120.0, 180.0, 200.0, 300.0])
+    return open_editor(PlotData(counts, edges, (100.0, 300.0), "K"))
 
 
 def test_with_ctrl_a_dragged_line_cuts_the_tf_from_before_the_drag(editor, state):

@@ -111,7 +111,6 @@ def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
     curve = state.transfer_function.opacity
     # Of the new handles, the highest one is selected.
     index = editor.selection.index("opacity")
-    assert index is not None
     assert curve.points[index][1] == max(height for _, height in curve.points)
     assert editor.selection.indices("opacity") == (index,)
     assert 4 < len(curve.points) < 40

@@ -6,14 +6,9 @@ from hypothesis import strategies as st
 from app.tf_editor.unit_axis import OpacityScale, ScalarAxis, ticks
 
 RANGES = [
-    (0.0, 1.0),
-    (-1000.0, 3095.0),
-    (0.0, 255.0),
-    (1e-15, 3e-15),
-    (1e9, 1e9 + 1.0),
-    (-7e12, 5e12),
+    (0.0, 1.0), (-1000.0, 3095.0), (0.0, 255.0), (1e-15, 3e-15), (1e9, 1e9 + 1.0), (-7e12, 5e12),
     (0.0, 0.3),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("scalar_range", RANGES)

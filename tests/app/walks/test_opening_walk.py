@@ -7,9 +7,9 @@ import pytest
 from PySide6.QtCore import QMimeData, QPoint, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication, QPushButton
+from PySide6.QtWidgets import QApplication
 from ramp import make_tf, make_volume
-from rested_window import rested
+from rested_window import notice_buttons, rested
 
 from app.state.library import Library
 from model.scene.crop import CropBox
@@ -145,9 +145,7 @@ def test_a_reading_that_is_cancelled_leaves_all_as_it_was(qtbot, window, builder
     window.files._slow.setInterval(1)
     drop(window, "tall")
     qtbot.waitUntil(lambda: "Reading tall.nrrd" in window.notice.text)
-    buttons = window.notice.findChildren(QPushButton)
-    (cancel,) = (each for each in buttons if each.text() == "Cancel" and not each.isHidden())
-    cancel.click()
+    notice_buttons(window)["Cancel"].click()
     assert "the reading was cancelled" in window.notice.text and window.workspace.is_settled
     builders.held["tall"].set()
     qtbot.waitUntil(lambda: builders.ended == ["tall"])

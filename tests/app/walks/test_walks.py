@@ -234,7 +234,6 @@ def test_a_region_is_answered_as_it_is_drawn_and_in_full_in_the_end(qtbot, windo
     for _ in range(100):
         gate.release()
     qtbot.waitUntil(lambda: answers.is_fresh(answers.region))
-    qtbot.waitUntil(lambda: not answers.region.request.quality.live)  # type: ignore[union-attr]
-    assert answers.region is not None
+    qtbot.waitUntil(lambda: not answers.region.request.quality.live)
     assert answers.region.request.region == window.sensitivity_state.outline
     assert answers.region.request.inputs == window.state.inputs

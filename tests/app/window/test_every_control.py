@@ -3,8 +3,9 @@
 from itertools import pairwise
 
 import pytest
-from PySide6.QtCore import QPoint, QPointF, Qt
-from PySide6.QtGui import QAccessible, QWheelEvent
+from mouse_events import wheel
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QAccessible
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
@@ -44,20 +45,7 @@ def shown_by(control):
         return control.text()
     if isinstance(control, QComboBox | QTabBar):
         return control.currentIndex()
-    assert isinstance(control, QAbstractSlider)
     return control.value()
-
-
-def turn(control, notches):
-    at = QPointF(control.width() / 2, control.height() / 2)
-    QApplication.sendEvent(
-        control,
-        QWheelEvent(
-            at, QPointF(control.mapToGlobal(at.toPoint())), QPoint(), QPoint(0, 120 * notches),
-            Qt.MouseButton.NoButton, Qt.KeyboardModifier.NoModifier,
-            Qt.ScrollPhase.NoScrollPhase, False,
-        ),
-    )  # fmt: skip
 
 
 def assert_wheel_changes_nothing(parent):
@@ -66,7 +54,7 @@ def assert_wheel_changes_nothing(parent):
         before, name = shown_by(control), control.accessibleName() or control.toolTip()
         control.clearFocus()
         for notches in (1, -1, -1):
-            turn(control, notches)
+            wheel(control, QPointF(control.rect().center()), notches)
             assert shown_by(control) == before, f"{control} {name}"
         assert not control.hasFocus(), f"{control} {name}"
         assert control.focusPolicy() != Qt.FocusPolicy.WheelFocus, f"{control} {name}"
@@ -98,7 +86,6 @@ def walked(qtbot, window, key=Qt.Key.Key_Tab):
     for _ in range(MOST):
         QTest.keyClick(found[-1], key)
         following = QApplication.focusWidget()
-        assert following is not None
         if following is first:
             return found
         if following is found[-1]:
@@ -131,16 +118,11 @@ def name_of(widget):
 def test_tab_reaches_every_control_and_each_has_a_name(qtbot, window):
     reached = walked(qtbot, window)
     areas = {
-        "top bar": window.top_bar,
-        "tools": window.tools,
-        "left image": window.generator.canvas,
-        "right image": window.reference.canvas,
-        "notice": window.notice,
-        "crop": window.crop_card,
-        "up axis": window.up_axis_card,
-        "editor": window.editor,
+        "top bar": window.top_bar, "tools": window.tools, "left image": window.generator.canvas,
+        "right image": window.reference.canvas, "notice": window.notice, "crop": window.crop_card,
+        "up axis": window.up_axis_card, "editor": window.editor,
         "panel": window.sensitivity.findings,
-    }
+    }  # fmt: skip
 
     def area(widget):
         above = widget

@@ -24,11 +24,9 @@ def choose(dialog, box_name, text):
 
 def test_each_of_what_it_may_show_has_its_proportions(qtbot):
     sizes = {
-        "reference": (960, 720),
-        "generator": (128, 128),
-        "both": (1454, 720),
+        "reference": (960, 720), "generator": (128, 128), "both": (1454, 720),
         "difference": (720, 720),
-    }
+    }  # fmt: skip
     dialog = FigureDialog(sizes, FigureChoice(0, 0, legend=True, scale_bar=True, which="both"))
     qtbot.addWidget(dialog)
     assert dialog.choice() == FigureChoice(1454, 720, (0, 0, 0), True, True, "both")

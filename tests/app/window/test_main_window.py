@@ -6,9 +6,9 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
+from mouse_events import drag
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QWidget
 from ramp import make_tf, make_volume
 from rested_window import open_volume, settle
@@ -27,7 +27,6 @@ from model.volume_files.shipped import shipped_volumes, title_of
 
 def shown(pane):
     """Sequence number of the image that a pane shows."""
-    assert pane.canvas.image is not None
     return pane.canvas.image.pixelColor(0, 0).red()
 
 
@@ -48,9 +47,7 @@ def test_both_images_follow_view_and_tf(qtbot, make_window, builders):
     assert not window.reference_controls.ball.isVisible()
     for pane in (window.generator, window.reference):
         before = window.state.view
-        QTest.mousePress(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(100, 100))
-        QTest.mouseMove(pane.canvas, QPoint(130, 100))
-        QTest.mouseRelease(pane.canvas, Qt.MouseButton.LeftButton, pos=QPoint(130, 100))
+        drag(pane.canvas, QPoint(100, 100), QPoint(130, 100))
         settle(qtbot, window)
         assert window.state.view != before
         assert shown(window.generator) == shown(window.reference)

@@ -3,6 +3,7 @@
 from functools import partial
 
 import pytest
+from mouse_events import drag
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QPushButton, QVBoxLayout, QWidget
@@ -170,17 +171,12 @@ def test_a_card_is_dragged_stays_in_the_area_and_goes_back(qtbot, area):
     begun, left = card.geometry(), Qt.MouseButton.LeftButton
     grip = QPoint(20, 10)
 
-    def drag(by):
-        QTest.mousePress(card, left, pos=grip)
-        QTest.mouseMove(card, grip + by)
-        QTest.mouseRelease(card, left, pos=grip)
-
-    drag(QPoint(200, -50))
+    drag(card, grip, grip + QPoint(200, -50))
     assert card.geometry() == begun.translated(200, -50)
     # Without a button nothing moves.
     QTest.mouseMove(card, grip + QPoint(30, 30))
     assert card.geometry() == begun.translated(200, -50)
-    drag(QPoint(2000, 2000))
+    drag(card, grip, grip + QPoint(2000, 2000))
     assert card.geometry().bottomRight() == area.rect().bottomRight()
     area.resize(700, 300)
     assert card.geometry().bottomRight() == area.rect().bottomRight()

@@ -18,7 +18,6 @@ def action(window, keys):
 
 
 def grays(picture):
-    assert picture is not None
     pixels = ((x, y) for x in range(picture.width()) for y in range(picture.height()))
     return {picture.pixelColor(x, y).value() for x, y in pixels}
 

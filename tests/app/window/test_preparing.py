@@ -58,7 +58,6 @@ def test_vtk_draws_until_the_kernels_are_compiled(qtbot, builders, monkeypatch):
     window = opened(qtbot, builders)
     work, analyst = window.workspace.reference, window.context.analyst
     preparation = work.preparation
-    assert isinstance(preparation, HeldPreparation)
     window.workspace.open_model(None)
     window.workspace.opening.open(Path("ramp"))
     window.show()
@@ -97,7 +96,6 @@ def test_one_image_is_shown_until_the_path_tracer_can_draw(qtbot, builders, monk
     monkeypatch.setattr(Library, "scene_of", lambda *_: model_of_ramp)
     window = opened(qtbot, builders)
     work, preparation = window.workspace.reference, window.workspace.reference.preparation
-    assert isinstance(preparation, HeldPreparation)
     window.workspace.opening.open(Path("ramp"))
     window.workspace.open_model(Path("model"))
     window.show()
@@ -132,7 +130,6 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     builders.failing = "direct"
     window = opened(qtbot, builders)
     preparation, client = window.workspace.reference.preparation, window.reference.client
-    assert isinstance(preparation, HeldPreparation)
     window.workspace.opening.open(Path("ramp"))
     qtbot.waitUntil(lambda: client.text.endswith("0 of 2"), timeout=1000 * PATIENCE_S)
     assert "no light" in client.text

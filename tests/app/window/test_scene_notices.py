@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QPushButton
 from ramp import make_tf, make_volume
-from rested_window import open_volume
+from rested_window import notice_buttons, open_volume
 from window_fakes import FakeEngine
 
 from app.engines.requests import UNWATCHED
@@ -68,8 +68,7 @@ def test_a_light_that_goes_out_is_told_and_offered(qtbot, make_window, builders,
     qtbot.waitUntil(lambda: "has no light" in notice.text)
     assert work.settings.lighting == "none"
     assert window.reference_controls.light.title == "None (too slow)"
-    buttons = {b.text(): b for b in notice.findChildren(QPushButton)}
-    buttons["Light it"].click()
+    notice_buttons(window)["Light it"].click()
     assert work.settings.lighting == "direct"
     assert notice.text == ""
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -98,18 +97,16 @@ def halo(builders):
 
 
 def offer(window):
-    found = window.notice.findChildren(QPushButton)
-    return [b for b in found if b.text() == "Logarithmic scale" and not b.isHidden()]
+    return notice_buttons(window).get("Logarithmic scale")
 
 
 def shown(window):
-    assert window.workspace.opened is not None
     return window.workspace.opened.volume
 
 
 def click(qtbot, window):
     with qtbot.waitSignal(window.workspace.rangeChanged):
-        offer(window)[0].click()
+        offer(window).click()
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 

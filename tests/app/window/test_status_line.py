@@ -1,13 +1,7 @@
 import pytest
 
-from app.state.viewer_state import ViewerState
 from app.window.status_line import StatusLine
 from model.scene.view import View
-
-
-@pytest.fixture
-def state():
-    return ViewerState()
 
 
 @pytest.fixture

@@ -201,11 +201,9 @@ def test_keys_reach_every_area_and_the_status_line_says_those_under_the_mouse(
     def area():
         focus = QApplication.focusWidget()
         areas = {
-            "top": window.top_bar,
-            "left": window.generator.canvas,
-            "right": window.reference.canvas,
-            "editor": window.editor,
-        }
+            "top": window.top_bar, "left": window.generator.canvas,
+            "right": window.reference.canvas, "editor": window.editor,
+        }  # fmt: skip
         return next(n for n, a in areas.items() if a is focus or a.isAncestorOf(focus))
 
     def walk():

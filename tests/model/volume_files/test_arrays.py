@@ -9,6 +9,7 @@ import pytest
 from scipy.io import netcdf_file
 from volume_writers import (
     check,
+    named,
     refused,
     said,
     scaled,
@@ -43,12 +44,12 @@ def netcdf(path, array):
 
 
 WRITERS = {
-    "npy": lambda path, array: write_npy(path.with_suffix(".npy"), array),
-    "npz": lambda path, array: write_npz(path.with_suffix(".npz"), array),
+    "npy": named(write_npy, ".npy"),
+    "npz": named(write_npz, ".npz"),
     "hdf5": hdf5,
     "netcdf": netcdf,
-    "zarr 2": lambda path, array: write_zarr(path.with_suffix(".zarr"), array, 2),
-    "zarr 3": lambda path, array: write_zarr(path.with_suffix(".zarr"), array, 3),
+    "zarr 2": named(write_zarr, ".zarr", 2),
+    "zarr 3": named(write_zarr, ".zarr", 3),
 }
 
 

@@ -7,7 +7,6 @@ import json
 from dataclasses import replace
 
 import h5py
-import nibabel as nib
 import numpy as np
 import pytest
 import SimpleITK as sitk  # noqa: N813
@@ -333,13 +332,6 @@ def test_ome_zarr_has_images_before_labels_and_paths_within_groups(tmp_path):
     check(read_volume(tmp_path / "a.zarr"), CODED, "", **SIZE, **place, is_labels=False)
     labels = read_volume(tmp_path / "a.zarr", choice=Choice(array="labels/nuclei/s0"))
     check(labels, CODED // 600, "", **SIZE, is_labels=True)
-
-
-def test_labels_of_a_nifti_are_declared(tmp_path):
-    image = nib.Nifti1Image((CODED.T // 600).astype("i2"), np.eye(4))
-    image.header.set_intent("label")
-    nib.save(image, tmp_path / "a.nii")
-    assert read_volume(tmp_path / "a.nii").file.is_labels
 
 
 @pytest.mark.parametrize("how", ["stamp", "signed stamp", "extremes"])

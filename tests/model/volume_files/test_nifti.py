@@ -89,15 +89,10 @@ def test_a_name_of_another_kind_and_a_lost_mark(tmp_path):
 
 
 WRITERS = {
-    "a.nii": nib.Nifti1Image,
-    "b.nii.gz": nib.Nifti1Image,
-    "c.nii": nib.Nifti2Image,
-    "d.nii.gz": nib.Nifti2Image,
-    "e.img": nib.Nifti1Pair,
-    "f.mgh": nib.MGHImage,
-    "g.mgz": nib.MGHImage,
-    "h.img": nib.AnalyzeImage,
-}
+    "a.nii": nib.Nifti1Image, "b.nii.gz": nib.Nifti1Image, "c.nii": nib.Nifti2Image,
+    "d.nii.gz": nib.Nifti2Image, "e.img": nib.Nifti1Pair, "f.mgh": nib.MGHImage,
+    "g.mgz": nib.MGHImage, "h.img": nib.AnalyzeImage,
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "float32", "int32"])

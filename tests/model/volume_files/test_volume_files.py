@@ -15,6 +15,7 @@ from volume_writers import (
     ORIGIN,
     SPACING,
     check,
+    named,
     voxels,
     write_dicom,
     write_itk,
@@ -32,22 +33,15 @@ from model.volume_files.raw import fit_sentence, guess_layout, preview
 ROOT = Path(__file__).parents[3]
 SHIPPED = {
     "reacting_jet_temperature_112x112x192_float32.nrrd": (
-        ("reacting jet temperature", (112, 112, 192), (1.0, 1.0, 1.0)),
-        "3804755c4ea48bdc14dc1f34b9337680c4bb65143574bea81f22e308a9fdb3af",
-    ),
-    "lidc_chest_256x256x133_uint8.nrrd": (
-        ("lidc chest", (256, 256, 133), (1.40625, 1.40625, 2.5)),
-        "6dd116232122bd2b60c4135038638f375ed87046d550835b5c391bc0fcba43b3",
-    ),
-    "fly_212x232x144_uint8.nrrd": (
-        ("fly", (212, 232, 144), (1.0, 1.0, 1.0)),
-        "2a2ce9861d925d7f2a35ee1e9eb8c007f7b5da6614d6f2e5c556d39073c7ffd6",
-    ),
-    "shell_116x48x225_uint8.nrrd": (
-        ("shell", (116, 48, 225), (1.0, 1.0, 1.0)),
-        "ff2a3d1687fc869eabaeb70e8907db5ecac3f8ccae3774913e159d927f9b590f",
-    ),
-}
+        ("reacting jet temperature", (112, 112, 192), (1, 1, 1)),
+        "3804755c4ea48bdc14dc1f34b9337680c4bb65143574bea81f22e308a9fdb3af"),
+    "lidc_chest_256x256x133_uint8.nrrd": (("lidc chest", (256, 256, 133), (1.40625, 1.40625, 2.5)),
+        "6dd116232122bd2b60c4135038638f375ed87046d550835b5c391bc0fcba43b3"),
+    "fly_212x232x144_uint8.nrrd": (("fly", (212, 232, 144), (1, 1, 1)),
+        "2a2ce9861d925d7f2a35ee1e9eb8c007f7b5da6614d6f2e5c556d39073c7ffd6"),
+    "shell_116x48x225_uint8.nrrd": (("shell", (116, 48, 225), (1, 1, 1)),
+        "ff2a3d1687fc869eabaeb70e8907db5ecac3f8ccae3774913e159d927f9b590f"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("file", SHIPPED)
@@ -61,17 +55,9 @@ def test_shipped_volumes_have_the_voxels_that_were_published(file):
 
 def test_importing_the_readers_imports_no_library_of_a_format():
     names = (
-        "vtkmodules",
-        "tifffile",
-        "pydicom",
-        "nibabel",
-        "mrcfile",
-        "h5py",
-        "zarr",
-        "scipy",
-        "xarray",
-        "pandas",
-    )
+        "vtkmodules", "tifffile", "pydicom", "nibabel", "mrcfile", "h5py", "zarr", "scipy",
+        "xarray", "pandas",
+    )  # fmt: skip
     code = f"import sys, model.volume_files; print(any(n in sys.modules for n in {names}))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.stdout.strip() == "False"
@@ -90,23 +76,11 @@ def raw(order):
     return write
 
 
-WRITERS = {
-    **{
-        f"{suffix}{' compressed' if compressed else ''}": (
-            lambda path, array, s=suffix, c=compressed: write_itk(
-                path.with_suffix(s), array, compressed=c
-            )
-        )
-        for suffix in (".nrrd", ".nhdr", ".mha", ".mhd")
-        for compressed in (False, True)
-    },
-    ".nii": lambda path, array: write_itk(path.with_suffix(".nii"), array),
-    ".nii.gz": lambda path, array: write_itk(path.with_suffix(".nii.gz"), array),
-    ".vti": lambda path, array: write_vti(path.with_suffix(".vti"), array),
-    ".vtk": lambda path, array: write_legacy(path.with_suffix(".vtk"), array),
-    "raw little": raw("little"),
-    "raw big": raw("big"),
-}
+ITK = (".nrrd", ".nhdr", ".mha", ".mhd")
+WRITERS = {f"{suffix} compressed": named(write_itk, suffix, compressed=True) for suffix in ITK}
+WRITERS |= {suffix: named(write_itk, suffix) for suffix in (*ITK, ".nii", ".nii.gz")}
+WRITERS |= {".vti": named(write_vti, ".vti"), ".vtk": named(write_legacy, ".vtk")}
+WRITERS |= {f"raw {order}": raw(order) for order in ("little", "big")}
 
 
 @pytest.mark.parametrize("dtype", ALL_TYPES)

@@ -107,6 +107,11 @@ def write_tiff(path, pages, **options):
     return path
 
 
+def named(write, suffix, *arguments, **options):
+    """Return a writer of files whose names end in some way."""
+    return lambda path, array: write(path.with_suffix(suffix), array, *arguments, **options)
+
+
 def write_npy(path, array):
     np.save(path, array)
     return path
