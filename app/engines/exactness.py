@@ -9,8 +9,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from model.scene.scene import Lighting
-
 GOOD_ENOUGH = 0.003
 """Error of an image, root mean square of its colours, that no eye sees: less than an 8-bit step."""
 
@@ -41,10 +39,6 @@ class Exactness:
     def patience(self) -> float:
         """Time that live answers other than images may take, as a multiple of the usual one."""
         return min(self.live_seconds / USUAL_SECONDS, MOST_PATIENCE)
-
-    def distance_in(self, lighting: Lighting) -> float | None:
-        """Return the distance between samples under a light, which paths do not have."""
-        return None if lighting == "path" else self.distance
 
 
 STOPS: dict[Stop, Exactness] = {

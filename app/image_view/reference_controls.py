@@ -124,7 +124,9 @@ class ReferenceControls(QObject):
         menu.addAction(slider)
         work.choicesChanged.connect(self._show_choices)
         work.settingsChanged.connect(self._show_settings)
-        work.lightRangeChanged.connect(self._offer_ball)
+        work.lightRangeChanged.connect(
+            lambda limits: self.ball.set_light(work.settings.light, limits)
+        )
         self._show_choices(work.choices)
         self._show_settings(work.settings)
 
@@ -140,9 +142,6 @@ class ReferenceControls(QObject):
         self.light.setAccessibleName(f"Light: {self.light.title}")
         chosen = "Light, chosen automatically" if is_automatic else "Light"
         self.light.setToolTip(f"{chosen}\nLight of the ground truth, and brightness of both images")
-
-    def _offer_ball(self, limits: LightRange | None) -> None:
-        self.ball.set_light(self._work.settings.light, limits)
 
 
 DIAMETER = 20

@@ -49,17 +49,11 @@ class OpenedVolume:
         return cls(path, volume, counts, edges, volume.fingerprint, default, window, shown)
 
     def over(self, scalar_range: Range, scale: ValueScale | None = None) -> OpenedVolume:
-        """Return the same volume over another range and scale.
-
-        Raise :class:`VolumeError` when it cannot be shown so.
-        """
+        """Return the same volume over another range and scale, or raise :class:`VolumeError`."""
         return OpenedVolume.of(self.path, self.volume.over(scalar_range, scale))
 
     def on_scale(self, scale: ValueScale) -> OpenedVolume:
-        """Return the same volume over its robust range on another scale.
-
-        Raise :class:`VolumeError` when it cannot be shown so.
-        """
+        """Return it over its robust range on another scale, or raise :class:`VolumeError`."""
         volume = self.volume.on_scale(scale)
         return OpenedVolume.of(self.path, volume.over(robust_range(volume)))
 

@@ -54,7 +54,7 @@ class ReferenceChoices:
         return ReferenceSettings(
             lighting,
             light,
-            STOPS[self.stop].distance_in(lighting) or usual,
+            (None if lighting == "path" else STOPS[self.stop].distance) or usual,
             self.drawing,
             self.denoises or lighting != "path",
             is_truth=scene is not None and lighting in ("none", "direct"),

@@ -216,12 +216,8 @@ class TransferFunctionEditor(QFrame):
                 self.moves.add_opacity(value, opacity)
             elif left:
                 self.selection.clear()
-        elif left and self._strip_box.contains(at):
+        elif left and area.strip.sceneBoundingRect().adjusted(0, 0, 0, PINS_HEIGHT).contains(at):
             self.moves.add_stop(area.axis.value(area.strip.mapSceneToView(at).x()))
-
-    @property
-    def _strip_box(self) -> Any:
-        return self.area.strip.sceneBoundingRect().adjusted(0, 0, 0, PINS_HEIGHT)
 
 
 SHARE, SMALL_SHARE = 0.35, 0.25

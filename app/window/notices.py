@@ -235,7 +235,7 @@ class Floating(QObject):
             # On a low screen it may lie over the captions, but not beyond the area.
             upper = max(bottom - size.height(), 0)
             # Where the lowest would reach the image's centre, it lies over the colour bars.
-            if self._is_lowest(bottom) and upper <= self._ground().center().y():
+            if bottom == self._area.height() - BOTTOM and upper <= self._ground().center().y():
                 upper = max(self._area.height() - SIDE - size.height(), 0)
             widget.setGeometry(left, upper, size.width(), size.height())
             left += size.width() + GAP
@@ -259,9 +259,6 @@ class Floating(QObject):
         if around is None or around.isHidden():
             return self._area.rect()
         return QRect(around.mapTo(self._area, around.rect().topLeft()), around.size())
-
-    def _is_lowest(self, bottom: int) -> bool:
-        return bottom == self._area.height() - BOTTOM
 
     def _drag(self, card: QWidget, event: QMouseEvent) -> bool:
         """Take, move or let go a card; controls on it have their clicks before."""

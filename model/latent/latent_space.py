@@ -6,7 +6,6 @@ import hashlib
 import io
 import json
 import zipfile
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -139,10 +138,11 @@ class LatentSpace:
         Raises :class:`LatentError` when the codec cannot be mapped, see :func:`sample_codes`.
         """
         key = map_key(self.digest, count, SAMPLING_SEED)
+        numbers = self.codec.encode(np.zeros((1, TF_SAMPLES), np.float32)).shape[1]
         for folder in self.folders:
             try:
                 codes, places = load_map(folder / _file_name(count, key), key)
-                if codes.shape[1] == self._latent_dim:
+                if codes.shape[1] == numbers:
                     return LatentMap(samples_of(self.codec, codes), places, is_final=True)
             except LatentError:
                 # Missing or foreign: the next place, or a new map.
@@ -155,10 +155,6 @@ class LatentSpace:
         """Store a finished map for the next time; raise :class:`LatentError` if it cannot be."""
         key = map_key(self.digest, len(codes), SAMPLING_SEED)
         save_map(self.folders[-1] / _file_name(len(codes), key), key, codes, places)
-
-    @property
-    def _latent_dim(self) -> int:
-        return int(self.codec.encode(np.zeros((1, 256), dtype=np.float32)).shape[1])
 
 
 def _file_name(count: int, key: str) -> str:
@@ -240,7 +236,8 @@ def draw_codes(
     """
     codes = checked_codes(codes)
     if of == "tf":
-        return _of_tfs(generator, space.tfs_of(codes), inputs)
+        tfs = [replace(inputs, opacity_tf=tf) for tf in space.tfs_of(codes)]
+        return generator.render_batch(tfs)
     return generator.render_latent(codes, inputs)
 
 
@@ -257,7 +254,3 @@ def draw_cells(
     images = np.full((*filled.shape, *drawn.shape[1:]), np.nan, dtype=np.float32)
     images[filled] = drawn
     return images
-
-
-def _of_tfs(generator: Generator, tfs: Sequence[OpacityTF], inputs: SceneInputs) -> Images:
-    return generator.render_batch([replace(inputs, opacity_tf=tf) for tf in tfs])

@@ -217,10 +217,7 @@ def concatenate(*features: Tensor) -> Tensor:
 
 
 def choose_device(name: str) -> torch.device:
-    """Return the available device for "auto", "cpu" or "cuda".
-
-    Raises :class:`DeviceError` when the name is unknown or the machine has no such device.
-    """
+    """Return the device "auto", "cpu" or "cuda"; raise :class:`DeviceError` if it is not here."""
     if name == "auto":
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")
     if name not in ("cpu", "cuda"):

@@ -102,10 +102,7 @@ def add_metrics(folder: Path, **metrics: Any) -> None:
 
 
 def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
-    """Build a card from :func:`read_header`'s data.
-
-    Raise :class:`CheckpointError` if it is none.
-    """
+    """Build a card from :func:`read_header`'s data; raise :class:`CheckpointError` for others."""
     try:
         card = build(ModelCard, header)
     except (MalformedError, TfscopeError) as error:

@@ -28,10 +28,7 @@ _N = TypeVar("_N", bound=nn.Module)
 
 
 def save_model(folder: Path, card: ModelCard, network: GeneratorNetwork) -> None:
-    """Write a model folder, replacing the model in it, with weights in half precision.
-
-    Raises :class:`CheckpointError` if the folder cannot be written.
-    """
+    """Write a model folder, in half precision; raise :class:`CheckpointError` if it cannot be."""
     weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     content = safetensors.torch.save(weights)
     digest = hashlib.sha256(content).hexdigest()

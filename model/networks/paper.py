@@ -255,14 +255,12 @@ class TranslationGenerator(nn.Module):
         x = self.fusion(concatenate(encodings[-1], tiled))
         for i, double in enumerate(self.decoder):
             x = double(x if i == 0 else concatenate(x, encodings[-1 - i]))
-            x = self._modulate(i, x, codes)
+            if self.modulations:
+                x = self.modulations[i](x, codes)
         if self.attention is not None:
             x = self.attention(x, latent, table)
         image: Tensor = self.color(self.paint(x))
         return image
-
-    def _modulate(self, index: int, x: Tensor, codes: Tensor) -> Tensor:
-        return self.modulations[index](x, codes) if self.modulations else x
 
 
 class TranslationDiscriminator(nn.Module):

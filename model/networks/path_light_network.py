@@ -131,10 +131,7 @@ class PathLightCard:
 
 
 def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) -> None:
-    """Write a network, replacing the file whole or not at all, with weights in half precision.
-
-    Raises :class:`CheckpointError` if the file cannot be written.
-    """
+    """Write a network in half precision, whole or not at all, or raise `CheckpointError`."""
     weights = {name: half_precision(value) for name, value in network.state_dict().items()}
     about = {FORMAT: VERSION, **asdict(card)}
     content = safetensors.torch.save(weights, {FORMAT: json.dumps(about, allow_nan=False)})

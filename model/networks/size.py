@@ -9,10 +9,7 @@ from model.errors import TfscopeError
 
 @dataclass(frozen=True)
 class NetworkSize:
-    """Size of the paper's networks, and what is added to them.
-
-    Raises :class:`TfscopeError` for values that no network can be built from.
-    """
+    """Size of the paper's networks, and what is added; checked by :class:`TfscopeError`."""
 
     width: float = 1.0  # number of channels as a fraction of the paper's, above 0 and up to 4
     opacity_size: int = 64

@@ -225,11 +225,3 @@ class Schedule:
         """Prepare the first step of the named stage, once those before it are over."""
         if name == "joint" and "small" in self.stages:
             self.stages[name].start_from(self.stages["small"].average.network)
-
-    def draws_color(self, name: str) -> bool:
-        """Return True if the named stage, or one before it, trains colour images."""
-        return name != "opacity"
-
-    def draws_whole_images(self, name: str) -> bool:
-        """Return True if the generator draws colour images of its own size in the named stage."""
-        return name not in ("opacity", "small")

@@ -242,7 +242,7 @@ class _Run:
             self.metrics = {name: measured[name] for name in MEASURES}
             self.log.write(self.progress, losses, measured)
         # Check the images that the stage trains.
-        if not self.schedule.draws_color(self.progress.stage):
+        if self.progress.stage == "opacity":
             measured["diversity"] = measured["opacity_diversity"]
         return measured
 
@@ -254,7 +254,7 @@ class _Run:
         begun = self.schedule.begun(name)
         with _writing(self.plan.folder):
             save_state(self.plan.folder, self.progress, self.plan.recipe(), begun)
-            if self.schedule.draws_whole_images(name) and begun[-1].steps:
+            if name not in ("opacity", "small") and begun[-1].steps:
                 save_model(self.plan.folder, self._card(), self._generator())
         self._is_on_disk = True
         if not is_first:

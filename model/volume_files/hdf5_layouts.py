@@ -188,13 +188,13 @@ def _big_data_viewer(path: Path, items: Items) -> list[StoredArray]:
             unit=unit,
         )
         if array.dtype == np.int16:
-            array = replace(array, dtype=np.dtype(np.uint16), read=_unsigned(array.read))
+            array = replace(array, dtype=np.dtype(np.uint16), read=partial(_unsigned, array.read))
         found.append(array)
     return found
 
 
-def _unsigned(read: Callable[..., NDArray[Any]]) -> Callable[..., NDArray[Any]]:
-    return lambda index: read(index).view(np.uint16)
+def _unsigned(read: Callable[..., NDArray[Any]], index: Any) -> NDArray[Any]:
+    return read(index).view(np.uint16)
 
 
 def _setup_sizes(path: Path) -> dict[int, tuple[list[float], str]]:
