@@ -47,10 +47,7 @@ def kernel_folder() -> Path:
 
 
 def keeps_kernels() -> bool:
-    """Return whether compiled kernels can be kept, and so be compiled by another process.
-
-    Where the user's folder cannot be written, they are kept while the program runs.
-    """
+    """Return whether compiled kernels can be kept, and so be compiled by another process."""
     if _is_writable(kernel_folder()):
         return True
     try:

@@ -36,10 +36,7 @@ def rmse(image: Image, truth: Image) -> float:
 
 
 def clearly_seen(rgba: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Return which of some RGBA images (n, H, W, 4) of uint8 are not nearly black.
-
-    A pixel is as bright as its brightest channel, an image as its pixels in the mean.
-    """
+    """Return which of some RGBA images (n, H, W, 4) of uint8 are not nearly black."""
     brightness = rgba[..., :3].max(axis=-1).mean(axis=(1, 2), dtype=np.float64) / 255
     return np.asarray(brightness >= LEAST_BRIGHTNESS)
 

@@ -1,7 +1,6 @@
 """Renderers and generators as engines, and their builders for worker threads.
 
-VTK and torch are imported only by the builders, so that the window appears before
-they are loaded.
+VTK and torch are imported only by the builders, so that the window appears before they are loaded.
 """
 
 from __future__ import annotations
@@ -93,11 +92,10 @@ class Builders:
     """Functions that read volumes and build engines; tests replace them by fakes.
 
     The analyst is a ray caster that answers questions about sensitivities and draws the latent
-    map's pictures, whatever renders the reference. A latent space is that of a scalar range
-    and a window of it, or that of a model's folder. Kernels are those that ray caster and path
-    tracer use, those of images first, then those of the analyst. Volumes are read of a path, and
-    of a raw file's layout (``raw``) and what to read of several volumes (``choice``) where there
-    are such.
+    map's pictures, whatever renders the reference. A latent space is that of a scalar range and a
+    window of it, or that of a model's folder. Kernels are those that ray caster and path tracer
+    use, those of images first, then those of the analyst. Volumes are read of a path, and of a raw
+    file's layout (``raw``) and what to read of several volumes (``choice``) where there are such.
     """
 
     read_volume: Callable[..., Volume]

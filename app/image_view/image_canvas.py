@@ -119,9 +119,8 @@ def to_qimage(rgba: NDArray[np.float32], brightness: float = 1.0, *, clear: bool
 class ImageCanvas(KeyedWidget):
     """Shows an image as large as possible, a message over it, and how much of it is there.
 
-    A message dims the image instead of replacing it, so that the last image stays
-    visible. A cover takes the image's place while it is there, and decorations are painted
-    over either.
+    A message dims the image instead of replacing it, so that the last image stays visible. A cover
+    takes the image's place while it is there, and decorations are painted over either.
 
     An image may be wider or higher than the square in its middle that all images share.
     Decorations and places refer to that square, and so do covers that are square.

@@ -42,18 +42,14 @@ RESULT_FILE = "result.json"
 
 @dataclass(frozen=True)
 class Variant:
-    """One model of a study, in a folder of its name; `paper` has its RMSE and colour EMD there.
-
-    `settings` change the recipe as in :meth:`TrainingOptions.with_settings`, with
-    `two_stage_settings` where opacity images are trained in a stage of their own.
-    """
+    """One model of a study, in a folder of its name; `paper` has its RMSE and colour EMD there."""
 
     name: str
     label: str
-    settings: tuple[str, ...] = ()
+    settings: tuple[str, ...] = ()  # changes of the recipe, see `TrainingOptions.with_settings`
     latent_dim: int | None = None
     paper: tuple[float, float] | None = None
-    two_stage_settings: tuple[str, ...] = ()
+    two_stage_settings: tuple[str, ...] = ()  # further ones where opacity has a stage of its own
 
     def changes(self, options: TrainingOptions) -> tuple[str, ...]:
         """Return all changes of a recipe."""
@@ -62,17 +58,13 @@ class Variant:
 
 @dataclass(frozen=True)
 class Study:
-    """A study and its variants.
-
-    `paper` describes the paper's numbers; `neighbor` is its image RMSE and colour EMD of the
-    nearest training image; `varied` says which number the variants' labels are, if they are one.
-    """
+    """A study and its variants."""
 
     title: str
-    paper: str
+    paper: str  # of which data the paper's numbers are
     variants: tuple[Variant, ...]
-    neighbor: tuple[float, float] | None = None
-    varied: str = ""
+    neighbor: tuple[float, float] | None = None  # image RMSE and colour EMD of the nearest image
+    varied: str = ""  # which number the variants' labels are, if they are one
 
 
 ADVERSARY, NO_ADVERSARY = "adversarial_start=0", "adversarial_start=1"
@@ -127,18 +119,13 @@ STUDIES: dict[str, Study] = {
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """Data, training plan and measurements of a study.
-
-    Each variant changes options or size of the `base`, and has a subfolder of its folder. Of the
-    complete store, `count` hold-out samples are measured, and the sensitivities of the first
-    `sensitivities` are compared with the renderer's.
-    """
+    """Data, training plan and measurements of a study."""
 
     store: SampleStore
     volume: Volume
-    base: TrainingPlan
-    count: int
-    sensitivities: int
+    base: TrainingPlan  # a variant changes options or size, in a subfolder
+    count: int  # hold-out samples that are measured
+    sensitivities: int  # of these, that are also compared with the renderer's sensitivities
 
     def training(self, variant: Variant) -> TrainingPlan:
         """Return the training plan of a variant."""
@@ -337,10 +324,7 @@ PICTURED = 4  # samples that are shown
 def study_pictures(
     study: Study, plan: StudyPlan, count: int = PICTURED
 ) -> dict[str, NDArray[np.floating]]:
-    """Draw the first hold-out samples that show something by all models of a finished study.
-
-    Images (n, S, S, 3) by what they are of: the truth, the nearest training images, each model's.
-    """
+    """Draw the first hold-out samples that show something by all models of a finished study."""
     samples = plan.store.read("holdout", range(plan.count))
     shows = clearly_seen(samples.rgba)
     chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]

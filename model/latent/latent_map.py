@@ -126,10 +126,7 @@ class LatentMap:
         return blended_code(self.codes, self.places, place, self.radius / max(closeness, 1.0))
 
     def nearest(self, code: NDArray[np.floating], count: int) -> NDArray[np.int64]:
-        """Indices of the samples with the nearest codes, the nearest first.
-
-        Distances are in standard deviations of each of the codes' numbers.
-        """
+        """Indices of the samples with the nearest codes, the nearest first."""
         return self.distances(code).argsort(kind="stable")[:count]
 
     def place(self, code: NDArray[np.floating]) -> tuple[float, float]:

@@ -82,13 +82,9 @@ class FallbackRenderer:
     """Draws by VTK until that fails, and by the ray caster from then on.
 
     Where no graphics card draws for VTK, the ray caster may do so from the start: by the processor
-    it is many times as fast, and draws the same. Soft light is the ray caster's, which may be given
-    and is opened when needed otherwise.
-
-    For whoever looks at pictures, not for data sets, whose images are all of one renderer.
-
-    `reason` says in a sentence what VTK failed in, `remark` why the ray caster draws though VTK did
-    not fail, such as that no graphics card is there; both are "" if VTK draws.
+    it is many times as fast, and draws the same. Soft light is always the ray caster's. Not for
+    data sets, whose images are all of one renderer. `reason` says in a sentence what VTK failed in,
+    `remark` why the ray caster draws though VTK did not fail; both are "" if VTK draws.
     """
 
     def __init__(

@@ -279,11 +279,10 @@ def _table_range(texture_range: Range, tf_range: Range) -> Range:
 def _table_mapping(texture_range: Range, tf_range: Range) -> tuple[str, bool, str, bool]:
     """Return a shader replacement that spreads VTK's look-up tables over another range.
 
-    VTK spreads them over the range of the voxels: few entries, if any, would be left for TFs over a
-    small part of it. They are filled as if TFs lay over the voxels' range; with this replacement,
-    they are read as if they lay over the TFs' one, from the middle of the first entry to that of
-    the last. Beyond these, VTK reads the outermost entries, which are the TFs' ends: half an entry
-    of the range less, and all that lies beyond would look as 1/8 of a bin further inside.
+    VTK spreads them over the voxels' range, which leaves few entries for TFs over a small part of
+    it. With this replacement they are read over the TFs' range, from the middle of the first entry
+    to that of the last; with half an entry less at the ends, what lies beyond them would look as
+    1/8 of a bin further inside.
     """
     (first, last), (lo, hi) = texture_range, tf_range
     share = (TABLE_ENTRIES - 1) / TABLE_ENTRIES

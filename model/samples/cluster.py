@@ -41,11 +41,7 @@ def render_store_on_cluster(
     on_progress: Callable[[int], None] = lambda count: None,
     patience: float = 300.0,
 ) -> None:
-    """Render a store's missing samples, the same as those rendered by one process.
-
-    `on_progress` is called with the number of new samples after each block. Without a worker for
-    `patience` seconds, rendering fails.
-    """
+    """Render a store's missing samples, the same as those rendered by one process."""
     waiting = deque((split, block) for split in SPLITS for block in store.missing_blocks(split))
     if not waiting:
         return

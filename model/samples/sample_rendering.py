@@ -60,10 +60,7 @@ def render_store(
     workers: int | None = None,
     on_progress: Callable[[int], None] = lambda count: None,
 ) -> None:
-    """Render a store's missing samples in parallel processes, one per processor by default.
-
-    `on_progress` is called with the number of new samples after each block.
-    """
+    """Render a store's missing samples in parallel processes, one per processor by default."""
     tasks = [(s, block) for s in SPLITS for block in store.missing_blocks(s)]
     if not tasks:
         return

@@ -7,11 +7,10 @@ A store has one group per split, ``train`` and ``holdout``, each with arrays of 
   (N, 256, 3) float32 (over the scalar range), and the scene's other varying inputs;
 - ``rgba`` (N, S, S, 4) uint8: the image, premultiplied, row 0 at the top.
 
-Sample i of a split depends only on the scene, the seed and i, so that a store does not depend on
-the number of processes. Samples are written in blocks of one Zarr chunk; a block is marked in
-``complete`` once all of its arrays are on disk. A killed run loses unfinished blocks, which the
-next run renders again. Every chunk has a checksum and is written even if it is all zero, so that
-lost or altered samples are found out: Zarr would take a lost chunk for zeros.
+Sample i of a split depends only on the scene, the seed and i. Samples are written in blocks of one
+Zarr chunk; a block is marked in ``complete`` once all of its arrays are on disk, and unfinished
+ones are rendered again. Every chunk has a checksum and is written even if it is all zero: Zarr
+would take a lost chunk for zeros.
 """
 
 from __future__ import annotations
@@ -110,10 +109,7 @@ class SampleStore:
 
     @classmethod
     def create(cls, path: Path, scene: Scene, seed: int, counts: dict[Split, int]) -> SampleStore:
-        """Create a store, or open an existing one to continue it, or to grow it by larger counts.
-
-        A folder that holds something else, or samples of another scene or seed, is refused.
-        """
+        """Create a store, or open an existing one to go on with it, or to grow it."""
         if path.exists() and (not path.is_dir() or any(path.iterdir())):
             store = cls(path)
             if store.scene != scene or store.seed != seed:

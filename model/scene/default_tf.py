@@ -65,13 +65,11 @@ LEAST_AMPLITUDE, MOST_AMPLITUDE = 0.02, 0.9  # limits of the opacities of modes
 def default_transfer_function(volume: Volume) -> TransferFunction:
     """Return a TF of three modes over the scalar window, with a light colour at each mode.
 
-    It lies over the volume's scalar range. The means divide the scalar window by equal fractions of
-    the log-scaled histogram, so that rare values count as well. Opacity increases with the value
-    and decreases with the number of voxels near it, so that frequent values do not hide the others.
-    The highest mode is wide enough for all values above it. What is most frequent at the volume's
-    rim, as air or resin is, has no mode if there is anything else. Where the image would be faint
-    nevertheless, the strongest mode is raised, see :data:`SEEN_OPACITY`; all are, but less, in
-    smoke, which has no edge to see.
+    The means divide the window by equal fractions of the log-scaled histogram, so that rare values
+    count as well. Opacity increases with the value, and decreases with the number of voxels near
+    it, so that frequent values do not hide others. What is most frequent at the volume's rim, as
+    air or resin, has no mode if there is anything else. Where the image would be faint, the
+    strongest mode is raised; all are, but less, in smoke, which has no edge to see.
     """
     lo, hi = volume.scalar_range
     counts, edges = volume.histogram(256)

@@ -27,10 +27,7 @@ _LAB_HIGH = np.array([100.0, 98.254, 94.482])  # extent of the RGB cube in CIELA
 
 
 def rgb_to_lab(rgb: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Convert sRGB (..., 3) to CIELAB, each channel scaled so that the RGB cube fills [-1, 1].
-
-    Values outside [0, 1] are clipped first: CIELAB is undefined there.
-    """
+    """Convert sRGB (..., 3) to CIELAB, each channel scaled so that the RGB cube fills [-1, 1]."""
     # Imported here: it takes most of a second, and few commands need it.
     from skimage.color import rgb2lab
 

@@ -1,8 +1,4 @@
-"""Upright views of a volume, whichever of its axes points up, and the view with all of it.
-
-A :class:`View` always turns about the volume's z axis. Here, views are given by angles
-about another axis of the volume, which is called its up axis.
-"""
+"""Upright views of a volume, whichever of its axes points up, and the view with all of it."""
 
 from __future__ import annotations
 

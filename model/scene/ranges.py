@@ -52,17 +52,13 @@ def percentile_range(volume: Volume, low: float, high: float) -> Range:
 def robust_range(volume: Volume) -> Range:
     """Return the range of the voxels without a few outliers, a long thin tail, or a fill value.
 
-    All voxels count but the missing ones, also those beyond the scalar range. It is that of all
-    voxels in most volumes: in all where the voxels but for a thousandth at either end take at least
-    an eighth of it, 32 of a TF's 256 bins. Otherwise an end that lies farther out than the width of
-    these voxels' range is moved in, to the outermost voxel within that distance. So even thin tails
-    are kept where there is room for them, and most of a narrowed range is used.
+    It is that of all voxels but missing ones wherever these, but for a thousandth at either end,
+    take an eighth of it. Otherwise an end that lies farther out than the width of their range is
+    moved in, to the outermost voxel within that distance: thin tails stay where there is room.
 
-    The most frequent value, mostly air or what is written where nothing was measured, does not
-    count among the voxels of which a thousandth is left out: there may be few others. The range
-    holds it all the same unless it lies so far off that the others would fill less than an eighth
-    of the range. Then an eighth of the others' width is left free on its side, so that it remains
-    something else than the outermost of them. For labels see :func:`label_range`.
+    The most frequent value, mostly air or a fill value, does not count: there may be few others.
+    The range holds it unless the others would fill less than an eighth of the range. Then an eighth
+    of their width is left free on its side. For labels see :func:`label_range`.
     """
     if volume.file.is_labels and volume.scale == "linear":
         return label_range(volume)
@@ -135,20 +131,14 @@ for them: 40 HU in a CT are, [0, 1] is not."""
 def fit_to_volume(transfer_function: TransferFunction, volume: Volume) -> TransferFunction:
     """Convert a TF made for any volume to the one that shows it in another volume.
 
-    Its range and scale are those to show the volume over, see
-    :meth:`model.scene.volume.Volume.over`; the volume is given over the range that it has without
-    this TF.
+    Its range and scale are those to show the volume over; the volume is given over the range that
+    it has without this TF. Where the TF's values fit the volume, it keeps them with its scale, and
+    shows the same tissue as where it was made: if its range has 1/64 of itself in common with a
+    range of the volume, and that is 1/1024 of these, or 8 steps of whole numbers. One over far
+    more, such as all values of 16 bits, is cut to the scalar range if it says something there. Any
+    other, such as one over [0, 1] in a CT, is stretched to that range, as a relative TF is.
 
-    A TF keeps its values and its range where these fit the volume: so a TF over a part of the
-    values, or over those of another CT, shows the same tissue as where it was made. It keeps its
-    scale, too. It fits if its range has at least 1/64 of itself in common with the volume's scalar
-    range, its robust range or the range of its voxels, and that is 1/1024 of these, or 8 steps of
-    whole numbers. A TF over far more than that, such as all values of 16 bits, is cut to the
-    volume's scalar range if it has something to say there. Any other, such as one over [0, 1] in a
-    CT, is stretched to that range, as a relative TF is.
-
-    Raises :class:`VolumeError` when the TF is over logarithms, which the volume's values do not
-    have.
+    Raises :class:`VolumeError` for a TF over logarithms, which the volume's values do not have.
     """
     if transfer_function.is_relative:
         return stretch_to_range(transfer_function.on_scale(volume.scale), volume.scalar_range)

@@ -37,10 +37,7 @@ def opacity_handles(opacity: OpacityTF) -> list[tuple[float, float]]:
 
 
 def move_opacity_handle(opacity: OpacityTF, index: int, value: float, height: float) -> OpacityTF:
-    """Move a handle within the scalar range, and a point between its neighbours only.
-
-    A mode outside the range, made for another volume, cannot move farther away.
-    """
+    """Move a handle within the scalar range, and a point between its neighbours only."""
     height = _clamp(height, 0.0, 1.0)
     place = _clamp(value, *opacity_limits(opacity, index))
     if opacity.points:
@@ -62,11 +59,7 @@ def opacity_limits(opacity: OpacityTF, index: int) -> tuple[float, float]:
 def move_opacity_handles(
     opacity: OpacityTF, indices: Sequence[int], shift: float, lift: float
 ) -> OpacityTF:
-    """Move handles together by differences in value and opacity, as far as all of them can go.
-
-    The ends of a free curve are not shifted where they lie at an end of the range, or beyond it.
-    See :func:`move_opacity_handle`.
-    """
+    """Move handles together by differences in value and opacity, as far as all of them can go."""
     handles = opacity_handles(opacity)
     lift = _within(lift, [(-handles[i][1], 1.0 - handles[i][1]) for i in indices])
     if opacity.points:
@@ -151,10 +144,7 @@ def move_stops(color: ColorTF, indices: Sequence[int], shift: float) -> ColorTF:
 
 
 def follow_modes(before: TransferFunction, opacity: OpacityTF) -> TransferFunction:
-    """Replace the opacity TF, and move the colour stops at the means of modes along.
-
-    A stop passes others as its mode does; the end stops are fixed.
-    """
+    """Replace the opacity TF, and move the colour stops at the means of modes along."""
     color, modes = before.color, before.opacity.modes
     if len(modes) != len(opacity.modes):
         return replace(before, opacity=opacity)

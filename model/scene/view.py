@@ -194,10 +194,7 @@ class View:
         return self.distance * FAR_DISTANCE_RADII * radius
 
     def near_distance(self, radius: float) -> float:
-        """Distance from the camera to the near clipping plane.
-
-        It lies just in front of the bounding sphere, or close to a camera inside it.
-        """
+        """Distance from the camera to the near clipping plane."""
         return max(self.camera_distance(radius) - 1.01 * radius, 0.01 * radius)
 
     def vector(self, view_range: ViewRange) -> NDArray[np.float32]:
@@ -269,10 +266,7 @@ class Projection:
         return self._in_camera(points)[:, 2] / _RADIUS
 
     def places(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the places of points (N, 3) in the image, shape (N, 2).
-
-        Points must lie in front of the eye, see :meth:`depths`.
-        """
+        """Return the places of points (N, 3) in the image, shape (N, 2)."""
         camera = self._in_camera(points)
         return camera[:, :2] / camera[:, 2:] + (self.view.pan_x, self.view.pan_y)
 

@@ -373,18 +373,12 @@ class Volume:
 
     @property
     def series(self) -> tuple[object, ...]:
-        """Marks that the time steps of one simulation or scan have in common, for comparison.
-
-        That is the number of voxels along each axis, and the letters of the name.
-        """
+        """Marks that the time steps of one simulation or scan have in common, for comparison."""
         return self.dimensions, re.sub(r"[\d\W_]+", "", self.name)
 
     @cached_property
     def fingerprint(self) -> str:
-        """SHA-256 of the voxels, their type, shape and spacing, and of which are missing.
-
-        The scale does not change it.
-        """
+        """SHA-256 of the voxels, their type, shape and spacing, and of which are missing."""
         if self.stored is not None:
             return self.stored.fingerprint
         digest = hashlib.sha256()

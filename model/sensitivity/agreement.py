@@ -62,11 +62,7 @@ def sensitivity_agreement(
     samples: Sequence[SceneInputs],
     on_progress: Callable[[int], None] = lambda done: None,
 ) -> HoldoutAgreement:
-    """Compare a generator's sensitivities with the renderer's, on samples not used for training.
-
-    A scene whose images have no exact derivative is a :class:`RenderError`. `on_progress` is called
-    with the number of samples compared so far.
-    """
+    """Compare a generator's sensitivities with exact ones; :class:`RenderError` without these."""
     scene = generator.scene
     size = scene.image_size
     inside = scene.window_samples

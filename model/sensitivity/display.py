@@ -73,10 +73,7 @@ def shown_responses(
 def shown_field(
     changes: NDArray[np.floating], edit: NDArray[np.floating], measure: Measure
 ) -> NDArray[np.float64]:
-    """Convert changes (S, S, 3) of an image per unit of an edit (256,) to a displayed field (S, S).
-
-    It is the root mean square over the colours for "change", or their mean for "signed".
-    """
+    """Convert changes (S, S, 3) per unit of an edit (256,) to a displayed field (S, S)."""
     scaled = changes.astype(np.float64) * per_small_edit(edit)
     if measure == "signed":
         return np.asarray(scaled.mean(axis=-1))

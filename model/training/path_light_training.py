@@ -34,17 +34,13 @@ REPORT_STEPS = 500  # steps between two reports
 
 @dataclass(frozen=True)
 class PathLightOptions:
-    """Options of training the network, for so many minutes, those of earlier runs included.
-
-    The learning rate follows a cosine to a hundredth of it; `averaging` is the decay of the
-    weights' moving average.
-    """
+    """Options of training the network, for so many minutes, those of earlier runs included."""
 
     minutes: float
     size: PathLightSize = field(default_factory=PathLightSize)
     batch_size: int = 8
-    learning_rate: float = 1.5e-3
-    averaging: float = 0.998
+    learning_rate: float = 1.5e-3  # follows a cosine to a hundredth of it
+    averaging: float = 0.998  # decay of the moving average of the weights
     seed: int = 0
 
 
@@ -101,11 +97,7 @@ class PathLightTrainer:
     def run(
         self, say: Callable[[float], object] = lambda loss: None, keep: Path | None = None
     ) -> None:
-        """Train until the time is up.
-
-        `say` is called with the mean loss of the last :data:`REPORT_STEPS` steps; a checkpoint is
-        then written to `keep`, and at the end.
-        """
+        """Train until the time is up; `say` gets mean losses, `keep` is the file of checkpoints."""
         losses: list[Tensor] = []
         while self._part < 1:
             begun = time.perf_counter()

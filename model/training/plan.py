@@ -31,11 +31,7 @@ from model.training.stages import Schedule
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """Inputs of a training run: samples, networks, recipe, budget and output folder.
-
-    The precision is that of layers under autocast: weights are float32. Checkpoints are written
-    every `interval` seconds.
-    """
+    """Inputs of a training run: samples, networks, recipe, budget and output folder."""
 
     source: SampleSource
     preset: str
@@ -45,8 +41,8 @@ class TrainingPlan:
     folder: Path
     device: torch.device
     start: WarmStart | None = None
-    precision: Precision = "float32"
-    interval: float = 60.0
+    precision: Precision = "float32"  # of layers under autocast; weights are float32
+    interval: float = 60.0  # seconds between two checkpoints
 
     def recipe(self) -> dict[str, Any]:
         """Return all settings that must not change when a run is resumed, as plain data."""
@@ -83,19 +79,15 @@ def check_image_size(size: NetworkSize, scene: Scene) -> None:
 
 @dataclass(frozen=True)
 class TrainingReport:
-    """Progress of a run after an optimization step, for a progress bar.
-
-    `spent` is the fraction of the whole budget used, 0..1; `metrics` are the most recent hold-out
-    metrics, if any; `notice` is a message to show once, usually empty.
-    """
+    """Progress of a run after an optimization step, for a progress bar."""
 
     stage: str
-    spent: float
+    spent: float  # fraction of the whole budget used, 0..1
     seconds: float
     samples: int
     losses: Losses
-    metrics: dict[str, float]
-    notice: str = ""
+    metrics: dict[str, float]  # the most recent ones on hold-out samples, if any
+    notice: str = ""  # to show once
 
 
 def _differences(asked: dict[str, Any], found: dict[str, Any], path: str = "") -> list[str]:

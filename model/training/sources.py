@@ -308,10 +308,7 @@ class _Ring:
         self._closed = False
 
     def wait_for(self, newest: int) -> None:
-        """Wait until all samples below `newest` are rendered, and allow further ones.
-
-        Raises the error of a rendering thread, or :class:`RuntimeError` once the ring is closed.
-        """
+        """Wait until all samples below `newest` are rendered, and allow further ones."""
         with self._changed:
             self._wanted = newest
             self._changed.notify_all()

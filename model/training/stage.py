@@ -88,9 +88,8 @@ class Stage(ABC):
     optimization steps. Each batch is split into `parts`, accumulating gradients; more than 1 after
     memory has run out. Batch-norm statistics are then those of the parts.
 
-    Where `recorded`, as on a GPU, steps without a discriminator are recorded once, as a CUDA graph,
-    and then repeated: a step is thousands of small kernels, and starting each of them from Python
-    takes longer than they do.
+    Where `recorded`, as on a GPU, steps without a discriminator are one CUDA graph: to start each
+    of thousands of small kernels from Python takes longer than they do.
     """
 
     name: str

@@ -34,15 +34,12 @@ STATE_FILE = "training.json"
 
 @dataclass
 class Progress:
-    """Progress of a run: its stage or "done", and the seconds and samples of all sessions.
-
-    `batch` is the number of batches done in this stage.
-    """
+    """Progress of a run: its stage or "done", and the seconds and samples of all sessions."""
 
     stage: str = "opacity"
     seconds: float = 0.0
     samples: int = 0
-    batch: int = 0
+    batch: int = 0  # batches done in this stage
 
     def enter(self, stage: str) -> None:
         """Move to the first batch of a stage."""

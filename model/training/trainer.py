@@ -321,10 +321,7 @@ MANY_WORKERS = 4  # number of processors from which on samples for a GPU are ren
 def run_job(
     job: TrainingJob, on_report: Callable[[TrainingReport], None] = lambda report: None
 ) -> None:
-    """Train as a job says; with several processes, each calls this.
-
-    `on_report` is called in the first process; see :func:`train`.
-    """
+    """Train as a job says; with several processes, each calls this."""
     if job.resume:
         _check_resumption(job)
     elif not parallel.rank_to_be():

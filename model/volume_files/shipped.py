@@ -22,10 +22,7 @@ SCAN = RESOURCES / "volumes" / "lidc_chest_256x256x133_uint8.nrrd"  # shown wher
 
 @dataclass(frozen=True)
 class Sample:
-    """A shipped volume's subject, and its first look: azimuth and elevation, and light.
-
-    Its TF lies next to it, in a file that ends in ``.tf.json`` in place of ``.nrrd``.
-    """
+    """A shipped volume's subject, and its first look: azimuth and elevation, and light."""
 
     title: str
     angles: tuple[float, float]

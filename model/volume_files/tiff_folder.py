@@ -120,10 +120,7 @@ def _check_slice(
 
 @dataclass(frozen=True)
 class NamedSeries:
-    """Files whose names differ in one number, ``*`` in the series' name, in its order.
-
-    There are no numbers where files have none to order them by.
-    """
+    """Files whose names differ in one number, ``*`` in the series' name, in its order."""
 
     name: str
     files: tuple[Path, ...]

@@ -220,11 +220,7 @@ def _compressed_arrays(path: Path, header: _Header) -> list[tuple[int, bool]]:
 
 
 def _check_blocks(path: Path, file: BinaryIO, header: _Header, start: int, encoded: bool) -> None:
-    """Check the header of a compressed array; VTK aborts or hangs on invalid ones.
-
-    It consists of the number of blocks, the size of each, the size of a shorter
-    last one, and the compressed size of every block.
-    """
+    """Check the header of a compressed array; VTK aborts or hangs on invalid ones."""
 
     def numbers(count: int) -> list[int]:
         size = count * header.word.itemsize

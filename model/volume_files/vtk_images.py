@@ -1,7 +1,4 @@
-"""Images by VTK: legacy files of structured points, arrays at points or in cells, ghost types.
-
-VTK's messages are raised as errors.
-"""
+"""Images by VTK: legacy files of structured points, arrays at points or in cells, ghost types."""
 
 from __future__ import annotations
 
@@ -35,10 +32,7 @@ _MESSAGE = re.compile(
 
 @dataclass(frozen=True)
 class VtkArray:
-    """An array of a file, of points or cells; its type is None where reading alone would tell it.
-
-    The active one is what the file names as its scalars.
-    """
+    """An array of a file, of points or cells; without a type where only reading would tell it."""
 
     name: str
     in_cells: bool
