@@ -67,9 +67,7 @@ class WheelGuard(QObject):
         return unwanted
 
 
-QT_SHIFT = QPoint(2, 16)
-"""By how much Qt shows a tooltip next to the place that it is given, in pixels."""
-
+QT_SHIFT = QPoint(2, 16)  # of a tooltip by Qt, from the place that it is given, in pixels
 GAP, WIDTH = 6, 320  # distance to the menu, and width of a tooltip at most, in pixels
 
 

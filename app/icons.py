@@ -15,9 +15,7 @@ from app import theme
 SIDE = 18  # of an icon, in pixels
 BUTTON = 28  # side of a button that has an icon alone, in pixels
 RATIOS = 1, 2, 3  # pixels of the screen to one of the window that an icon is drawn for
-
-FOLDER = Path(__file__).parent.parent / "resources" / "icons"
-"""Drawings by name, on a square of 18 by 18."""
+FOLDER = Path(__file__).parent.parent / "resources" / "icons"  # drawings, 18 by 18
 
 
 def icon_names() -> list[str]:

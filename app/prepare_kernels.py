@@ -13,8 +13,7 @@ from collections.abc import Iterable
 
 from model.kernel_cache import KernelGroup
 
-NICENESS = 3
-"""So that it gives way to what the window draws, but does not starve while a picture refines."""
+NICENESS = 3  # gives way to what the window draws, but goes on while a picture refines
 
 
 def main(names: Iterable[str]) -> int:

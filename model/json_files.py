@@ -12,8 +12,7 @@ import msgspec
 
 from model.errors import TfscopeError
 
-MOST_BYTES = 64 << 20
-"""Length of the longest file that is read; the longest that tfscope writes has a hundredth."""
+MOST_BYTES = 64 << 20  # of the longest file that is read; those of tfscope have a hundredth
 
 T = TypeVar("T")
 

@@ -28,8 +28,7 @@ from model.volume_files.source import VolumeSource, volume_of
 
 Images = NDArray[np.float32]
 
-Draw = Callable[[Codes], Images]
-"""From codes (n, d) to images (n, S, S, 4), of the codes or of their TFs."""
+Draw = Callable[[Codes], Images]  # codes (n, d) to images (n, S, S, 4), of codes or of their TFs
 
 
 @dataclass(frozen=True, eq=False)

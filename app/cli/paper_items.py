@@ -67,8 +67,7 @@ TIMED_SAMPLES = 40
 REPEATS = 20
 QUICK_BLOCKS = 4
 
-STUDY_PRESET = "draft"
-"""64 x 64 pixels, as the paper's own study of dimensions has; a quarter of its width."""
+STUDY_PRESET = "draft"  # 64 x 64 pixels, as the paper's study of dimensions has
 
 STUDY_SETTINGS = (f"joint.learning_rate={TrainingOptions().small.learning_rate}",)
 """At 64 pixels the rate is that of a run that begins so small."""
@@ -291,8 +290,7 @@ def _make_study(asked: Paper, item: Item) -> list[Path]:
     return study_models(str(item), job, images, asked.samples(STUDY_COUNT))
 
 
-SENSITIVITIES = 20
-"""Hold-out samples, at most, whose sensitivities are compared with the renderer's."""
+SENSITIVITIES = 20  # hold-out samples at most that are compared with the renderer
 
 
 def study_models(name: str, job: TrainingJob, images: int, count: int) -> list[Path]:

@@ -27,8 +27,7 @@ from model.sensitivity.display import Measure
 from model.sensitivity.result import Kind, SensitivityResult, save_numbers
 from model.volume_files.source import VolumeSource
 
-PAPER_BLOCKS = 16
-"""Blocks along each side by which ``blockwise`` makes the field of a value, as in the paper."""
+PAPER_BLOCKS = 16  # blocks along each side by which ``blockwise`` makes a field, as the paper
 
 
 @dataclass(frozen=True)

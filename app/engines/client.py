@@ -47,8 +47,7 @@ class Channel(QObject):
     for. The newest request is None where it was called off.
     """
 
-    asked = Signal(object)
-    """Emitted with each :class:`Request` that is accepted, as it was numbered."""
+    asked = Signal(object)  # emitted with each accepted :class:`Request`, as it was numbered
     answered = Signal(object)  # emitted with each :class:`Result`, in the order of the requests
     progressed = Signal(float)
     """Emitted with the part of the newest answer that is there, 0 to 1, where that is known."""
@@ -143,8 +142,7 @@ class EngineClient(QObject):
 
     stateChanged = Signal(object)
     engineReady = Signal(object)
-    settled = Signal()
-    """Emitted when the newest final image, or an error or a note instead, is available."""
+    settled = Signal()  # emitted when the final image, or an error or note instead, is there
 
     def __init__(self, name: str, parent: QObject | None = None) -> None:
         super().__init__(parent)

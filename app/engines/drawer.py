@@ -18,8 +18,7 @@ from model.rendering.renderer import FallbackRenderer, Renderer
 from model.scene.inputs import SceneInputs
 from model.scene.scene import RENDERER_NAMES, RendererName
 
-FIRST_GUESS_S = 5e-6
-"""Expected time per pixel before the first image: that of VTK with gradient shading on a CPU."""
+FIRST_GUESS_S = 5e-6  # time per pixel before the first image: VTK's with shading on a CPU
 
 BAND_S, MOST_BANDS = 0.1, 32
 """Time that a band of VTK's final image should take, and the largest number of bands.
@@ -34,8 +33,7 @@ The ray caster's have all samples: in the same time fewer pixels are nearer to t
 than fewer samples, and all pixels are that image.
 """
 
-PATIENCE_S = 0.02
-"""Time after which one looks again whether an image of another thread is still wanted."""
+PATIENCE_S = 0.02  # time after which one looks again whether an image is still wanted
 
 _T = TypeVar("_T")
 

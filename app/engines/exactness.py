@@ -9,9 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-GOOD_ENOUGH = 0.003
-"""Error of an image, root mean square of its colours, that no eye sees: less than an 8-bit step."""
-
+GOOD_ENOUGH = 0.003  # error, RMS of the colours, that no eye sees: less than an 8-bit step
 USUAL_SECONDS = 1 / 12  # time that an image may take while something moves, without a choice
 MOST_PATIENCE = 2.0  # longest time of answers other than images, as a multiple of the usual one
 
@@ -19,7 +17,6 @@ REFINING_SECONDS = 15.0
 """Time within which path-traced light is refined: samples that would end later are not begun."""
 
 COMPARED = 128  # pixels along each side, at most, by which two images are compared
-
 Stop = Literal["fast", "balanced", "exact"]  # name of a stop
 
 Rgba = NDArray[np.float32]

@@ -7,13 +7,8 @@ from collections.abc import Iterator, Sequence
 from model.rendering.raster import TIME_GROWTH, Raster
 
 SCALES = (1.0, 0.75, 0.5, 0.35, 0.25, 0.18)  # sizes of an image, as fractions of the whole one
-
-SOON_SECONDS = 0.2
-"""Time that a first, coarse image at rest may take, where all pixels take longer than is waited."""
-
-SHARP_SECONDS = 0.6
-"""Time of all pixels up to which no coarser image comes before: that would only hold them up."""
-
+SOON_SECONDS = 0.2  # of a first, coarse image at rest, where all pixels take longer
+SHARP_SECONDS = 0.6  # of all pixels up to which a coarser image would only hold them up
 REST_SECONDS = 3.0  # time that the image after a first, coarse one may take
 
 LONGEST_SECONDS = 120.0

@@ -32,16 +32,9 @@ from model.scene.scene import PATH_CURVES, PATH_FIELDS, LightDirection
 from model.scene.volume import Volume
 
 MOVING, SAMPLE = "moving", "one sample of each pixel"  # kinds of images, whose times are measured
-
-LEAST_SAMPLES = 8
-"""Samples of each pixel of an image at rest that are drawn on the slowest machine, too."""
-
-FEW_CLEAN, FEW = 1, 16
-"""Samples of each pixel of small pictures, where they are cleaned and where they are not."""
-
-MARGIN = 64
-"""Pixels around a tile of a picture to save: what takes the noise out looks around each pixel."""
-
+LEAST_SAMPLES = 8  # of each pixel at rest, on the slowest machine, too
+FEW_CLEAN, FEW = 1, 16  # samples of small pictures, where they are cleaned or not
+MARGIN = 64  # pixels around a tile of a picture to save, for what takes the noise out
 FIRST_GUESS_S = 5e-6  # expected time of a traced pixel before the first: that on two cores
 TRACED_SECONDS = 2.0  # time of several small pictures up to which they are traced
 FORGOTTEN = 0.8  # factor of the expected time each time that it was too long

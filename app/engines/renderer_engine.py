@@ -40,9 +40,7 @@ if TYPE_CHECKING:
     from model.rendering.raycast.renderer import RaycastRenderer
 
 TILE = 1024  # size of the tiles of pictures to save, in pixels: within what every OpenGL can draw
-
-PREVIEW_SECONDS = 1.5
-"""Time that the ray caster's image at rest may take, which is shown until VTK's is there."""
+PREVIEW_SECONDS = 1.5  # of the ray caster's image that is shown until VTK's is there
 
 
 class RendererEngine(Engine):

@@ -92,8 +92,7 @@ class EngineWorker(QObject):
     engineReady = Signal(object)
     engineFailed = Signal(str)
     resultReady = Signal(object)
-    progressed = Signal(object)
-    """Emitted with the :class:`Progress` of an answer, a few times a second."""
+    progressed = Signal(object)  # emitted with the :class:`Progress` of an answer, now and then
     finished = Signal()
 
     _message = Signal(object)

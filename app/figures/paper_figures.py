@@ -311,8 +311,7 @@ def save_error_curves(path: Path, study: Study, result: dict[str, Any]) -> None:
     save_layout(path, layout, study.title)
 
 
-LATENT_MAP, LATENT_GRID = 620, 620
-"""Widths of the map and of the grid to its left, in pixels; both are as high."""
+LATENT_MAP, LATENT_GRID = 620, 620  # widths in pixels; both are as high
 
 
 def save_latent_figure(

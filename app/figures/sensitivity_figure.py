@@ -37,8 +37,7 @@ from model.sensitivity.result import SensitivityResult
 
 MEASURE_NAMES: dict[Measure, str] = {"change": "size of change", "signed": "change of brightness"}
 
-CUT_FROM = 3.0
-"""Factor from which the highest response may be left out of a plot of those of interest."""
+CUT_FROM = 3.0  # factor from which the highest response may be left out of a plot
 
 FIGURE_SIZE = 980, 540
 CURVE_SIZE = 1180, 560

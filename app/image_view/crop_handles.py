@@ -29,11 +29,8 @@ CURSORS = (
 )
 """For movements to the right, and each turned by 45 degrees counter-clockwise from it."""
 
-LEAST_SINE = 0.17
-"""Of the angle between an axis and the line of sight, from which its planes can be dragged."""
-
-Place = tuple[float, float]
-"""To the right and up from the image's middle, in halves of its shorter side."""
+LEAST_SINE = 0.17  # of the angle of an axis to the line of sight, so that its planes move
+Place = tuple[float, float]  # right and up from the middle, in halves of the shorter side
 
 DRAGGED_BY = (
     QEvent.Type.MouseButtonPress,

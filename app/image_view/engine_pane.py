@@ -281,8 +281,7 @@ class EnginePane(QWidget):
         return to_qimage(rgba, self.brightness.of(self.engine), clear=is_clear)
 
 
-SHARE, MARGIN = 0.3, 12
-"""Edge of the inset as a fraction of the image's, and its distance from the image's edges."""
+SHARE, MARGIN = 0.3, 12  # of the inset's edge by the image's, and from its edges
 
 SCALE_BAR = 1 / 12, 36
 """Height that a scale bar has below the inset: as a fraction of the image's shorter side, and at

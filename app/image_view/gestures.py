@@ -280,12 +280,10 @@ class ViewGestures(QObject):
 
 
 DEGREES, FINE_DEGREES = 5.0, 1.0  # step of a turn or roll, and with Shift
-PAN_STEP, FINE_PAN_STEP = 0.1, 0.02
-"""Step of a pan in halves of the image's shorter side, and with Shift."""
+PAN_STEP, FINE_PAN_STEP = 0.1, 0.02  # in halves of the shorter side; with Shift
 
 NOTCHES: dict[int, int] = {Qt.Key.Key_Plus: 1, Qt.Key.Key_Equal: 1, Qt.Key.Key_Minus: -1}
-ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}
-"""Clockwise turns of the image."""
+ROLLS: dict[int, int] = {Qt.Key.Key_PageUp: -1, Qt.Key.Key_PageDown: 1}  # clockwise turns
 
 
 class ViewKeys(QObject):

@@ -75,13 +75,10 @@ class KeyedWidget(QWidget):
 
 _MARGIN = 14
 
-PROGRESS_HEIGHT = 2
-"""Of the line at the upper edge that says how much of an image is there, in pixels."""
-
+PROGRESS_HEIGHT = 2  # of the line that says how much of an image is there, in pixels
 LEAST_PROGRESS = 0.06  # part of that line that is painted as soon as an image is under way
 LEAST_GAP = 8  # pixels next to a picture that are not only rounding of its proportions
-Decoration = Callable[[QPainter, QRect], None]
-"""Paints over an image, given the rectangle that it fills."""
+Decoration = Callable[[QPainter, QRect], None]  # paints over an image's rectangle
 
 
 def paint_progress(painter: QPainter, rect: QRect, progress: float) -> None:

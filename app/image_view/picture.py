@@ -19,8 +19,7 @@ BLACK, WHITE = (0, 0, 0), (255, 255, 255)
 
 GRADIENT = (104, 110, 120), (26, 28, 32)  # the gradient's colours at the top and at the bottom
 LARGEST_SIZE = 8192  # largest width and height of a picture
-BAND_ROWS = 64
-"""Rows that are computed at once, so that large pictures take little more memory than their own."""
+BAND_ROWS = 64  # rows computed at once, so that large pictures take little more memory
 
 
 def compose(

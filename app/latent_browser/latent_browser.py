@@ -191,9 +191,7 @@ CHOOSING = "Choosing TFs that show different things …"
 NO_TFS = "No TF passes the filters."
 NO_VOLUME = "Open a volume: what its TFs show will be here."
 GAP = 8  # around map and grid, and between them, in pixels
-LEAST_SQUARE = 116
-"""Least side of map and grid, in pixels: no window becomes higher because they are opened."""
-
+LEAST_SQUARE = 116  # side of map and grid in pixels: opened, they make no window higher
 LEAST_SIDE = 0.01  # least side of a brush that a wheel's turn leads to
 
 
@@ -201,8 +199,7 @@ class LatentBrowser(QWidget):
     """Shows the TFs that differ most, or the map next to the grid of its cells."""
 
     resized = Signal()  # when another width suits it, see width_for
-    problem = Signal(str)
-    """Emitted with an error sentence for the notice bar; empty when it no longer holds."""
+    problem = Signal(str)  # emitted with an error sentence; empty when it no longer holds
 
     def __init__(
         self,

@@ -160,9 +160,7 @@ def _shades(measure: Shown) -> QImage:
     return QImage(colors.data, width, 1, 3 * width, QImage.Format.Format_RGB888).copy()
 
 
-KEPT_S = 1.0
-"""Time for which images are kept until their field arrives; the newest one for as long as it is."""
-
+KEPT_S = 1.0  # time for which images wait for their field; the newest one as long as it is
 LEAST_SEEN = 0.02  # least part of a pixel at the end of a scale: what is fainter is not seen
 
 

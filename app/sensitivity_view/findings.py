@@ -28,8 +28,7 @@ from model.sensitivity.peaks import (
 GOOD, FAIR = 0.9, 0.7  # least cosine of good and of fair agreement
 NOTABLE = 2.0  # factor between learned and exact responses from which it is said
 ROWS = 3  # most values, and most edits
-LEAST_SAID = 0.001
-"""Smallest change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step."""
+LEAST_SAID = 0.001  # change of pixel values, 0 to 1, that is said: a quarter of an 8-bit step
 
 VALUE_TIP = "Values {}: {} % of what is visible"
 EDIT_TIP = (

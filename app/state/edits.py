@@ -10,8 +10,7 @@ from typing import Any, Generic, TypeVar
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-SAME_GESTURE_S = 1.0
-"""Longest time between two changes of one gesture, such as those of a key that is held."""
+SAME_GESTURE_S = 1.0  # between two changes of one gesture, as by a key that is held
 
 
 class EditHistory(QObject):
@@ -19,8 +18,7 @@ class EditHistory(QObject):
 
     edited = Signal()  # emitted after a completed edit, undo or redo by the user
     undone = Signal()  # emitted after an undo or redo
-    returning = Signal()
-    """Emitted before an undo or redo; a current drag is to end, and counts as an edit."""
+    returning = Signal()  # emitted before an undo or redo, which ends a current drag as an edit
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)

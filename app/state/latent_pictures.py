@@ -72,10 +72,8 @@ class LatentPictures(QObject):
     The clients are those of a ray caster and the generator.
     """
 
-    gridDrawn = Signal(object)
-    """Emitted with a :class:`GridPicture`, or None when there is none any more."""
-    hoverDrawn = Signal(object)
-    """Emitted with a :class:`HoverPicture`, or None when the mouse has left."""
+    gridDrawn = Signal(object)  # emitted with a :class:`GridPicture`, or None without any
+    hoverDrawn = Signal(object)  # emitted with a :class:`HoverPicture`; None without the mouse
     hoverMoved = Signal(object)  # emitted with the decoded TF under the mouse at once, or None
     problem = Signal(str)
 

@@ -42,8 +42,7 @@ class LatentChoices:
     on_map: bool = False
     """Whether the map and a grid of its cells are shown, not the most different pictures."""
     codec: CodecChoice = "shipped"  # whose codes these are
-    band: Range | None = None
-    """Only TFs that show some of these scalar values are bright; None for all."""
+    band: Range | None = None  # TFs that show none of these scalar values are dim
 
 
 class LatentState(QObject):
@@ -112,13 +111,11 @@ class LatentSession(QObject):
     mapChanged = Signal(object)
     """Emitted with the map: another codec's or volume's, or the same at its final places. None
     until the next one is opened."""
-    progressed = Signal(float)
-    """Emitted with the fraction of t-SNE that is done; 1 at its end, however it ended."""
+    progressed = Signal(float)  # emitted with the part of t-SNE that is done; 1 at any end
     overviewChanged = Signal(object)
     differentChanged = Signal()
     filterChanged = Signal()  # emitted when other samples pass the filters
-    marksChanged = Signal()
-    """Emitted when the present TF has another place, or others are the most different."""
+    marksChanged = Signal()  # emitted when the present or the different TFs have other places
     problem = Signal(str)  # emitted with a sentence for the user; empty when it no longer holds
 
     _advanced = Signal(object, float)

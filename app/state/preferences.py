@@ -21,8 +21,7 @@ from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build_valid, read_json
 
-LOCK_PATIENCE_S = 5.0
-"""Time after which the file is written without a lock: a window that holds it longer hangs."""
+LOCK_PATIENCE_S = 5.0  # after which a file is written without its lock: who holds it hangs
 
 T = TypeVar("T")
 Change = Callable[[T], T]

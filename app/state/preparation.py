@@ -17,10 +17,7 @@ COMMAND = (sys.executable, "-m", "app.prepare_kernels")
 ROOT = Path(__file__).resolve().parents[2]
 
 PROCESSES = 2  # processes at a time: each takes a processor and half a gigabyte
-
-LONGEST_S = 300
-"""Time of a group after which its process hangs; the busiest machine seen took a third of it."""
-
+LONGEST_S = 300  # of a group, after which its process hangs; three times the slowest seen
 PATIENCE_MS = 5000  # time that the first picture is given before anything is compiled
 
 USUAL_S, TICK_MS = 18, 1000
@@ -157,8 +154,7 @@ class _Worker(QProcess):
     """A process that compiles one group after the other; its group is None while it waits."""
 
     done = Signal(object)  # emitted with the group that is compiled
-    ended = Signal(object)
-    """Emitted with the worker when its process has ended, or could not be started."""
+    ended = Signal(object)  # emitted with the worker when its process has ended or failed
 
     def __init__(self, longest_s: float, parent: QObject) -> None:
         super().__init__(parent)

@@ -18,9 +18,7 @@ SizeChoice = Literal["pane", "generator"] | int
 
 EVERYWHERE = LightRange(90.0, 90.0)  # range of a light that no model has to follow
 USUAL_DISTANCE = 0.5  # sample distance in voxels, where neither the user nor a model has another
-
-SLOW_SOFT_S = 0.1
-"""Time of a moving image from which soft light is not chosen automatically: 10 images a second."""
+SLOW_SOFT_S = 0.1  # of a moving image, from which soft light is not chosen automatically
 
 SLOW_LIGHT_S = 3.0
 """Time of the ray caster's image in direct light from which no light is chosen automatically. The

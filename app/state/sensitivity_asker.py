@@ -83,14 +83,9 @@ seen, what shows at a place."""
 REST_SIZE = 256  # largest shorter edge for regions at rest
 REST_SECONDS = 1.5  # time that a region at rest may take, where fewer pixels would do
 SLOW_SECONDS = 0.5  # expected time at rest from which the generator answers first, if there is one
-
-DRAG_SECONDS = 0.07
-"""Time that answers may take while a region or a band is dragged: no image waits for it."""
-
+DRAG_SECONDS = 0.07  # of answers while a region or band is dragged: no image waits for it
 BAND_REST_MS = 150  # time without a change after which a field is asked for at full quality
-
-PICK_RADIUS = 0.012
-"""Half the edge of the square that a click stands for, as a fraction of the image."""
+PICK_RADIUS = 0.012  # half the edge of a click's square, as a fraction of the image
 
 
 class SensitivityAsker(QObject):
@@ -102,8 +97,7 @@ class SensitivityAsker(QObject):
     """Newest answer of each source, maybe about another image or place: see :meth:`is_fresh`."""
     fields: dict[Source, FieldAnswer]
     seen: ValueVisibilityAnswer | None  # newest answer about where the band is visible
-    visibility: VisibilityAnswer | None
-    """About all values, in the active region and in the whole image."""
+    visibility: VisibilityAnswer | None  # of all values, in the active region and the whole image
     pick: VisibilityAnswer | None  # about those at the clicked place
     _problems: dict[Source, str]
 

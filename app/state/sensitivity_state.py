@@ -46,10 +46,8 @@ class Choices:
     visible: bool = True  # whether the plot has the area of what is visible
     measure: Measure = "signed"
     engine: EngineChoice = "automatic"  # automatic takes the exact engine where it is fast enough
-    width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH
-    """Standard deviation of edits, in bins."""
-    height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05
-    """Opacity of the modes whose effect is predicted."""
+    width: Annotated[float, Meta(ge=NARROWEST, le=WIDEST)] = EDIT_WIDTH  # of edits, in bins
+    height: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.05  # opacity of the predicted modes
     locked: bool = False  # whether scales stay as they are
 
 
@@ -60,8 +58,7 @@ class Band:
     low: float
     high: float
     kept: bool = False  # whether it stays when the mouse leaves
-    effect: bool = True
-    """Whether the field is what an edit there would change, or where the values are visible."""
+    effect: bool = True  # whether an edit's effect is asked for, or what is visible
 
     @property
     def values(self) -> tuple[float, float]:
@@ -72,8 +69,7 @@ class Band:
 class SensitivityState(QObject):
     """Regions, the band of values, the clicked place and the choices."""
 
-    changed = Signal(str)
-    """Emitted with what has changed: "choices", "regions", "band", "place" or "tool"."""
+    changed = Signal(str)  # emitted with "choices", "regions", "band", "place" or "tool"
     finished = Signal(str)
     """Emitted with "regions" or "band" after a drag, and after changes of regions that are none."""
 

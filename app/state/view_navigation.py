@@ -30,9 +30,7 @@ from model.scene.view import (
 )
 from model.scene.volume import Triple
 
-HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)
-"""View before a volume is opened."""
-
+HOME_VIEW = View(azimuth=30.0, elevation=15.0, roll=0.0, distance=0.8)  # without a volume
 CUBE: Triple = (3**-0.5, 3**-0.5, 3**-0.5)  # proportions before a volume is opened
 
 

@@ -23,8 +23,7 @@ from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFun
 from model.scene.value_scale import ValueScale
 from model.scene.volume import FileFacts
 
-INTERVAL_S = 0.1
-"""Shortest time between two refreshes while something moves: painting a plot takes long."""
+INTERVAL_S = 0.1  # between two refreshes while something moves: plots take long to paint
 
 
 class Calm(QObject):

@@ -57,14 +57,12 @@ class Workspace(QObject):
     volumeOpened = Signal(object)
     """Emitted when the engines draw a volume that was read, before its TF is set."""
     volumeStarted = Signal()  # emitted when the TF of an opened volume is set
-    rangeChanged = Signal(object)
-    """Emitted with the :class:`OpenedVolume` when it is over another scalar range."""
+    rangeChanged = Signal(object)  # emitted with the :class:`OpenedVolume` over another range
     scaleChanged = Signal(object)
     """Emitted with the :class:`OpenedVolume` when it is on another scale, before its TF is."""
     problem = Signal(str)  # emitted with an error sentence for the notice bar
     news = Signal(str)  # emitted with a sentence for the status bar
-    hintChanged = Signal(str)
-    """Emitted with a description of inputs outside the training range; may be empty."""
+    hintChanged = Signal(str)  # emitted with what is outside the training range, or ""
     modelChanged = Signal()  # emitted when a generator fits the volume, or no longer does
     settled = Signal()  # emitted when both images are final or replaced by a message
 

@@ -224,8 +224,7 @@ SHARE, SMALL_SHARE = 0.35, 0.25
 """Height of the editor, as a part of the window's and of a small one's, unless it is dragged."""
 
 SMALL_BELOW = 800  # height of a window that is not small, in pixels: below are those of laptops
-HANDLE = 1
-"""Height of the line that is dragged, in pixels: Qt takes the mouse next to it, too, 5 in all."""
+HANDLE = 1  # height of the dragged line, in pixels: the mouse has 5
 
 
 class _Handle(QSplitterHandle):

@@ -26,11 +26,8 @@ from model.scene.transfer_function import OpacityTF, TransferFunction
 Shape = Literal["circle", "square", "pin", "line"]
 
 _RADIUS = {"circle": 6.0, "square": 4.0, "pin": 6.0, "line": 0.0}
-_REACH = 12.0
-"""Half the edge of the square that reacts to the mouse, in pixels; larger than the mark."""
-
-STEP_MS = 40
-"""Least time between two steps of a drag: a mouse sends far more than pictures can follow."""
+_REACH = 12.0  # half the edge of the square that takes the mouse, in pixels
+STEP_MS = 40  # between two steps of a drag: a mouse sends more than pictures follow
 
 _ADDING = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.ControlModifier
 

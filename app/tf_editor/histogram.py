@@ -17,15 +17,12 @@ from app.tf_editor.unit_axis import ScalarAxis
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
 
-_BEYOND = 0.015
-"""How far the outermost bins may reach out of the plot: whole-number bins do, by half of one."""
-
+_BEYOND = 0.015  # of the plot that outermost bins reach: whole numbers' do, by half of one
 _WIDEST_GAP = 8  # largest distance, in bins, between two teeth of a comb
 _COMB = 0.1  # least share of empty bins in narrow gaps that makes a histogram a comb
 
 
-_OVERHANG = 0.05
-"""How far a pen may reach out of the curve that it draws, in widths of a plot and own heights."""
+_OVERHANG = 0.05  # of a pen beyond its curve, in widths of a plot and own heights
 
 
 _STRAIGHT = 1e-11  # bend of a line up to which a point is left out, as a share of its height

@@ -78,8 +78,7 @@ class PlotArea(QObject):
 
     axisChanged = Signal()  # when other values are visible, or a scale is another
     heightChanged = Signal()  # when the opacity plot has another size
-    flagsMoved = Signal()
-    """Emitted when widgets over the plot have moved, or the numbers of a drag come or go."""
+    flagsMoved = Signal()  # emitted when widgets over the plot move, or a drag's numbers
     recolored = Signal()  # when the colours are those of another theme
 
     def __init__(self, parent: QObject | None = None) -> None:

@@ -17,11 +17,8 @@ from app.tf_editor.plot_area import PlotArea
 from model.scene.ranges import fit_to_range, range_text, stretch_to_range
 from model.scene.transfer_function import Range, TransferFunction
 
-SMALL_RANGE = 0.2
-"""Share of all values below which a range is hard to edit while all of them are shown."""
-
-LEAST_DISTANCE = 0.004
-"""Smallest distance between the lines after a drag, as a fraction of the plot's width."""
+SMALL_RANGE = 0.2  # of all values, below which a range is hard to edit among them
+LEAST_DISTANCE = 0.004  # of the lines after a drag, as a fraction of the plot's width
 
 _REACH = 5.0
 _GRIP = 7.0, 22.0  # width and height of the grips, in pixels

@@ -23,8 +23,7 @@ from model.scene import tf_editing as edits
 from model.scene.ranges import value_text
 from model.scene.transfer_function import ColorTF, TransferFunction
 
-_FLANK = math.exp(-1.0)
-"""Height of a mode one width away from its mean, as a fraction of its amplitude."""
+_FLANK = math.exp(-1.0)  # height of a mode one width from its mean, by its amplitude
 
 _VISIBLE_WIDTHS, _VISIBLE_LOG_WIDTHS = 2.2, 3.2
 """Distances from the mean, in widths, up to which a mode's curve is drawn on either scale."""

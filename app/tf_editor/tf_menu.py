@@ -48,16 +48,14 @@ from model.scene.value_scale import values_at
 PICTURE = 96  # sides of a picture, in pixels
 CELL = QSize(118, 128)  # room of a picture with its name
 ROOM = 8  # around all pictures, in pixels
-COLUMNS, MOST_ROWS = 4, 3
-"""Pictures in a row, and rows that are seen at once: all have room on a small screen."""
+COLUMNS, MOST_ROWS = 4, 3  # of pictures, and rows that are seen at once on a small screen
 
 
 class PresetMenu(QMenu):
     """Shows presets over the volume's scalar range, and says which one is chosen."""
 
     chosen = Signal(object)  # with the chosen Preset
-    picturesWanted = Signal(object)
-    """Emitted with a tuple of the presets listed, each time that the menu opens."""
+    picturesWanted = Signal(object)  # emitted with the listed presets when the menu opens
 
     def __init__(self, state: ViewerState, area: PlotArea, parent: QWidget | None = None) -> None:
         super().__init__("Presets", parent)

@@ -203,8 +203,7 @@ SLIDER_TIP = "Drag an end, or the middle to move the slab"
 class CropCard(Card):
     """Shows the state's crop box and changes it; initially hidden."""
 
-    shownChanged = Signal(bool)
-    """Emitted when the card is shown or hidden, other than with its window."""
+    shownChanged = Signal(bool)  # emitted when it comes or goes, other than with its window
 
     def __init__(self, state: ViewerState, parent: QWidget | None = None) -> None:
         super().__init__(parent)

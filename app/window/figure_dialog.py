@@ -29,17 +29,13 @@ from app.window.figure import FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size
 
-LEAST_SIZE, LARGEST_MOVIE = 16, 4096
-"""Fewest pixels along a side, and most that players of movies show."""
+LEAST_SIZE, LARGEST_MOVIE = 16, 4096  # pixels of a side; more no player shows
 
 LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
 """Presets of the longer side; the figure keeps the proportions of what is shown."""
 
 SAMPLES = (1, 4, 16, 64, 256, 1024)  # samples of each pixel that path-traced figures may have
-
-SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60
-"""Limits of a movie: seconds, and frames per second."""
-
+SHORTEST, LONGEST, HIGHEST_RATE = 0.5, 600.0, 60  # seconds, and frames per second
 BYTES_PER_PIXEL = 20  # memory of a rendering and of the figure that is made of it
 PREVIEW = 300  # side of the preview, in pixels
 

@@ -14,10 +14,7 @@ from app.controls import Action, Card, action_button, announce, fill, label, ord
 from app.icons import IconButton
 
 WIDTH = 480  # of a notice at most, as longer lines are hard to read
-
-MOST_SHOWN, MOST_KEPT = 3, 20
-"""Notices that are shown at once, and that are kept until there is room."""
-
+MOST_SHOWN, MOST_KEPT = 3, 20  # at once, and until there is room
 MOST_ACTIONS = 2  # buttons of one notice, apart from the one that dismisses it
 
 NoticeTone = Literal["plain", "error"]
@@ -155,9 +152,7 @@ class _Line(Card):
         return focused is not None and self.isAncestorOf(focused)
 
 
-TOP, BOTTOM = 40, 44
-"""Distance to the upper edge, below the captions, and to the lower one, above the colour bars."""
-
+TOP, BOTTOM = 40, 44  # to the upper edge, below captions, and to the lower one, above colour bars
 SIDE, GAP = 8, 8  # least distance to the other edges, and between two, in pixels
 
 _PLACES = {

@@ -86,8 +86,7 @@ MOST_SKIPPED = 2**31 - 1  # most bytes that can be skipped
 
 ORDERS: dict[ByteOrder, str] = {"little": "Little endian", "big": "Big endian"}
 
-UNKNOWN = RawLayout((256, 256, 256), "uint8")
-"""Layout to begin with where neither name nor size gives one."""
+UNKNOWN = RawLayout((256, 256, 256), "uint8")  # where neither name nor size gives a layout
 
 Previews = tuple[RawLayout, list[NDArray[np.uint8]]]
 

@@ -17,9 +17,7 @@ HEIGHT, TOOLS_WIDTH = 36, 36
 
 FOLD_WIDTH = 1180  # width in pixels below which the menus fold into one, and words into their icons
 LINE_HEIGHT = 20  # of the lines between groups, in pixels
-
-TOOLS_PLACE = 8, 40
-"""Distance of the tools to the image's left and upper edge, below its caption, in pixels."""
+TOOLS_PLACE = 8, 40  # of the tools to the image's left and upper edge, in pixels
 
 
 class TopBar(QWidget):

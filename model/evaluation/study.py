@@ -34,8 +34,7 @@ from model.training.state import STATE_FILE, load_progress
 from model.training.trainer import train
 
 MEASURES = ("rmse", "emd", "ssim", "opacity_rmse")
-OUTCOME_FILE = "outcome.json"
-"""File with a variant's budget and recipe, and its error message if it has collapsed."""
+OUTCOME_FILE = "outcome.json"  # budget and recipe of a variant, and how it collapsed
 
 RESULT_FILE = "result.json"
 

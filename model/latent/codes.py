@@ -139,8 +139,7 @@ SMOOTHING = np.array([1, 8, 28, 56, 70, 56, 28, 8, 1], np.float32) / 256
 Before the sigmoid, where a steep edge only takes larger numbers.
 """
 
-LARGEST_CODE = 0.9999
-"""Largest number of a code, 3.9 standard deviations of the normal distribution."""
+LARGEST_CODE = 0.9999  # of a code's numbers: 3.9 standard deviations of the normal distribution
 
 Weights = dict[str, NDArray[np.float32]]
 

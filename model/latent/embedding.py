@@ -22,10 +22,7 @@ PERPLEXITY = 30  # effective number of neighbours of t-SNE, as in the paper (sec
 ITERATIONS = 750
 
 LEAST_POINTS = 5  # distinct points below which there is no map
-
-Places = NDArray[np.float32]
-"""Places (n, 2) on the plane; the longer side of their bounding box is -1..1."""
-
+Places = NDArray[np.float32]  # places (n, 2); the longer side of their bounding box is -1..1
 Progress = Callable[[float], None]  # called with the fraction that is done
 
 

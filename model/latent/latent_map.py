@@ -15,9 +15,7 @@ from model.latent.embedding import Places
 CELLS = 4  # cells along either side of a brushed rectangle
 RADIUS_SHARE = 0.05  # radius of the disc around a place, as a fraction of the map's diagonal
 NEIGHBOURS = 12  # samples that the place of a new code is taken from
-
-Brush = tuple[float, float, float, float]
-"""A rectangle on the map: left, lower, right and upper edge."""
+Brush = tuple[float, float, float, float]  # a rectangle: left, lower, right and upper edge
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,12 +25,10 @@ class ModelCard:
     scene: Scene
     preset: str  # name of the preset that the size came from
     size: NetworkSize
-    training: dict[str, Any] = field(default_factory=dict)
-    """Options, budget and course of the training."""
+    training: dict[str, Any] = field(default_factory=dict)  # options, budget and course of training
     metrics: dict[str, Any] = field(default_factory=dict)
     """Hold-out metrics at the end of the training."""
-    versions: dict[str, str] = field(default_factory=dict)
-    """Versions of the software that trained it."""
+    versions: dict[str, str] = field(default_factory=dict)  # of the software that trained it
 
     def to_json(self) -> dict[str, Any]:
         """The card as plain data."""
@@ -118,8 +116,7 @@ def card_of(folder: Path, header: dict[str, Any]) -> ModelCard:
     return card
 
 
-LONGEST_NAME = 100
-"""Longest name of a weights' file; that of others is cut off, so that it is not found."""
+LONGEST_NAME = 100  # of a weights' file; other names are cut off, and so not found
 
 
 def read_weights(folder: Path, header: dict[str, Any]) -> bytes:

@@ -25,8 +25,7 @@ class EncodedInputs(NamedTuple):
     """The five view parameters (:meth:`model.scene.view.View.vector`), then those of the scene's
     other inputs, such as a movable light. Shape (N, C)."""
     opacity_tf: Tensor  # shape (N, 256)
-    color_tf: Tensor
-    """In scaled CIELAB. Shape (N, 3, 256)."""
+    color_tf: Tensor  # (N, 3, 256) in scaled CIELAB
 
     @classmethod
     def of(cls, inputs: Sequence[SceneInputs], scene: Scene) -> EncodedInputs:

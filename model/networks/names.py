@@ -9,9 +9,7 @@ from __future__ import annotations
 from typing import Literal
 
 DeviceChoice = Literal["auto", "cpu", "cuda"]  # devices that networks run on; see `choose_device`
-
-BackendName = Literal["eager", "openvino"]
-"""Libraries that draw a generator's images; see :mod:`model.generator.backends`."""
+BackendName = Literal["eager", "openvino"]  # what draws a generator's images
 
 Precision = Literal["float32", "bfloat16"]
 PrecisionChoice = Literal["auto", "float32", "bfloat16"]

@@ -124,8 +124,7 @@ class PathLightCard:
     """All that is known about a path-light network besides its weights."""
 
     size: PathLightSize
-    training: dict[str, Any] = field(default_factory=dict)
-    """Volumes, pairs, steps and time of the training."""
+    training: dict[str, Any] = field(default_factory=dict)  # volumes, pairs, steps and time
     errors: dict[str, Any] = field(default_factory=dict)
     """RMSE on held-out pairs by the number of samples: denoised alone, and by the network."""
 

@@ -22,8 +22,7 @@ class NetworkSize:
     """Whether the codes of view and TFs also scale and shift the features of the translation
     decoder, and of the opacity generator, at every resolution. The paper's network has only the
     tiled codes; small networks then learn colours very slowly."""
-    deep_codec: bool = False
-    """Whether the latent decoder has two hidden layers instead of the paper's one."""
+    deep_codec: bool = False  # two hidden layers of the latent decoder instead of the paper's one
     color_attention: bool = False
     """Whether pixels look their colours up in the colour TF (:mod:`model.networks.paper`), which
     the paper's network has as a code only."""

@@ -28,9 +28,7 @@ from model.sensitivity.learned import Sensitivity
 from model.sensitivity.what_if import compare
 
 AMPLITUDE = 0.3  # opacity of a mode that is added
-
-MOST_OPACITY = 0.6
-"""Opacity above which a value is left alone: one more mode there would hardly show."""
+MOST_OPACITY = 0.6  # from which a value is left alone: one more mode would hardly show
 
 
 def suggested_mode(
@@ -65,9 +63,7 @@ def with_mode(inputs: SceneInputs, mode: GaussianMode) -> SceneInputs:
 
 BLOCKS = 16  # blocks along each side by which regions are chosen
 REGION_BLOCKS = 4  # blocks along each side of a region
-
-LEAST_BRIGHTNESS = 0.35
-"""Brightness of the second region, of the first one's, from which on it is chosen."""
+LEAST_BRIGHTNESS = 0.35  # that the second region needs, relative to the first one's
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,10 +145,8 @@ class ValueField:
     """The field of one scalar value, as the paper shows it and with every pixel."""
 
     value: float
-    band: NDArray[np.float64]
-    """The Gaussian by which fields of neighbouring values count, at most 1. Shape (256,)."""
-    responses: NDArray[np.float64]
-    """Sensitivity of the whole image, in the displayed unit. Shape (256,)."""
+    band: NDArray[np.float64]  # Gaussian (256,) by which fields of near values count, at most 1
+    responses: NDArray[np.float64]  # (256,) of the whole image, in the displayed unit
     blocks: NDArray[np.float64]
     pixels: NDArray[np.float64]
     """The field in r x r blocks, and for each pixel, coloured over the dim image. Shape (S, S,

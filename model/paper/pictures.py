@@ -14,8 +14,7 @@ from model.samples.sample_rendering import render_samples
 from model.samples.sampling import draw_sample
 from model.scene.inputs import SceneInputs, condition_numbers
 
-TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)
-"""Shares of the samples with a smaller RMSE than the typical ones that are shown."""
+TYPICAL_AT = (0.2, 0.4, 0.5, 0.7)  # of the samples have a smaller RMSE than those that are shown
 
 
 @dataclass(frozen=True, eq=False)

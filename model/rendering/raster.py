@@ -33,8 +33,7 @@ class Raster:
     left: int = 0  # first pixel of the part
     top: int = 0
     columns: int = 0
-    rows: int = 0
-    """Size of the part in pixels; 0 for all that is to the right of and below the first pixel."""
+    rows: int = 0  # size of the part; 0 for all to the right of and below its first pixel
 
     def __post_init__(self) -> None:
         if not self.columns:

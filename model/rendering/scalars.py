@@ -145,14 +145,9 @@ def _means(
 
 
 SAMPLES = 1 << 15  # voxels that are looked at, drawn at random, the same ones each time
-
-BINS, WIDE = 32, 4
-"""Bins of values, of which so many in a row may be a material with noise of its own."""
-
+BINS, WIDE = 32, 4  # bins of values, and how many in a row may be one material
 MATERIAL = 0.05  # share of the voxels from which on these count as a material
-
-QUARTILE = 0.31864
-"""Size that a quarter of normally distributed numbers stay below, in standard deviations."""
+QUARTILE = 0.31864  # a quarter of normally distributed numbers stay below, in deviations
 
 LABEL_NOISE = 0.02
 """In place of noise, for a label's share of what is around: deep inside it has no direction."""

@@ -56,9 +56,7 @@ are only rotated. The items are the text to replace, whether to do so before VTK
 the new text, and whether to replace every occurrence.
 """
 
-NOISE = 3.0
-"""Gradient, in standard deviations of the noise, at which its direction counts for a half."""
-
+NOISE = 3.0  # gradient at which its direction counts for a half, in deviations of the noise
 NATIVE_TYPES = (np.uint16, np.int16)  # scalar types that are rendered without conversion
 TABLE_ENTRIES = 1024  # length of VTK's look-up tables on the GPU
 

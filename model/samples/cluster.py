@@ -30,8 +30,7 @@ CONNECT_SECONDS = 10.0
 # One running, one queued, one at the scheduler.
 BLOCKS_PER_THREAD = 3
 
-_kept = threading.local()
-"""A worker's renderer between blocks, one per thread, as OpenGL contexts belong to threads."""
+_kept = threading.local()  # a worker's renderers, one per thread, as OpenGL's contexts are
 
 
 def render_store_on_cluster(

@@ -13,9 +13,7 @@ from model.scene.scene import Scene
 from model.scene.tf_perturbation import EDIT_WIDTH
 from model.scene.transfer_function import TF_SAMPLES
 
-Split = Literal["train", "holdout"]
-"""Split of the samples: for training, or held out for evaluation."""
-
+Split = Literal["train", "holdout"]  # samples to train on, or held out for evaluation
 TF_STREAM = 3  # seed component of random opacity TFs without images, distinct from all splits'
 EDIT_STREAM = 4  # seed component of random edits of opacity TFs
 EDIT_HEIGHT = 0.1  # maximum opacity that random edits add or subtract

@@ -23,8 +23,7 @@ class CropBox:
     """
 
     low: Triple = (0.0, 0.0, 0.0)
-    high: Triple = (1.0, 1.0, 1.0)
-    """Planes along x, y and z as fractions of the volume's extent, 0 <= low < high <= 1."""
+    high: Triple = (1.0, 1.0, 1.0)  # fractions of the volume's extent, 0 <= low < high <= 1
 
     def __post_init__(self) -> None:
         for axis, low, high in zip("xyz", self.low, self.high, strict=True):

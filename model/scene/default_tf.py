@@ -20,11 +20,8 @@ from model.scene.transfer_function import (
 )
 from model.scene.volume import Volume
 
-MODE_AMPLITUDES = (0.04, 0.12, 0.5)
-"""Opacities of modes that cover a typical fraction of the voxels, lowest value first."""
-
-TYPICAL_SHARE = 0.1
-"""Fraction of the scalar window's voxels within one width of a typical mode's mean."""
+MODE_AMPLITUDES = (0.04, 0.12, 0.5)  # of modes that cover typical numbers of voxels, in order
+TYPICAL_SHARE = 0.1  # of the window's voxels within one width of a typical mode's mean
 
 MODE_COLORS = ((0.30, 0.60, 0.98), (0.96, 0.47, 0.33), (1.0, 0.78, 0.42))
 """Blue, coral and gold, distinguishable with all common colour blindnesses."""
@@ -35,8 +32,7 @@ END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.95, 0.86))
 SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75
 """Opacities that half of the rays through what is shown should have at least; in smoke, less."""
 
-OPAQUE_RAY = 0.5
-"""Opacity from which a ray counts as one through what is shown, with the mode at its highest."""
+OPAQUE_RAY = 0.5  # from which a ray counts as shown, with the mode at its highest
 
 SURROUNDS, MOST_RIM = 1.05, 0.9
 """Least share of the rim's peak at the rim, relative to its share in the volume, of what is around
@@ -199,18 +195,10 @@ def _times(opacity: OpacityTF, which: slice, factor: float) -> OpacityTF:
 
 AIR_HU, TISSUE_HU = -1000.0, 50.0
 
-FAT_PLACES = (0.75, 0.93)
-"""Places of fat between air (0) and soft tissue (1), with contrast agent or without."""
-
-LEAST_SHARE = 0.05
-"""Fraction of the voxels above air that fat and soft tissue must each have, about their peaks."""
-
-NARROW = 0.08
-"""Width at half the height of soft tissue's only peak, as a fraction of its distance from air."""
-
-DENSE_SHARES = (0.01, 0.3)
-"""Fraction of the voxels above air that may be much denser than soft tissue: bone."""
-
+FAT_PLACES = (0.75, 0.93)  # of fat from air (0) to tissue (1), with contrast agent or not
+LEAST_SHARE = 0.05  # of the voxels above air that fat and soft tissue must each have
+NARROW = 0.08  # width of soft tissue's only peak, as a fraction of its distance from air
+DENSE_SHARES = (0.01, 0.3)  # of the voxels above air that may be denser than tissue: bone
 PROMINENCE = 0.1  # height of a peak above its saddles, as a power of ten
 SPECKS = 1e-4  # fraction of the voxels in a bin that is too small for a peak
 SMOOTHING = 5  # bins of 256 over which a histogram is averaged

@@ -10,17 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-_COUNTABLE = 1 << 16
-"""Most whole numbers between smallest and largest voxel that are counted one by one."""
-
-_SAMPLES = 1 << 18
-"""Voxels of which percentiles are taken where the values cannot be counted one by one."""
-
+_COUNTABLE = 1 << 16  # whole numbers at most that are counted one by one
+_SAMPLES = 1 << 18  # voxels that percentiles are taken of where there are more values
 _KEPT = 16  # most histograms that are kept
-
-_FEWEST_STEPS = 64
-"""Steps that the data must have for bins to follow them, if steps are larger than 1."""
-
+_FEWEST_STEPS = 64  # of more than 1, that data must have for bins to follow them
 _EXACT = 2.0**52  # below this size a float holds whole numbers and halves
 Range = tuple[float, float]
 

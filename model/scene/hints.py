@@ -17,17 +17,10 @@ from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, Range
 from model.scene.value_scale import ValueScale
 from model.scene.view import VIEW_ANGLE, View
 
-FAINTEST = 1.5 / 255
-"""Opacity of a pixel below which it is not seen: hardly a level of an 8-bit image."""
-
-TRANSPARENT = 1e-5
-"""Opacity of a voxel below which even a thousand of them, one behind another, are not seen."""
-
+FAINTEST = 1.5 / 255  # opacity of a pixel that is not seen: hardly a level of 8 bits
+TRANSPARENT = 1e-5  # opacity of a voxel of which even a thousand in a row are not seen
 FEW = 1e-5  # share of the voxels that is easily missed in an image
-
-FAINT_PART = 0.01
-"""Fraction of a TF's largest opacity below which a scalar value hardly counts as shown."""
-
+FAINT_PART = 0.01  # of a TF's largest opacity, below which a value hardly counts as shown
 POINTS_PER_BIN = 9  # scalar values of a bin at which the opacity is looked up
 CLOSE = 0.7  # distance of the view below which a part of the volume may lie outside the image
 SMALLEST = 0.01  # least diameter of a visible volume, as a fraction of the image's height

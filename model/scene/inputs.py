@@ -45,11 +45,9 @@ class SceneInputs:
     view: View
     opacity_tf: OpacityTF
     color_tf: ColorTF
-    light: LightDirection | None = None
-    """Light direction of a lit scene; None is the scene's fixed light."""
+    light: LightDirection | None = None  # of a lit scene; None is the scene's fixed one
     crop: CropBox | None = None  # part of the volume that is shown; None for all of it
-    interpolates: bool | None = None
-    """Whether there are values between voxels; None for yes, unless these are labels."""
+    interpolates: bool | None = None  # between voxels; None for yes, unless these are labels
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:

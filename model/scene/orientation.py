@@ -27,9 +27,7 @@ from model.scene.view import (
 )
 from model.scene.volume import Triple
 
-FACING = (0.0, 30.0, -30.0)
-"""Azimuths of a volume whose file says where its front is, the usual one first."""
-
+FACING = (0.0, 30.0, -30.0)  # azimuths where a file says where the front is, the usual one first
 AROUND = (30.0, -30.0, 60.0, 0.0, -60.0)  # azimuths of other volumes, the usual one first
 ELEVATIONS = (15.0, 35.0)  # the usual elevation, and that of slabs that lie
 SLAB = 0.65  # height of a slab that lies, at most, as a part of its mean width
@@ -77,9 +75,7 @@ STANDARD_VIEWS = {
 }
 """Azimuth and elevation of each view; left and right are the viewer's."""
 
-NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0
-"""Limits of the home view's distance for a generator: those that it is trained for."""
-
+NEAREST_HOME, FARTHEST_HOME = 0.4, 1.0  # limits of home views that generators are trained for
 NEAREST, FARTHEST = 0.05, 1.5  # limits of the home view's distance elsewhere
 
 
@@ -97,8 +93,7 @@ LINE, LINE_WIDTH = 200.0, 0.1
 """Ratio of the longest to the next side from which on a volume is a line, of which the home view
 shows the middle, so wide as a part of the image's height."""
 
-CLOSEST = 0.1
-"""Least distance of what is shown from the camera in the home view, in bounding-sphere radii."""
+CLOSEST = 0.1  # least distance of what is shown in the home view, in bounding-sphere radii
 
 
 def faces(up: str, front: str = "") -> dict[str, str]:

@@ -36,8 +36,7 @@ SHARES: dict[OpacityKind, float] = {
 """Frequencies of the kinds in the family "drawn"."""
 
 MAX_MODES = 5
-MIN_WIDTH_BINS = 2.0
-"""Least width of random modes and edges, in bins, so that modes near the ends are not spikes."""
+MIN_WIDTH_BINS = 2.0  # of random modes and edges, so that those near the ends are no spikes
 
 LEAST_CONSTANT = 0.001
 CURVE_POINTS = 3, 8

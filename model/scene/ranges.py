@@ -17,10 +17,7 @@ from model.scene.value_scale import ValueScale, place_of, value_at
 from model.scene.volume import Volume
 
 TAIL = 0.001  # share of the voxels at each end that does not decide about the range
-
-SQUEEZED = 8
-"""The range is narrowed where the voxels but for the tails would fill less than 1/8 of it."""
-
+SQUEEZED = 8  # a range is narrowed if the voxels but for the tails fill less than 1/8 of it
 ROOM = 1.0  # how far a narrowed range may reach beyond the voxels without tails, in widths of these
 
 
@@ -120,8 +117,7 @@ def _outermost(distribution: Distribution, lo: float, hi: float) -> Range:
     return lowest, highest
 
 
-LEAST_OVERLAP = 4 / TF_SAMPLES
-"""Fraction of a TF's range below which its part in the volume is no use: 4 of the 256 samples."""
+LEAST_OVERLAP = 4 / TF_SAMPLES  # of a TF's range in the volume, below which that is no use
 
 LEAST_SHARE, LEAST_STEPS = 1 / 1024, 8
 """Fraction of the volume's range, or steps of its whole numbers, that a TF must cover to be meant
@@ -298,8 +294,7 @@ class RangeChoice:
         return place_of(self.low, volume.scale), place_of(self.high, volume.scale)
 
 
-PLAIN = 1e6, 1e-6
-"""Numbers below the first, of bins above the second, are written without a power of ten."""
+PLAIN = 1e6, 1e-6  # numbers below the first, of bins above the second, have no power of ten
 
 
 def value_text(value: float, scalar_range: Range, scale: ValueScale) -> str:

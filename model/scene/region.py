@@ -10,13 +10,8 @@ from numpy.typing import NDArray
 from model.errors import RenderError
 
 Mask = NDArray[np.bool_]  # pixels of a region: shape (rows, columns), row 0 at the top
-
-Shape = int | tuple[int, int]
-"""Size of a square image, or rows and columns of one that has the square in its middle."""
-
-Reach = tuple[float, float]
-"""Half an image's width and height, in sides of the square in its middle."""
-
+Shape = int | tuple[int, int]  # of a square image, or rows and columns of another
+Reach = tuple[float, float]  # half an image's width and height, in sides of its middle square
 SQUARE: Reach = (0.5, 0.5)  # reach of a square image
 EDGE = 0.01  # part of the image, from its border, that an outline must reach into to be seen
 

@@ -92,8 +92,7 @@ PATH_FIELDS: Lighting = "soft"
 """Lights whose exact derivatives replace those of path-traced light, which has none: for the
 curves of regions, and for fields. Of the ray caster's lights they are the nearest to it."""
 
-TFFamily = Literal["paper", "drawn"]
-"""Random TFs: the paper's mixtures of Gaussian modes, or also those that people draw."""
+TFFamily = Literal["paper", "drawn"]  # mixtures of modes, or also TFs that people draw
 
 RendererName = Literal["vtk", "raycast"]
 """VTK, the reference, or tfscope's ray caster, which is several times faster.
@@ -113,8 +112,7 @@ class Scene:
     Raises :class:`TfscopeError` for values that are out of range or inconsistent.
     """
 
-    volume_name: str = field(compare=False)
-    """Display name; volumes are identified by the fingerprint."""
+    volume_name: str = field(compare=False)  # for display; the fingerprint identifies volumes
     volume_fingerprint: str  # `fingerprint` of the volume
     scalar_range: Range
     """Range over which TFs lie, on the scale: :attr:`model.scene.volume.Volume.scalar_range`.
@@ -123,8 +121,7 @@ class Scene:
     image_size: int  # width and height of the colour image in pixels, 16 to 4096
     lighting: Lighting = "none"
     light: LightDirection | None = None  # None exactly when the lighting is "none"
-    light_range: LightRange | None = None
-    """Range of a movable light; None for a fixed light or no light."""
+    light_range: LightRange | None = None  # of a movable light; None for a fixed one or none
     sample_distance: float = 0.5  # distance between samples along a ray in voxels, 0.01 to 10
     view_range: ViewRange = field(default_factory=ViewRange)
     renderer: RendererName = "vtk"  # renderer of the training images

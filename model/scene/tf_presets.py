@@ -121,9 +121,7 @@ _DENSE_PARTS = _Recipe(
 """Over places from 0, the background's most frequent value, to 1, of the densest voxels."""
 
 DENSE_SHARE = 0.004  # fraction of all voxels that count as the densest
-
-AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0
-"""What background, soft tissue and dense bone of a CT have."""
+AIR_HU, TISSUE_HU, BONE_HU = -1000.0, 40.0, 1200.0  # of air, soft tissue and dense bone
 
 
 def presets(

@@ -14,10 +14,7 @@ from model.scene.transfer_function import OpacityTF, Range
 from model.scene.volume import Volume
 
 GRID = 64  # largest number of voxels per axis
-
-STRAY = 0.0005
-"""Part of the opacity that may lie beyond each plane of a shown box: noise and specks."""
-
+STRAY = 0.0005  # of the opacity that may lie beyond each plane of a shown box: specks
 LEAST_OPACITY = 0.005  # part of the largest opacity from which on a voxel counts as shown
 LEAST_RAY = 0.1  # opacity from which on a ray counts as showing what it passes
 SHOWS = 0.8  # opacity at which the median ray ends through what is made visible
@@ -35,8 +32,7 @@ class ThinnedVolume:
     once for each of these; hidden voxels have :data:`LEVELS` itself, which is transparent. Shape
     (nz, ny, nx)."""
     scalar_range: Range
-    steps: tuple[float, ...]
-    """Distance between two voxels along z, y and x, in units of the volume's voxel size."""
+    steps: tuple[float, ...]  # between voxels along z, y and x, in the volume's voxel sizes
 
     @classmethod
     def of(cls, volume: Volume) -> ThinnedVolume:

@@ -29,9 +29,7 @@ LOGARITHM_OFFER = (
 )
 """Why a logarithmic scale is offered; see :func:`suits_logarithm`."""
 
-SMALL_PART = 0.01
-"""Part of the range, from its lower end, in which nearly all values must lie for the offer."""
-
+SMALL_PART = 0.01  # of the range's lower end, where nearly all values must lie for the offer
 MOST = 0.95  # share of the positive values that counts as nearly all
 FEW_NEGATIVE = 0.01  # share of the voxels that may lie below zero for the offer
 

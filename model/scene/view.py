@@ -237,8 +237,7 @@ def _sin_cos(degrees: float) -> tuple[float, float]:
     return math.sin(angle), math.cos(angle)
 
 
-NEAREST_DEPTH = 0.01
-"""Least distance in front of the eye at which something is seen, in bounding-sphere radii."""
+NEAREST_DEPTH = 0.01  # in front of the eye that is seen, in bounding-sphere radii
 
 _TANGENT = math.tan(math.radians(VIEW_ANGLE / 2))
 _RADIUS = 0.5  # of the bounding sphere, where proportions are lengths relative to its diameter

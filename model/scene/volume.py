@@ -54,25 +54,18 @@ class FileFacts:
     spacing_unit: str = ""  # unit of spacing and origin, for example ``"mm"``
     directions: tuple[tuple[float, float, float], ...] = ()
     """Unit vectors along the grid's axes x, y and z in the file's space."""
-    space: str = ""
-    """Directions of that space's axes in the patient, such as ``"LPS"``; empty for others."""
-    contents: tuple[Content, ...] = ()
-    """All that the file or folder holds, where that is more than one volume."""
-    is_labels: bool = False
-    """Whether the file declares its values to be labels, between which nothing lies."""
+    space: str = ""  # where its axes point in the patient, such as ``"LPS"``; or empty
+    contents: tuple[Content, ...] = ()  # all that a file with several volumes holds
+    is_labels: bool = False  # whether the file says that values are labels, nothing between them
     labels: tuple[Label, ...] = ()  # those that the file names or colours
-    stretch: float = 1.0
-    """How many times as long as the file says z is drawn, whose unit may be another."""
+    stretch: float = 1.0  # of z, whose unit may be another, by so many times what the file says
 
 
 Triple = tuple[float, float, float]
 
 
-LARGEST_VALUE = 1e300
-"""Largest value of a scalar range: TFs reach beyond it and are computed with in sums."""
-
-LEAST_BIN = 1e-305
-"""Width of a TF's bin from which on the squares and quotients of values are normal numbers."""
+LARGEST_VALUE = 1e300  # of a scalar range: TFs reach beyond it, and sums compute with them
+LEAST_BIN = 1e-305  # of a TF, so that squares and quotients of values are normal numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +86,7 @@ class Volume:
     origin: Triple = (0.0, 0.0, 0.0)  # position of the centre of voxel (0, 0, 0)
     name: str = "volume"  # display name, usually the file's stem
     units: str = ""  # unit of the scalars, empty when unknown
-    notes: tuple[str, ...] = field(default=())
-    """Changes made by the file reader, each a sentence for the user."""
+    notes: tuple[str, ...] = field(default=())  # on what the reader changed, for the user
     up: str = ""  # axis that points up, to a patient's head, such as ``"+z"``; empty when unknown
     axis_labels: tuple[str, ...] = field(default=())
     """The patient's direction (R, L, A, P, S or I) that each of :data:`~model.scene.view.AXES`

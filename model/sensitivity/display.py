@@ -29,14 +29,9 @@ much as others become darker. "change" is the l2 norm of the colours' change.
 SMALL_EDIT = 0.01  # opacity that the edits of the displayed unit add where they are highest
 UNIT = "change of pixel value per +.01 opacity"
 
-FLOOR = 1 / 2550
-"""Smallest value at the end of a scale: a tenth of an 8-bit step. What is below is rounding."""
-
-LEAST_DIFFERENCE = 1 / 255
-"""Smallest value at the end of a scale of differences between images: an 8-bit step."""
-
-Shown = Measure | Literal["visible"]
-"""Fields that are shown: by a measure, or how much of a pixel shows some values."""
+FLOOR = 1 / 2550  # least end of a scale: a tenth of an 8-bit step; below is rounding
+LEAST_DIFFERENCE = 1 / 255  # least end of a scale of differences of images: an 8-bit step
+Shown = Measure | Literal["visible"]  # by a measure, or by what is visible
 
 COLOR_MAPS = {
     "change": "matplotlib:inferno",

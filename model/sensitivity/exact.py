@@ -25,8 +25,7 @@ from model.scene.tf_perturbation import (
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import Measure
 
-MAX_NUMBERS = 1 << 28
-"""Largest sensitivity field: 1024 x 1024 blocks, which need 2 GiB during summation."""
+MAX_NUMBERS = 1 << 28  # of the largest field: 1024 x 1024 blocks, 2 GiB during summation
 
 
 def region_sensitivity(

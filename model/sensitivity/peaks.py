@@ -153,8 +153,7 @@ class Contribution:
 
     value: float  # in the data's units
     share: float  # its share, with the values around it, of the place's visibility, 0 to 1
-    reach: Range
-    """The lowest and the highest of these values, without a fiftieth of the share at each end."""
+    reach: Range  # lowest and highest of these values, but for a fiftieth at each end
 
 
 def contributions(

@@ -29,8 +29,7 @@ class SensitivityResult:
 
     kind: Kind
     scalar_range: Range
-    scalar_window: Range
-    """Values of interest; those of the background may be 100 times as sensitive."""
+    scalar_window: Range  # of interest; the background may be 100 times as sensitive
     units: str  # unit of the scalars; may be empty
     opacity: NDArray[np.float32]
     """The opacity TF, at scalar values evenly spaced over the range. Shape (256,)."""
@@ -42,10 +41,8 @@ class SensitivityResult:
     source: str  # who computed it, for titles, such as "exact, by the ray caster"
     place: str  # the region or the values, for titles
     pixels: int  # number of the region's or of a block's pixels
-    edit: NDArray[np.float32] | None = None
-    """The edit of a value's sensitivity. Shape (256,)."""
-    colors: NDArray[np.floating] | None = None
-    """The colour TF, for figures. Shape (256, 3)."""
+    edit: NDArray[np.float32] | None = None  # (256,), that a value's sensitivity is to
+    colors: NDArray[np.floating] | None = None  # (256, 3) of the colour TF, for figures
     whole_scale: float | None = None
     """End of the scale of all values' fields, where a value's field is to be coloured by it; see
     :func:`model.sensitivity.display.global_scale`."""

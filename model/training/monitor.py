@@ -30,8 +30,7 @@ from model.training.state import Progress
 PROBE_SAMPLES = 128
 SHEET_SAMPLES = 8
 PROBE_BATCH = 16
-MEASURES = ("tf_rmse", "opacity_rmse", "rmse")
-"""Metrics that are displayed and recorded in the model's card."""
+MEASURES = ("tf_rmse", "opacity_rmse", "rmse")  # displayed, and in the model's card
 
 
 class HoldoutProbe:
@@ -147,14 +146,9 @@ def _save_sheet(path: Path, rows: list[np.ndarray[Any, np.dtype[np.float32]]]) -
     imsave(path, np.rint(np.clip(sheet, 0, 1) * 255).astype(np.uint8), check_contrast=False)
 
 
-LEAST_DIVERSITY = 0.1
-"""Ratio of the spreads of generated and rendered images below which images have collapsed."""
-
+LEAST_DIVERSITY = 0.1  # ratio of spreads, generated to rendered, below which images have collapsed
 LEAST_RANK = 1.05  # effective rank of the latent codes below which they vary in one dimension only
-
-LEAST_SPREAD = 1e-4
-"""Largest standard deviation of a latent dimension below which all codes count as equal."""
-
+LEAST_SPREAD = 1e-4  # largest deviation of a latent number below which all codes count as equal
 PATIENCE = 2  # number of consecutive collapsed measurements that end a run
 
 WARM_UP = 600
@@ -165,8 +159,7 @@ width has an effective rank of 1.0 from step 100 to 400, whatever its batches; b
 above 2. Images start alike, too.
 """
 
-LATEST_START = 3000
-"""Number of steps after which codes or images that never differed count as collapsed."""
+LATEST_START = 3000  # steps after which what never differed counts as collapsed
 
 
 class Trouble(NamedTuple):
@@ -258,8 +251,7 @@ def _slower(stage: Stage) -> str:
     return f"{stage.name}.learning_rate={stage.stage.learning_rate / 4:g}"
 
 
-NORM_SAMPLES = 64
-"""Number of training samples; with thousands of pixels each, more made no difference."""
+NORM_SAMPLES = 64  # training samples; more made no difference, as each has many pixels
 
 NORM_BATCH = 16
 

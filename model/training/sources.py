@@ -34,8 +34,7 @@ from model.scene.inputs import encode_inputs
 from model.scene.scene import Lighting, Scene
 from model.scene.volume import Volume
 
-LEAST_HOLDOUT = 4
-"""Least number of hold-out samples, needed to detect a collapse of codes or images."""
+LEAST_HOLDOUT = 4  # samples, to detect a collapse of codes or images
 
 
 class SampleSource(ABC):
@@ -128,15 +127,9 @@ DEFAULT_REUSE: dict[Lighting, float] = {"none": 4.0, "direct": 16.0, "soft": 8.0
 FIRST_SAMPLES = 512  # number of samples rendered before the first batch
 RING_BYTES = 512 << 20
 RING_SAMPLES = 8192  # largest number of samples in the ring
-
-PROCESS_RINGS = 4
-"""Both limits of the ring are so many times as large on machines that render in processes."""
-
-AHEAD_BLOCKS = 8
-"""Number of blocks that may be rendered ahead; at least two for each thread or process."""
-
-STAGE_SAMPLES = 1 << 40
-"""Offset between the sample indices of stages, so that they share no samples."""
+PROCESS_RINGS = 4  # times the ring's limits on machines that render in processes
+AHEAD_BLOCKS = 8  # rendered ahead at most; two for each thread or process at least
+STAGE_SAMPLES = 1 << 40  # between the sample indices of stages, which share no samples
 
 
 class StreamSource(SampleSource):

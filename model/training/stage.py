@@ -298,8 +298,7 @@ class Stage(ABC):
         }
 
 
-FIRST_PASSES = 3
-"""Number of passes before the recorded one, in which libraries choose what they need."""
+FIRST_PASSES = 3  # passes before the recorded one, in which libraries make their choices
 
 
 class RecordedPass:
@@ -344,9 +343,7 @@ class RecordedPass:
 BETA1 = 0.5
 
 WARM_UP = 0.03  # fraction of a stage over which a cosine schedule's learning rate first rises
-
-LEAST_DECAY = 1e-3
-"""Initial and final learning rate of a cosine schedule, as a fraction of its maximum."""
+LEAST_DECAY = 1e-3  # of a cosine schedule's learning rate, first and last, as a fraction
 
 
 def adam(network: nn.Module, beta2: float, recorded: bool = False) -> torch.optim.Adam:

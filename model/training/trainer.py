@@ -59,8 +59,7 @@ from model.training.state import (
     unwritable,
 )
 
-FIRST_SAVE_S = 10.0
-"""Seconds of a run after which it is first saved, so that a kill does not lose more."""
+FIRST_SAVE_S = 10.0  # after which a run is first saved, so that a kill loses no more
 
 
 def train(

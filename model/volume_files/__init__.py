@@ -49,8 +49,7 @@ _READERS: dict[str, Callable[[Path, Choice], Grid]] = {
     **dict.fromkeys(hdf5.SUFFIXES, read_hdf5),
 }
 
-SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")
-"""Suffixes of the files that can be read, for file dialogs."""
+SUFFIXES = (*_READERS, *dicom.SUFFIXES, ".raw")  # for file dialogs
 
 
 def read_volume(

@@ -47,8 +47,7 @@ from model.volume_files.grid import Grid, in_one_unit, placed, proposed_stretch
 Index = tuple[int | slice, ...]
 
 MOST_COMPONENTS = 4  # length of a last axis up to which it is taken for components
-MOST_UNEVEN = 8.0
-"""Ratio of the largest to the smallest distance along an axis from which on it is refused."""
+MOST_UNEVEN = 8.0  # ratio of the distances along an axis from which on it is refused
 
 _AUXILIARY = re.compile(
     r"(^|[^a-z])(ids?|index|ghost\w*|masks?|valid\w*|labels?|process\w*|rank)([^a-z]|$)|"

@@ -24,8 +24,7 @@ DEFLATED, BIG_ENDIAN = "1.2.840.10008.1.2.1.99", "1.2.840.10008.1.2.2"
 UNDEFINED = 0xFFFFFFFF
 PIXEL_TAGS = {(0x7FE0, 0x0010): "iu", (0x7FE0, 0x0008): "f4", (0x7FE0, 0x0009): "f8"}
 MOST_INFLATED = 1 << 30  # bytes that a deflated file may become
-_TEXTS = ("CS", "DS", "IS", "UI", "SH", "DA", "TM", "AE", "AS")
-"""Kinds of values that are plain text in a file."""
+_TEXTS = ("CS", "DS", "IS", "UI", "SH", "DA", "TM", "AE", "AS")  # kinds of plain text
 
 
 @dataclass(frozen=True, eq=False)

@@ -35,8 +35,7 @@ from model.volume_files.progress import counted
 EVEN = 0.02  # relative difference below which slice distances count as equal
 MOST_LISTED = 4
 LEAST_STEP = 1e-6  # distance in mm up to which two images lie at one place
-MOST_GAPS = 0.2
-"""Share of the distances up to which larger ones are gaps, and no change of the distance."""
+MOST_GAPS = 0.2  # share of distances up to which larger ones are gaps, not a change
 
 
 _KINDS = {

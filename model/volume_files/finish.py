@@ -23,15 +23,13 @@ Component = int | Literal["magnitude"]
 
 MOST_IN_MAGNITUDE = 4  # components up to which a voxel's are taken for a vector or a colour
 SAMPLES = 1 << 18  # voxels that are searched for a fill value; all of a small volume
-LEAST_SHARE, FEWEST = 0.001, 8
-"""Share of the voxels, and number of them, from which on a value counts as repeated."""
+LEAST_SHARE, FEWEST = 0.001, 8  # of the voxels, from which a value counts as repeated
 
 FAR, TAIL = 4.0, 0.001
 """Distance from the others from which on a value is far away, in widths of the others' range,
 and the share of them at each end that does not count for it."""
 
-FEWEST_OTHERS = 16
-"""Different values that the others must have: a mask or labels have no fill value."""
+FEWEST_OTHERS = 16  # different values that the others must have: labels have no fill value
 
 _LAYOUT_SUFFIX = re.compile(r"[\W_]*\d+x\d+x\d+([\W_].*)?$", re.IGNORECASE)
 

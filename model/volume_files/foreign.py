@@ -76,8 +76,7 @@ VOLUMES: dict[bytes, str] = {
 """Suffixes of kinds that are read, by how files begin."""
 
 SLICES = (".dcm", ".ima", ".dicom", ".tif", ".tiff")
-DEEPEST, MOST_LOOKED_AT = 4, 20
-"""Folders below one another, and files in one, that are looked at for slices."""
+DEEPEST, MOST_LOOKED_AT = 4, 20  # levels of folders, and files in one, searched for slices
 
 HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 NIFTI_MAGIC, MRC_MAGIC = (b"n+1\0", b"ni1\0"), b"MAP "

@@ -39,8 +39,7 @@ SMALLEST_SPACING, LARGEST_SPACING = 1e-15, 1e15
 MOST_UNLIKE_SPACING = 1e4
 MOST_STRETCHED = 1e9
 
-HEIGHTS = 0.2, 1.0
-"""Least and greatest height of a box whose height has another unit than its width, by that."""
+HEIGHTS = 0.2, 1.0  # limits of a box's height by its width, where their units differ
 
 _UNITS = {
     **{"m meter meters metre metres": 1.0, "dm decimeter": 1e-1},

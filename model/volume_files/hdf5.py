@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".h5", ".hdf5", ".hdf", ".he5", ".ims", ".vtkhdf", ".mat", ".nc", ".nc4", ".cdf")
 SIGNATURE_PLACES = (0, 512, 1024, 2048)
-HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26
-"""How a heap begins, and the bytes in which heaps are looked for."""
+HEAP, MOST_SEARCHED = b"GCOL\1", 1 << 26  # how a heap begins, and where heaps are looked for
 
 MOST_ARRAYS, LONGEST_AXIS = 5000, 1 << 20
 

@@ -33,11 +33,8 @@ _VTK_KINDS = {
     "PolyData": "a surface",
 }
 LONGEST_XML = 1 << 22
-GREATEST_RATIO = 1100
-"""Largest ratio of values to their bytes in the file: that of deflate, with some room."""
-
-MOST_UNWRITTEN = 1 << 28
-"""Bytes of values that are believed to be fill values, however few chunks are written."""
+GREATEST_RATIO = 1100  # of values to their bytes in the file: that of deflate, with some room
+MOST_UNWRITTEN = 1 << 28  # bytes that are believed to be fill values, however few are written
 
 
 def values_of(item: Any, index: Any) -> NDArray[Any]:

@@ -9,8 +9,7 @@ from typing import TypeVar
 
 from model.errors import VolumeError
 
-Listener = Callable[[str, int, int], object]
-"""Called with what is done, how many of it are, and of how many."""
+Listener = Callable[[str, int, int], object]  # gets what, how many are done, and of how many
 
 _listener: ContextVar[Listener | None] = ContextVar("listener", default=None)
 

@@ -91,11 +91,8 @@ def _beside(path: Path) -> Path:
     return path.with_suffix(".tf.json")
 
 
-LEAST_OPACITY = 0.5
-"""Opacity that a designed TF must reach at a volume's values; else there is nothing to see."""
-
-LOWEST_HU = -4096.0
-"""Below it, values are none in HU, not even those outside a scanner's field of view."""
+LEAST_OPACITY = 0.5  # that a designed TF must reach at a volume's values to be used
+LOWEST_HU = -4096.0  # below it values are no HU, not even those outside a scanner's view
 
 
 def first_transfer_function(volume: Volume) -> TransferFunction:

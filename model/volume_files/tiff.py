@@ -215,8 +215,7 @@ def _kind_notes(tiff: TiffFile, stack: Stack) -> tuple[str, ...]:
 
 # --- the volumes of a file ----------------------------------------------------------------
 
-GREATEST_RATIO = 1 << 14
-"""Largest ratio of pixels to their bytes in the file that a compression is believed."""
+GREATEST_RATIO = 1 << 14  # of pixels to their bytes in the file that is believed
 
 UNCOMPRESSED = 1
 

@@ -42,8 +42,7 @@ def read_zarr(folder: Path, choice: Choice = LARGEST) -> Grid:
         return grid_of_arrays(folder, arrays, choice, "Zarr")
 
 
-_Level = dict[str, Any]
-"""OME's facts of one of an image's arrays, by names of :class:`StoredArray`; empty for others."""
+_Level = dict[str, Any]  # OME's facts of an array, by names of :class:`StoredArray`
 
 
 def _places(folder: Path, levels: dict[Path, _Level], depth: int = 0) -> Iterator[Path]:
