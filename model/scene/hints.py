@@ -141,8 +141,8 @@ class NarrowPart:
         """The problem, in one sentence."""
         shown = range_text(self.scalar_range, self.scalar_range, self.scale)
         return (
-            f"What the TF has at {self._text(self.values)} is narrower than {TF_SAMPLES} steps "
-            f"over {shown} can hold: it is drawn wider, or not at all."
+            f"The TF's detail at {self._text(self.values)} is finer than 1/{TF_SAMPLES} of the "
+            f"range {shown}: it is drawn wider, or not at all."
         )
 
     @property
@@ -233,9 +233,10 @@ def _narrow_top(
 ) -> tuple[float, float, float] | None:
     """Lowest value, highest value and width at half height of a top; None if it is not narrow."""
     top = heights[first]
+    # A slope that comes down all the way is wide enough on its own, at half of it.
     sides = [
-        _foot(values, heights, first, -1, values[first] - entry),
-        _foot(values, heights, last, 1, values[last] + entry),
+        _foot(values, heights, first, -1, values[first] - 2 * entry),
+        _foot(values, heights, last, 1, values[last] + 2 * entry),
     ]
     foot = max(height for _, height in sides)
     if top - foot <= least:

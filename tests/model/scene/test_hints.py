@@ -71,8 +71,8 @@ def test_the_remedy_shows_it_as_it_is(opacity):
 def test_the_sentence_names_both():
     found = narrow_part(band(29977.0, 30023.0))
     assert found.sentence == (
-        "What the TF has at 29,977 to 30,023 is narrower than 256 steps over 0 to 65,535 can "
-        "hold: it is drawn wider, or not at all."
+        "The TF's detail at 29,977 to 30,023 is finer than 1/256 of the range 0 to 65,535: "
+        "it is drawn wider, or not at all."
     )
     assert found.remedy_text == "29,905 to 30,095"
     fine = narrow_part(band(0.5, 0.502, (0.0, 1.0)))
@@ -84,14 +84,14 @@ def test_the_sentence_names_both():
     [
         OpacityTF(WIDE),
         mode(30000.0, 260.0),
-        mode(30000.0, 300.0),
         # Outside of the range, or hardly there, it does not matter.
         OpacityTF((0.0, 20000.0), (GaussianMode(30000.0, 10.0, 0.9),)),
         mode(30000.0, 3000.0, GaussianMode(9000.0, 10.0, 0.01)),
         band(29700.0, 30300.0),
-        # Steps, and steep slopes, up or down.
+        # Steps and steep slopes, up or down, and a sawtooth.
         OpacityTF(WIDE, points=((0.0, 0.0), (3e4, 0.0), (3e4, 0.8), (65535.0, 0.8))),
         OpacityTF(WIDE, points=((0.0, 0.8), (3e4, 0.8), (30010.0, 0.0), (65535.0, 0.0))),
+        OpacityTF(WIDE, points=((0.0, 0.0), (27e3, 0.0), (3e4, 0.9), (3e4, 0.0), (65535.0, 0.0))),
         OpacityTF(WIDE, points=((0.0, 0.5),)),
         OpacityTF(WIDE, points=((0.0, 0.0), (65535.0, 0.0))),
     ],
