@@ -188,12 +188,12 @@ def _take_screenshot(application: QApplication, window: MainWindow, path: Path) 
     patience = QTimer(singleShot=True, interval=1000 * SCREENSHOT_PATIENCE_S)
     patience.timeout.connect(waiting.quit)
     patience.start()
-
-    def give_up() -> None:
-        patience.stop()
-        waiting.quit()
-
-    with _interrupts_call(give_up):
+    preparation = window.workspace.reference.preparation
+    preparation.progressed.connect(
+        lambda *_: sys.stderr.write(f"{preparation.text}\n" * bool(preparation.text)),
+        Qt.ConnectionType.SingleShotConnection,
+    )
+    with _interrupts_call(partial(patience.start, 0)):
         # Pending layout and paint events may ask for other images.
         application.processEvents()
         while not window.workspace.is_settled and patience.isActive():

@@ -1,14 +1,17 @@
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
-from PySide6.QtCore import QObject, Qt, Signal
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtTest import QTest
 from window_fakes import PATIENCE_S
 
 from app.engines.client import EngineState
+from app.launch import run_window
 from app.state import generator_work, reference_work
 from app.state.generator_work import PATH_TITLE
 from app.state.library import Library
+from app.state.window_start import WindowStart
 from app.window.main_window import MainWindow
 from model.kernel_cache import KernelGroup
 from model.rendering.path_tracing import denoising
@@ -144,6 +147,20 @@ def test_where_vtk_cannot_draw_the_window_says_how_long_the_first_kernel_takes(
     work = window.workspace.reference
     qtbot.waitUntil(lambda: work.settings.lighting == "path", timeout=1000 * PATIENCE_S)
     qtbot.waitUntil(lambda: window.workspace.is_settled, timeout=1000 * PATIENCE_S)
+
+
+def test_a_screenshot_says_how_long_the_kernels_take(qapp, builders, monkeypatch, tmp_path, capsys):
+    class Quick(HeldPreparation):
+        def want(self, groups):
+            super().want(groups)
+            for group in set(groups) - self.there:
+                QTimer.singleShot(0, partial(self.finish, group))
+
+    monkeypatch.setattr(reference_work, "Preparation", Quick)
+    start = WindowStart(Path("ramp"), lighting="direct", renderer="raycast")
+    made = replace(builders.make(), kernels=kernels)
+    assert run_window(start, "auto", tmp_path / "window.png", made) == 0
+    assert capsys.readouterr().err == "0 of 2\n"
 
 
 def opened(qtbot, builders):
