@@ -152,7 +152,8 @@ def findings_of(
         flat = peaks.strongest is None
         note = "no edit changes this region" if flat else "the curve has no peak"
     else:
-        note = asker.waiting if asker.is_waiting else ""
+        # Said once, above.
+        note = asker.waiting if asker.is_waiting and (values or values_fresh) else ""
     return Findings(
         title=asked.region_name,
         values_heading="Values visible" if asked.place is None else "Values at the clicked place",
