@@ -5,12 +5,12 @@ has loaded nothing but the standard library.
 """
 
 import json
-import statistics
 import sys
 import tempfile
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from statistics import median
 
 REPEATS = 15
 RAYCAST = "model.rendering.raycast"
@@ -48,11 +48,8 @@ def main(arguments=None):
     with tempfile.TemporaryDirectory() as cache:
         place = {"XDG_CACHE_HOME": cache, "LOCALAPPDATA": cache, "OMP_WAIT_POLICY": "PASSIVE"}
         found = probed("absent", paths(asked)[0].absolute(), asked.size, **place)
-    print_rows(
-        f"A plain picture of {asked.size} x {asked.size}, with an input that changes nothing",
-        ("input", "time over the plain one's"),
-        found["ratios"].items(),
-    )
+    title = f"A plain picture of {asked.size} x {asked.size}, with an input that changes nothing"
+    print_rows(title, ("input", "time over the plain one's"), found["ratios"].items())
     rows = []
     for feature, own in FEATURES.items():
         modules = tuple(name for name in own if not name.startswith(SHARED))
@@ -79,10 +76,7 @@ def probe(path, size):
     inputs = SceneInputs.of(View(30.0, 20.0), default_transfer_function(volume))
     plain = partial(RaycastRenderer(volume).render, inputs, size)
     plain()
-    found = {
-        "modules": sorted(set(sys.modules) - brought),
-        "kernels": sorted(_kernels()),
-    }
+    found = {"modules": list(set(sys.modules) - brought), "kernels": list(_kernels())}
     import numpy as np
 
     from model.rendering.raster import Raster
@@ -103,10 +97,8 @@ def probe(path, size):
         "missing voxels": lambda _: hiding(inputs, size),
     }
     times = [{name: s for name, (_, s) in each.items()} for each in in_turn(ways, range(REPEATS))]
-    found["ms"] = 1e3 * statistics.median(each["none"] for each in times)
-    found["ratios"] = {
-        name: statistics.median(each[name] / each["none"] for each in times) for name in ways
-    }
+    found["ms"] = 1e3 * median(each["none"] for each in times)
+    found["ratios"] = {name: median(each[name] / each["none"] for each in times) for name in ways}
     return found
 
 

@@ -3,24 +3,30 @@
 import argparse
 import math
 from contextlib import closing
-from dataclasses import replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
 
 from app.cli.console import console, counting
 from model.errors import TfscopeError
 from model.rendering.path_tracing.renderer import Lamp, PathTracer
+from model.rendering.raster import Raster
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.renderer import open_renderer
-from model.scene.transfer_function import TF_SAMPLES, ColorTF
+from model.scene.crop import LEAST_LENGTH, CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.scene import LightDirection
+from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 from tests import reference_light
-from tests.benchmarks.extreme_scenes import extremes, refused
 from tests.benchmarks.rows import parsed, print_rows
 
-DISTANCE = 0.5
-"""Sample distance in voxels."""
+DISTANCE = 0.5  # sample distance in voxels
 
 _BINS = np.arange(TF_SAMPLES)
 EDITS = (
@@ -43,9 +49,9 @@ def main(arguments=None):
     tables = [[("", "", *columns)] for columns in TABLES]
     with counting("extremes", len(chosen)) as show:
         for number, (names, pose) in enumerate(chosen.items(), 1):
-            posed = pose()
+            scene = pose()
             for columns, table in zip(TABLES, tables, strict=True):
-                table.append((*names, *(_found(way, posed) for way in columns.values())))
+                table.append((*names, *(_found(way, scene) for way in columns.values())))
             show(number)
     tables.append([("input", "what is said"), *refused().items()])
     for heading, *rows in tables:
@@ -65,10 +71,10 @@ def write_tables(page, tables):
     page.write_text(text, encoding="utf-8")
 
 
-def _found(measure, posed):
+def _found(measure, scene):
     """An error in few characters, or why there is none."""
     try:
-        found = measure(posed)
+        found = measure(scene)
     except TfscopeError as error:
         return str(error)
     if not math.isfinite(found):
@@ -89,91 +95,275 @@ def _error(found, truth, relative):
     return largest / scale if scale > 0 else largest
 
 
-def _drawn(posed, name, lighting):
-    with closing(open_renderer(name, posed.volume, lighting)) as renderer:
-        return renderer.render(posed.inputs, posed.raster)
+def _drawn(scene, name, lighting):
+    with closing(open_renderer(name, scene.volume, lighting)) as renderer:
+        return renderer.render(scene.inputs, scene.raster)
 
 
-def _truth(posed, lighting):
-    return reference_light.picture(posed.volume, posed.inputs, posed.raster, DISTANCE, lighting)
+def _truth(scene, lighting):
+    return reference_light.picture(*scene.given, DISTANCE, lighting)
 
 
-def picture(lighting, name="raycast"):
-    """The measurement of a renderer's pictures; the ray caster's error is relative."""
-    return lambda posed: _error(
-        _drawn(posed, name, lighting), _truth(posed, lighting), relative=name == "raycast"
-    )
+def picture(lighting, scene, name="raycast"):
+    """Error of a renderer's picture; the ray caster's is relative."""
+    found, truth = _drawn(scene, name, lighting), _truth(scene, lighting)
+    return _error(found, truth, relative=name == "raycast")
 
 
-def _path_opacity(posed):
+def _path_opacity(scene):
     """Error of the opacity under the usual light; NaN where a colour is not finite, or black."""
-    image = _drawn(posed, "raycast", "path")
+    image = _drawn(scene, "raycast", "path")
     if image[..., 3].max() > 0.01 and not image[..., :3].max() > 0:
         return float("nan")
-    opacity = _error(image[..., 3], _truth(posed, "none")[..., 3], relative=False)
+    opacity = _error(image[..., 3], _truth(scene, "none")[..., 3], relative=False)
     return opacity if np.isfinite(image).all() else float("nan")
 
 
-def _white_furnace(posed):
+def _white_furnace(scene):
     """Distance of a white medium's colour from its opacity under an even sky, which it equals."""
     lamp = Lamp(key=0.0, sky=1.0, surfaces=False, bounces=100_000)
-    lowest = posed.volume.scalar_range[0]
-    white = ColorTF(posed.volume.scalar_range, ((lowest, 1.0, 1.0, 1.0),))
-    with closing(PathTracer(posed.volume, lamp=lamp)) as tracer:
-        image = tracer.render(replace(posed.inputs, color_tf=white), posed.raster, samples=2)
+    lowest = scene.volume.scalar_range[0]
+    white = ColorTF(scene.volume.scalar_range, ((lowest, 1.0, 1.0, 1.0),))
+    with closing(PathTracer(scene.volume, lamp=lamp)) as tracer:
+        image = tracer.render(replace(scene.inputs, color_tf=white), scene.raster, samples=2)
     return _error(image[..., :3], np.repeat(image[..., 3:], 3, axis=-1), relative=False)
 
 
 @lru_cache(maxsize=16)
-def _derivative(posed, lighting, number):
-    given = posed.volume, posed.inputs, posed.raster, DISTANCE, lighting
-    return reference_light.derivative(*given, EDITS[number])
+def _derivative(scene, lighting, number):
+    return reference_light.derivative(*scene.given, DISTANCE, lighting, EDITS[number])
 
 
-def _plot(lighting):
+def _plot(lighting, scene):
     """Error of the derivative of the picture's squared norm along some edits."""
-
-    def measure(posed):
-        rows, columns = posed.raster.shape
-        window = np.array([[0, rows, 0, columns]])
-        with closing(RaycastRenderer(posed.volume, lighting)) as renderer:
-            gradients, _ = renderer.differentiate(posed.inputs, posed.raster, window)
-        found, truth = [], []
-        for number, edit in enumerate(EDITS):
-            image, change = _derivative(posed, lighting, number)
-            found.append(float(gradients[0] @ edit))
-            truth.append(float((image[..., :3] * change[..., :3]).sum()))
-        return _error(np.array(found), np.array(truth), relative=True)
-
-    return measure
+    rows, columns = scene.raster.shape
+    window = np.array([[0, rows, 0, columns]])
+    with closing(RaycastRenderer(scene.volume, lighting)) as renderer:
+        gradients, _ = renderer.differentiate(scene.inputs, scene.raster, window)
+    truths = [_derivative(scene, lighting, number) for number in range(len(EDITS))]
+    truth = [(image[..., :3] * change[..., :3]).sum() for image, change in truths]
+    return _error(np.array([gradients[0] @ edit for edit in EDITS]), np.array(truth), relative=True)
 
 
-def _field(lighting):
+def _field(lighting, scene):
     """Error of each pixel's derivative along some edits, the largest of them all."""
-
-    def measure(posed):
-        with closing(RaycastRenderer(posed.volume, lighting)) as renderer:
-            found = [renderer.change(posed.inputs, posed.raster, edit) for edit in EDITS]
-        truth = [_derivative(posed, lighting, number)[1][..., :3] for number in range(len(EDITS))]
-        return _error(np.array(found), np.array(truth), relative=True)
-
-    return measure
+    with closing(RaycastRenderer(scene.volume, lighting)) as renderer:
+        found = [renderer.change(scene.inputs, scene.raster, edit) for edit in EDITS]
+    truth = [_derivative(scene, lighting, number)[1][..., :3] for number in range(len(EDITS))]
+    return _error(np.array(found), np.array(truth), relative=True)
 
 
 LIGHTS = {"unlit": "none", "direct": "direct", "soft": "soft"}
 
 TABLES = (
     {
-        **{name: picture(light) for name, light in LIGHTS.items()},
-        "VTK unlit": picture("none", "vtk"),
-        "VTK direct": picture("direct", "vtk"),
+        **{name: partial(picture, light) for name, light in LIGHTS.items()},
+        "VTK unlit": partial(picture, "none", name="vtk"),
+        "VTK direct": partial(picture, "direct", name="vtk"),
         "path-traced opacity": _path_opacity,
         "path-traced light": _white_furnace,
     },
-    {f"plot, {name}": _plot(light) for name, light in LIGHTS.items()}
-    | {f"field, {name}": _field(light) for name, light in LIGHTS.items()},
+    {f"plot, {name}": partial(_plot, light) for name, light in LIGHTS.items()}
+    | {f"field, {name}": partial(_field, light) for name, light in LIGHTS.items()},
 )
 """Columns of the tables of pictures and of sensitivities."""
+
+
+SHAPE = (14, 20, 17)  # voxels of the volumes along z, y and x
+SIZE = 24  # width and height of the pictures in pixels, where nothing else is said
+
+VIEW = View(30.0, 20.0, 5.0, 0.8)
+
+CURVE = ((0.0, 0.0), (0.3, 0.0), (0.6, 0.4), (0.9, 0.1), (1.0, 0.8))
+"""Opacities over fractions of the scalar range."""
+
+STOPS = ((0.0, 0.9, 0.2, 0.1), (0.5, 0.2, 0.9, 0.4), (1.0, 0.3, 0.5, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Posed:
+    """A volume, inputs and pixels: all that a picture is drawn from."""
+
+    volume: Volume
+    inputs: SceneInputs
+    raster: Raster
+
+    @property
+    def given(self):
+        return self.volume, self.inputs, self.raster
+
+
+def posed(volume=None, curve=CURVE, view=VIEW, light=None, crop=None, raster=None):
+    """A scene with the curve stretched to the range of the volume that a call makes."""
+    volume = Volume(field()) if volume is None else volume()
+    lo, hi = volume.scalar_range
+
+    def at(share):
+        return lo * (1 - share) + hi * share
+
+    opacity = OpacityTF((lo, hi), points=tuple((at(place), value) for place, value in curve))
+    color = ColorTF((lo, hi), tuple((at(place), r, g, b) for place, r, g, b in STOPS))
+    inputs = SceneInputs(view, opacity, color, light, crop)
+    return Posed(volume, inputs, raster or Raster(SIZE, SIZE))
+
+
+def field(shape=SHAPE, dtype=np.float32):
+    """Smooth random voxels from 0 to 1, with pieces of either."""
+    rough = np.random.default_rng(0).normal(size=shape)
+    smooth = gaussian_filter(rough, [min(2.0, n / 7) for n in shape])
+    smooth = (smooth - smooth.min()) / (smooth.max() - smooth.min())
+    return np.asarray(np.clip(1.4 * smooth - 0.2, 0, 1), dtype=dtype)
+
+
+def refused():
+    """The sentence by which each input is refused that shows nothing or cannot be drawn."""
+    voxels = field()
+    precise = field(dtype=np.float64)
+    attempts = {
+        "one voxel thick": lambda: Volume(voxels[:1]),
+        "constant volume": lambda: Volume(np.full(SHAPE, 7.0)),
+        "missing voxels everywhere": lambda: Volume(voxels, missing=np.ones(SHAPE, dtype=bool)),
+        "a voxel is NaN": lambda: Volume(np.where(voxels > 0.5, np.nan, voxels)),
+        "a voxel is infinite": lambda: Volume(np.where(voxels > 0.5, np.inf, voxels)),
+        "range of denormal numbers": lambda: Volume(1e-320 * precise),
+        "range beyond floating-point numbers": lambda: Volume(1.7e308 * (2 * precise - 1)),
+        "range that float64 does not resolve": lambda: Volume(1e17 + precise),
+        "200 whole numbers at 2^63": lambda: Volume((200 * precise).astype(np.uint64) + 2**63),
+        "chosen range of width 0": lambda: Volume(voxels).over((0.5, 0.5)),
+        "spacing of 0": lambda: Volume(voxels, (1.0, 0.0, 1.0)),
+        "spacing that is not finite": lambda: Volume(voxels, (1.0, np.inf, 1.0)),
+        "crop of zero width": lambda: CropBox((0.5, 0.0, 0.0), (0.5, 1.0, 1.0)),
+        "camera in the volume's centre": lambda: replace(VIEW, distance=0.0),
+        "a view that is not finite": lambda: replace(VIEW, azimuth=np.nan),
+        "a light that is not finite": lambda: LightDirection(np.nan, 0.0),
+        "opacity above 1": lambda: OpacityTF((0.0, 1.0), points=((0.0, 1.5),)),
+    }
+    messages = {}
+    for name, attempt in attempts.items():
+        with pytest.raises(TfscopeError) as refusal:
+            attempt()
+        messages[name] = str(refusal.value)
+    return messages
+
+
+def extremes():
+    """Calls that make the scenes, by their kind and name, the ordinary one first."""
+    kinds = {
+        "ordinary": {"no extreme": {}},
+        "opacity": {name: {"curve": curve} for name, curve in _curves().items()},
+        "values": {name: {"volume": make} for name, make in _values().items()},
+        "grid": _grids(),
+        "view": _views(),
+        "raster": {name: {"raster": Raster(*pixels)} for name, pixels in _RASTERS.items()},
+        "part": _parts(),
+    }
+    return {
+        (kind, name): partial(posed, **given)
+        for kind, scenes in kinds.items()
+        for name, given in scenes.items()
+    }
+
+
+def _curves():
+    def single(place):
+        around = {place - 1: 0.0, place: 1.0, place + 1: 0.0}
+        return tuple((bin_ / 255, value) for bin_, value in around.items() if 0 <= bin_ <= 255)
+
+    def everywhere(**named):
+        return {f"{name} everywhere": ((0.0, value),) for name, value in named.items()}
+
+    return {
+        **everywhere(**{"0": 0.0, "1e-12": 1e-12, "1e-7": 1e-7, "1e-3": 1e-3}),
+        "0 to 1e-6, a ramp": ((0.0, 0.0), (1.0, 1e-6)),
+        **everywhere(**{"1 - 1e-7": 1 - 1e-7, "1": 1.0}),
+        "1 from the middle on": ((0.0, 0.0), (0.5, 0.0), (0.5, 1.0), (1.0, 1.0)),
+        "1 in the lowest bin": single(0),
+        "1 in a middle bin": single(128),
+        "1 in the highest bin": single(255),
+    }
+
+
+def _values():
+    precise = field(dtype=np.float64)
+    half = precise - 0.5
+
+    def scaled(width, bits):
+        dtype = np.dtype(f"float{bits}")
+        return lambda: Volume(dtype.type(width) * field(dtype=dtype))
+
+    widths = {64: (1e-300, 1e-30, 1e-12, 1e12, 1e30, 1e300), 32: (1e-30, 1e-12, 1e12, 1e30)}
+    return {
+        **{f"0 to {n:g}, float{bits}": scaled(n, bits) for bits in widths for n in widths[bits]},
+        "-8e307 to 8e307": lambda: Volume(1.6e308 * half),
+        "1e6 and 1e-3 more, float64": lambda: Volume(1e6 + 1e-3 * precise),
+        "1e15 and 1e3 more, float64": lambda: Volume(1e15 + 1e3 * precise),
+        "int64, all of it": lambda: Volume((half * 1.8e19).astype(np.int64)),
+        "two whole numbers": lambda: Volume((precise > 0.5).astype(np.uint8)),
+    }
+
+
+def _grids():
+    # A needle is narrower than a pixel from where all of it is in view.
+    near = replace(VIEW, distance=0.01)
+
+    def grid(view=VIEW, shape=SHAPE, **given):
+        return {"volume": lambda: Volume(field(shape), **given), "view": view}
+
+    return {
+        "1 : 1,000 along x": grid(near, spacing=(1e3, 1.0, 1.0)),
+        "1 : 1,000 along z": grid(near, spacing=(1.0, 1.0, 1e3)),
+        "1,000 : 1 along z": grid(spacing=(1.0, 1.0, 1e-3)),
+        "voxels of 1e-12": grid(spacing=(1e-12, 1e-12, 1e-12)),
+        "voxels of 1e12": grid(spacing=(1e12, 1e12, 1e12)),
+        "two voxels thick": grid(shape=(2, 20, 17)),
+        "2 x 2 x 2 voxels": grid(shape=(2, 2, 2)),
+        "1,000 x 2 x 2 voxels": grid(near, (2, 2, 1000)),
+        "origin 1e12 away": grid(origin=(1e12, -1e12, 1e12)),
+    }
+
+
+def _views():
+    far = replace(VIEW, distance=1e3)
+    return {
+        "camera inside": {"view": replace(VIEW, distance=0.05)},
+        "camera 1e-9 from the centre": {"view": replace(VIEW, distance=1e-9)},
+        # An odd number of pixels, so that one of them meets the volume.
+        "camera 1,000 times as far": {"view": far, "raster": Raster(25, 25)},
+        "along an axis": {"view": View()},
+        "from the pole": {"view": View(0.0, 90.0, 0.0, 0.7)},
+        "panned out of view": {"view": replace(VIEW, pan_x=1e6)},
+        "light along the view": {"light": LightDirection(0.0, 0.0)},
+        "light against the view": {"light": LightDirection(180.0, 0.0)},
+        "light from straight above": {"light": LightDirection(0.0, 90.0)},
+        "light along an axis": {"light": LightDirection(90.0, 0.0), "view": View()},
+    }
+
+
+_RASTERS = {
+    "1 x 1": (1, 1),
+    "3 x 2": (3, 2),
+    "16,384 x 1": (16384, 1),
+    "1 x 16,384": (1, 16384),
+    "a row of 16,384 x 16,384": (16384, 16384, 0, 8000, 16384, 1),
+    "a pixel of 16,384 x 16,384": (16384, 16384, 9000, 8000, 1, 1),
+}
+
+
+def _parts():
+    def without(where):
+        garbage = np.where(where, 1e30, field()).astype(np.float32)
+        return {"volume": lambda: Volume(garbage, missing=where)}
+
+    thin, near = 0.5 + LEAST_LENGTH, replace(VIEW, distance=0.02)
+    two = np.ones(SHAPE, dtype=bool)
+    two[7, 10, 8] = two[7, 10, 9] = False
+    cube = CropBox((0.5, 0.5, 0.5), (thin, thin, thin))
+    return {
+        "thinnest crop": {"crop": CropBox((0.5, 0.0, 0.0), (thin, 1.0, 1.0))},
+        "thinnest crop along all axes": {"crop": cube, "view": near},
+        "half of the voxels missing": without(np.random.default_rng(1).random(SHAPE) < 0.5),
+        "all but two voxels missing": without(two),
+    }
 
 
 if __name__ == "__main__":

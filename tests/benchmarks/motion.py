@@ -26,9 +26,13 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.scene import Lighting
 from tests.benchmarks.rows import options, parsed, paths, print_rows, timed
 
+SETTINGS = {
+    "QT_QPA_PLATFORM": "offscreen",
+    "QT_LOGGING_RULES": "default.warning=false",
+    "OMP_WAIT_POLICY": "PASSIVE",
+}
 WINDOW = 1440, 860
-STEP_MS = 12
-"""Time between two moves of the mouse."""
+STEP_MS = 12  # time between two moves of the mouse
 
 PATIENCE_S, QUIET_S = 120.0, 1.0
 """Longest wait for a picture at rest, and how long that rests before a drag."""
@@ -46,20 +50,18 @@ class Watched(QObject):
         super().__init__(window)
         self._window, self._new = window, 0
         self.begin()
-        answers = window.workspace.sensitivity
-        answers.answered.connect(self._take_answer)
+        window.workspace.sensitivity.answered.connect(self._take_answer)
         window.state.inputsChanged.connect(self._note_state)
         window.reference.resultShown.connect(self._note_picture)
         window.reference.canvas.installEventFilter(self)
 
     def begin(self):
         now = time.perf_counter()
-        self.painted = []
-        self.oldest = 0.0
+        self.painted, self.oldest = [], 0.0
         self._states = [(self._window.state.inputs, now)]
         asked = self._window.sensitivity_state
-        shown = {"curve": asked.shows_curve, "area": asked.choices.shown}
-        self._born = {name: now for name, is_shown in shown.items() if is_shown}
+        shown = {"region": asked.shows_curve, "visibility": asked.choices.shown}
+        self._born = {what: now for what, is_shown in shown.items() if is_shown}
 
     def look(self):
         ages = (time.perf_counter() - born for born in self._born.values())
@@ -78,18 +80,12 @@ class Watched(QObject):
         self._states.append((self._window.state.inputs, time.perf_counter()))
 
     def _take_answer(self, what):
-        answers = self._window.workspace.sensitivity
-        if what == "region":
-            self._take("curve", answers.region)
-        elif what == "visibility":
-            self._take("area", answers.visibility)
-
-    def _take(self, name, answer):
         self.look()
-        if answer is not None and name in self._born:
+        answer = getattr(self._window.workspace.sensitivity, what) if what in self._born else None
+        if answer is not None:
             inputs = answer.request.inputs
             found = (born for state, born in reversed(self._states) if state == inputs)
-            self._born[name] = next(found, self._born[name])
+            self._born[what] = next(found, self._born[what])
 
 
 @contextmanager
@@ -136,9 +132,9 @@ def close_window(window):
 
 @contextmanager
 def windows_here():
-    """Have an application, off screen where there is no display."""
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+    """Have an application, off screen unless the environment says otherwise."""
+    for name, value in SETTINGS.items():
+        os.environ.setdefault(name, value)
     application = QApplication.instance() or QApplication([])
     apply_theme(application)
     with garbage_collected_here():
@@ -146,7 +142,7 @@ def windows_here():
 
 
 def grip(window, what):
-    """Return what is dragged: the widget, where it is grasped, and how far it is moved."""
+    """What is dragged: the widget, where it is grasped, and how far it is moved."""
     if what == "view":
         canvas = window.reference.canvas
         return canvas, canvas.rect().center(), QPoint(canvas.width() // 3, 12)

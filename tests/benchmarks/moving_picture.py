@@ -5,13 +5,11 @@ for images are left out.
 """
 
 import argparse
-from functools import partial
 from pathlib import Path
 
-import numpy as np
-from PIL import Image
-from PySide6.QtCore import QCoreApplication, QEvent, QPoint, QPointF, Qt
-from PySide6.QtGui import QColor, QImage, QMouseEvent, QPainter, QPolygonF
+from PIL.ImageQt import fromqpixmap
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QPainter, QPolygonF
 from PySide6.QtTest import QTest
 
 from app.state.latent_pictures import HOVER_SIZE
@@ -19,11 +17,8 @@ from model.volume_files.shipped import SCAN
 from tests.benchmarks.motion import close_window, opened_window, run, windows_here
 
 SIZE = 960, 640
-STEP_MS = 80
-"""Time that a picture is shown while something moves."""
-
-LONGEST = 4e5
-"""Bytes of the file."""
+STEP_MS = 80  # time that a picture is shown while something moves
+LONGEST = 4e5  # bytes of the file
 
 MOVING_S, TURNED_S, RESTING_S = 1.0, 20.0, 60.0
 """Longest waits for images of a drag, of one step of a turn, and at rest."""
@@ -37,10 +32,11 @@ class Recording:
     """A window, the mouse over it, and the pictures so far with their times."""
 
     def __init__(self, window):
-        self.window = window
-        self.pictures = []
-        self.times = []
-        self._mouse = QPoint(window.width() // 2, window.height() // 2)
+        self.window, self.pictures, self.times = window, [], []
+        self.mouse = window.rect().center()
+
+    def is_settled(self):
+        return self.window.workspace.is_settled
 
     def rest(self, shown_ms, seconds=0.0):
         """Take a picture of the window at rest, after some more time for its questions."""
@@ -49,52 +45,40 @@ class Recording:
         run(seconds)
         self.take(shown_ms)
 
-    def is_settled(self):
-        return self.window.workspace.is_settled
-
     def take(self, shown_ms=STEP_MS):
         """Take a picture, with the mouse in it."""
-        picture = self.window.grab().toImage().convertToFormat(QImage.Format.Format_RGB888)
+        picture = self.window.grab()
         painter = QPainter(picture)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.translate(self._mouse)
+        painter.translate(self.mouse)
         painter.setPen(QColor("black"))
         painter.setBrush(QColor("white"))
         painter.drawPolygon(ARROW)
         painter.end()
-        rows = np.frombuffer(picture.constBits(), np.uint8).reshape(picture.height(), -1)
-        pixels = rows[:, : 3 * picture.width()].reshape(picture.height(), picture.width(), 3)
-        self.pictures.append(Image.fromarray(pixels.copy()))
+        self.pictures.append(fromqpixmap(picture).convert("RGB"))
         self.times.append(shown_ms)
 
     def go(self, widget, at, steps=3):
         """Move the mouse to a place of a widget, without a button."""
-        start, end = self._mouse, widget.mapTo(self.window, at)
-        for step in range(1, steps + 1):
-            self._mouse = start + (end - start) * _eased(step / steps)
-            self._send(widget, QEvent.Type.MouseMove, Qt.MouseButton.NoButton)
+        start, end = self.mouse, widget.mapTo(self.window, at)
+        for part in (_eased(step / steps) for step in range(1, steps + 1)):
+            self._move(widget, widget.mapFrom(self.window, start + (end - start) * part))
             run(0.05)
             self.take()
 
     def drag(self, widget, points, seconds=0.02):
         """Drag with the left button from the first place over the others, with time for each."""
         left = Qt.MouseButton.LeftButton
-        self._mouse = widget.mapTo(self.window, points[0])
-        self._send(widget, QEvent.Type.MouseButtonPress, left)
+        QTest.mousePress(widget, left, pos=points[0])
         for point in points[1:]:
-            self._mouse = widget.mapTo(self.window, point)
-            self._send(widget, QEvent.Type.MouseMove, left)
+            self._move(widget, point)
             run(seconds)
             self.take()
-        self._send(widget, QEvent.Type.MouseButtonRelease, left)
+        QTest.mouseRelease(widget, left, pos=points[-1])
 
-    def turn(self, view, keys):
-        """Turn the volume by keys, with time for both images to be refined after each."""
-        for key in keys:
-            QTest.keyClick(view, key)
-            run(0.3)
-            run(TURNED_S, self.is_settled)
-            self.take(2 * STEP_MS)
+    def _move(self, widget, place):
+        self.mouse = widget.mapTo(self.window, place)
+        QTest.mouseMove(widget, place)
 
     def save(self, path):
         """Write all pictures, at the best quality that is not too long."""
@@ -107,15 +91,6 @@ class Recording:
             if size <= LONGEST:
                 return
 
-    def _send(self, widget, kind, button):
-        place = QPointF(widget.mapFrom(self.window, self._mouse))
-        moves, none = kind == QEvent.Type.MouseMove, Qt.MouseButton.NoButton
-        held = none if kind == QEvent.Type.MouseButtonRelease else button
-        far = QPointF(widget.mapToGlobal(place))
-        keys = Qt.KeyboardModifier.NoModifier
-        event = QMouseEvent(kind, place, far, none if moves else button, held, keys)
-        QCoreApplication.sendEvent(widget, event)
-
 
 def play(recording):
     """Turn the volume, ask about a region, edit the TF, and take another one off the map."""
@@ -125,11 +100,19 @@ def play(recording):
     def on(right, down):
         return QPoint(round(right * canvas.width()), round(down * canvas.height()))
 
+    def is_sharp():
+        hover = window.workspace.latent.hover
+        return hover is not None and len(hover.image) >= HOVER_SIZE
+
     run(3 * RESTING_S, recording.is_settled)
     recording.rest(1500, 4.0)
     recording.go(canvas, on(0.5, 0.6))
     right, left = Qt.Key.Key_Right, Qt.Key.Key_Left
-    recording.turn(canvas, [*4 * [right], *4 * [left]])
+    for key in (*4 * [right], *4 * [left]):
+        QTest.keyClick(canvas, key)
+        run(0.3)
+        run(TURNED_S, recording.is_settled)  # both images are refined
+        recording.take(2 * STEP_MS)
     recording.rest(700)
     # Region and curve.
     QTest.keyClick(window, Qt.Key.Key_R)
@@ -153,19 +136,13 @@ def play(recording):
     for right, down in ((0.45, 0.4), (0.6, 0.75), (0.7, 0.78)):
         recording.go(latent, QPoint(round(right * latent.width()), round(down * latent.height())))
         run(1.0)
-        run(TURNED_S, partial(_is_sharp, window))
+        run(TURNED_S, is_sharp)
         recording.take(900)
-    at = recording._mouse
-    QTest.mouseClick(latent, Qt.MouseButton.LeftButton, pos=latent.mapFrom(window, at))
+    at = latent.mapFrom(window, recording.mouse)
+    QTest.mouseClick(latent, Qt.MouseButton.LeftButton, pos=at)
     run(1.0)
     QTest.keyClick(window, Qt.Key.Key_B)
     recording.rest(2000, 10.0)
-
-
-def _is_sharp(window):
-    """Whether the picture under the mouse has all of its pixels."""
-    hover = window.workspace.latent.hover
-    return hover is not None and len(hover.image) >= HOVER_SIZE
 
 
 def _eased(part):

@@ -25,8 +25,7 @@ VIEWS = (View(30, 20, 0, 0.7), View(210, -10, 0, 0.7))
 
 LIGHTS = ("none", "direct", "soft")
 
-SETTLING = 4
-"""Frames of a turn before those that count."""
+SETTLING = 4  # frames of a turn before those that count
 
 
 def main(arguments=None):

@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 from functools import partial
+from unittest.mock import Mock
 
 from tests.benchmarks.rows import parsed, print_rows, probed
 
@@ -49,6 +50,7 @@ def main(arguments=None):
 def probe(began, without_opengl):
     """Run the program off screen until all kernels are compiled and the last picture is there."""
     os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
     import app.quick_imports
     from app.cli import run
 
@@ -92,14 +94,12 @@ def _watch(window, began, found):
         if work.settings.lighting == "path":
             note("path")
 
-    def note_prepared(done, wanted):
-        if done == wanted > 0:
-            note("prepared")
-
     window.reference.imageShown.connect(note_picture)
     window.generator.imageShown.connect(lambda *_shown: note("pair"))
     window.workspace.settled.connect(lambda: note("window"))
-    work.preparation.progressed.connect(note_prepared)
+    work.preparation.progressed.connect(
+        lambda done, wanted: note("prepared") if done == wanted > 0 else None
+    )
     QTimer.singleShot(0, partial(note, "window"))
     QTimer.singleShot(1000 * PATIENCE_S, QApplication.quit)
 
@@ -108,10 +108,7 @@ def _hide_opengl():
     from model.errors import CannotDrawError
     from model.rendering import vtk_renderer
 
-    def found_nowhere():
-        raise CannotDrawError("VTK finds no OpenGL to draw with.")
-
-    vtk_renderer.offscreen_window = found_nowhere
+    vtk_renderer.offscreen_window = Mock(side_effect=CannotDrawError("VTK finds no OpenGL."))
 
 
 if __name__ == "__main__":

@@ -11,8 +11,7 @@ from model.scene.transfer_function import ColorTF, OpacityTF
 from model.scene.view import View
 from model.scene.volume import Volume
 from tests import reference_light
-from tests.benchmarks.extreme_scenes import VIEW, field, posed
-from tests.benchmarks.extremes import picture
+from tests.benchmarks.extremes import VIEW, field, picture, posed
 
 WHITE = ColorTF((0.0, 1.0), ((0.0, 1.0, 1.0, 1.0),))
 
@@ -67,4 +66,4 @@ def test_what_is_homogeneous_is_half_lit_inside_and_by_its_faces_outside():
 @pytest.mark.parametrize("lighting", ["direct", "soft"])
 @pytest.mark.parametrize("opacity", [1e-12, 1e-3])
 def test_a_faint_picture_is_lit_as_a_bright_one(lighting, opacity):
-    assert picture(lighting)(posed(curve=((0.0, opacity),), view=VIEW)) < 0.003
+    assert picture(lighting, posed(curve=((0.0, opacity),), view=VIEW)) < 0.003
