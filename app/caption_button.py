@@ -11,8 +11,7 @@ from PySide6.QtWidgets import QMenu, QSizePolicy, QToolButton
 from app import theme
 from app.controls import show_tips
 
-Tone = Literal["dim", "change", "attention", "error"]
-"""Colour of the detail: usual, under way, to be noticed, or wrong."""
+Tone = Literal["dim", "change", "attention", "error"]  # usual, under way, noticeable, wrong
 
 HEIGHT = 24
 PADDING, GAP = 8, 7

@@ -49,8 +49,7 @@ class Channel(QObject):
 
     asked = Signal(object)  # emitted with each accepted :class:`Request`, as it was numbered
     answered = Signal(object)  # emitted with each :class:`Result`, in the order of the requests
-    progressed = Signal(float)
-    """Emitted with the part of the newest answer that is there, 0 to 1, where that is known."""
+    progressed = Signal(float)  # emitted with the part, 0 to 1, of the newest answer
     pendingChanged = Signal(bool)  # emitted when an answer is awaited, and when none is any more
 
     def __init__(self, client: EngineClient, name: str, parent: QObject) -> None:

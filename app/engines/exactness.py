@@ -12,10 +12,7 @@ from numpy.typing import NDArray
 GOOD_ENOUGH = 0.003  # error, RMS of the colours, that no eye sees: less than an 8-bit step
 USUAL_SECONDS = 1 / 12  # time that an image may take while something moves, without a choice
 MOST_PATIENCE = 2.0  # longest time of answers other than images, as a multiple of the usual one
-
-REFINING_SECONDS = 15.0
-"""Time within which path-traced light is refined: samples that would end later are not begun."""
-
+REFINING_SECONDS = 15.0  # of path-traced light; samples that end later are not begun
 COMPARED = 128  # pixels along each side, at most, by which two images are compared
 Stop = Literal["fast", "balanced", "exact"]  # name of a stop
 

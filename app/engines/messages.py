@@ -62,8 +62,7 @@ class EngineFailed:
     error: str
 
 
-Message = EngineReady | EngineFailed | Progress | Result | None
-"""Message from a worker's thread; None when the thread has ended."""
+Message = EngineReady | EngineFailed | Progress | Result | None  # None when the thread ended
 
 
 def error_sentence(error: BaseException) -> str:

@@ -113,8 +113,7 @@ BRUSH_COLOR = COLORS[1]
 HOVER_COLOR = 20, 40, 140
 
 Brush = tuple[float, float, float, float]
-Disc = tuple[float, float, float]
-"""A place and the radius of the disc around it that codes are interpolated over, or 0."""
+Disc = tuple[float, float, float]  # a place, and the radius of interpolation or 0
 
 
 def add_map(

@@ -29,7 +29,7 @@ CURSORS = (
 )
 """For movements to the right, and each turned by 45 degrees counter-clockwise from it."""
 
-LEAST_SINE = 0.17  # of the angle of an axis to the line of sight, so that its planes move
+LEAST_SINE = 0.17  # of the angle between an axis and the line of sight, to drag its planes
 Place = tuple[float, float]  # right and up from the middle, in halves of the shorter side
 
 DRAGGED_BY = (

@@ -38,8 +38,7 @@ MOST_PROGRESS = 0.94  # of an image that is not there in full yet
 class EnginePane(QWidget):
     """Shows one engine's image. Its caption says how it was drawn; of a single image, its light."""
 
-    imageShown = Signal(object, object)
-    """Emitted with the inputs of an image and the image, float32 (H, W, 4)."""
+    imageShown = Signal(object, object)  # emitted with inputs and float32 image (H, W, 4)
     resultShown = Signal(object)  # with the Result of the image that is shown
     statusShown = Signal()  # whenever the caption has been written anew
 
@@ -281,7 +280,7 @@ class EnginePane(QWidget):
         return to_qimage(rgba, self.brightness.of(self.engine), clear=is_clear)
 
 
-SHARE, MARGIN = 0.3, 12  # of the inset's edge by the image's, and from its edges
+SHARE, MARGIN = 0.3, 12  # the inset's edge by the image's; pixels to the image's edges
 
 SCALE_BAR = 1 / 12, 36
 """Height that a scale bar has below the inset: as a fraction of the image's shorter side, and at

@@ -43,8 +43,7 @@ class CellGrid(KeyedWidget):
     """Shows pictures of cells, or of the TFs that differ most, as large as possible."""
 
     chosen = Signal(int)  # with the cell, row by row, that was clicked
-    zoomed = Signal(object)
-    """Emitted with the cell over which the wheel was turned to come closer, or None to go back."""
+    zoomed = Signal(object)  # emitted with the cell to come closer to, or None to go back
     hovered = Signal(object)  # with the cell under the mouse, or None
 
     is_stale = Painted(False)  # of an earlier view, light or colours

@@ -145,8 +145,7 @@ def parsed_band(text: str) -> Range | None:
 class Preview(QObject):
     """Covers the reference by another TF's picture, and draws that TF over the editor's."""
 
-    tfChanged = Signal(object)
-    """Emitted with the opacity TF of what is shown instead of the image, or None for none."""
+    tfChanged = Signal(object)  # emitted with the TF shown instead of the image, or None
 
     def __init__(self, pane: EnginePane, area: PlotArea) -> None:
         super().__init__(pane)

@@ -139,7 +139,7 @@ RADIUS = 2  # radius of a point at a zoom of 1, in pixels; closer points are lar
 LEGEND_WIDTH, LEGEND_HEIGHT, MARGIN = 84, 6, 10
 
 HIDDEN = (45, 46, 49)  # colour of points that are filtered out
-NOTHING = (64, 66, 70)  # of TFs that show nothing or a solid block, and before that is known
+NOTHING = (64, 66, 70)  # colour of TFs that show nothing or a solid block, or are not known yet
 
 
 @dataclass(frozen=True, eq=False)

@@ -97,8 +97,7 @@ class Peaks:
     """The highest peaks of the region's curve, the highest one first."""
 
     intervals: tuple[Interval, ...] = ()
-    left_out: float | None = None
-    """Value of the highest peak that is not among them, as it is of the background."""
+    left_out: float | None = None  # value of the highest peak, where it is the background's
     strongest: float | None = None  # value where an edit shows most; None where none shows
 
     @classmethod

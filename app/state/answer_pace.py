@@ -14,7 +14,7 @@ from model.rendering.raster import TIME_GROWTH
 
 SHARE = 0.2  # part of the time that answers may take while something moves
 OLDEST_S = 0.48  # age of an answer when the next is there: half a second, less the showing
-MOST_DEBT_S = 0.5  # that answers may owe when they took more than their share
+MOST_DEBT_S = 0.5  # time that answers may take beyond their share, to give it back later
 TOO_OLD_S = 1.0  # age from which an answer comes before the share, on a slow machine
 FADING = 0.9  # factor by which the longest wait so far counts less with each that follows
 LIVE_SIZES = (256, 192, 128, 96, 64, 48)  # shorter edges while something moves, in pixels

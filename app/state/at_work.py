@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 from app.engines.background import Pause
 from app.engines.client import Channel
 
-PATIENCE_MS = 500  # without an answer, after which the window says that one is under way
+PATIENCE_MS = 500  # after which the window says that an answer is under way
 
 
 class AtWork(QObject):

@@ -11,7 +11,7 @@ from app.state.edits import EditedInput, EditHistory
 from model.rendering.brightness import usual_brightness
 from model.scene.scene import Lighting
 
-DARKEST, BRIGHTEST = 0.25, 32.0  # the greatest is that of an exposed picture of the map
+DARKEST, BRIGHTEST = 0.25, 32.0  # limits; the greatest is that of an exposed picture of the map
 STEPS_PER_OCTAVE = 8  # steps of a slider from one brightness to its double
 
 

@@ -16,8 +16,8 @@ from app.state.viewer_state import ViewerState
 from model.rendering.raster import Raster
 from model.scene.inputs import SceneInputs
 
-MOST_OWN_ERROR = 0.5  # of an image at rest, by what is measured against it, which is then void
-MOST_SECONDS = 1.0  # of the first image, from which it says nothing of later ones
+MOST_OWN_ERROR = 0.5  # of an image at rest, by the error that is measured against it
+MOST_SECONDS = 1.0  # of a first image; a slower one says nothing of those that follow
 LEAST_SAID = 1e-4  # error below which no figure is more than noise
 
 LET_GO = "The image is coarser while something moves."

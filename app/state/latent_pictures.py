@@ -61,8 +61,7 @@ class GridPicture:
     inputs: SceneInputs
     source: EngineName
     images: dict[int, Images]  # pictures (S, S, 4) of the cells that have one
-    exposures: dict[int, float]
-    """By how much pictures of the TFs that differ most are brightened; none for cells."""
+    exposures: dict[int, float]  # factors of brightness of the most different TFs
 
 
 class LatentPictures(QObject):

@@ -39,8 +39,7 @@ class LatentChoices:
     """Choices of what is shown."""
 
     shown: bool = False  # whether the browser is open
-    on_map: bool = False
-    """Whether the map and a grid of its cells are shown, not the most different pictures."""
+    on_map: bool = False  # whether map and grid are shown, not the most different pictures
     codec: CodecChoice = "shipped"  # whose codes these are
     band: Range | None = None  # TFs that show none of these scalar values are dim
 
@@ -49,8 +48,7 @@ class LatentState(QObject):
     """Brush, place under the mouse, and choices."""
 
     choicesChanged = Signal(object)
-    brushChanged = Signal(object)
-    """Emitted with the rectangle while it is drawn, moved or resized, and at the end of that."""
+    brushChanged = Signal(object)  # emitted with the rectangle of a drag, and at its end
     hoverChanged = Signal(object)  # emitted with the place under the mouse on the map, or None
 
     def __init__(self, parent: QObject | None = None) -> None:

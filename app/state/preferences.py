@@ -21,7 +21,7 @@ from model.errors import TfscopeError, reason
 from model.files import write_atomically
 from model.json_files import MalformedError, build_valid, read_json
 
-LOCK_PATIENCE_S = 5.0  # after which a file is written without its lock: who holds it hangs
+LOCK_PATIENCE_S = 5.0  # after which a file is written without its lock: its holder hangs
 
 T = TypeVar("T")
 Change = Callable[[T], T]

@@ -27,10 +27,7 @@ from model.scene.volume import Volume
 from model.volume_files.shipped import sample_of
 
 PANE_REST_MS = 150  # pause after the last change of a pane's size before an image is drawn for it
-
-FIRST_REST_MS = 1000
-"""Time that a volume's first picture, in a quicker light, stays before path-traced ones follow."""
-
+FIRST_REST_MS = 1000  # of a first picture in quicker light before path-traced ones follow
 LEAST_PANE = 64  # fewest pixels of an image's sides, while a pane is not laid out yet
 
 PREPARING = "Preparing the volume …"
@@ -41,13 +38,11 @@ class ReferenceWork(QObject):
 
     choicesChanged = Signal(object)  # emitted with the new :class:`ReferenceChoices`
     settingsChanged = Signal(object)  # emitted with the new :class:`ReferenceSettings`
-    lightRangeChanged = Signal(object)
-    """Emitted with the range in which the light may be moved; None for a fixed one or none."""
+    lightRangeChanged = Signal(object)  # emitted with where the light may be moved, or None
     analystReplaced = Signal()
     """Emitted when the analyst is started anew or waits for kernels: old answers do not hold."""
     resized = Signal(object)  # emitted with the :class:`Raster` of the image
-    lightWentOut = Signal(float)
-    """Emitted with the seconds of a lit image when no light is shown as it takes too long."""
+    lightWentOut = Signal(float)  # emitted with the seconds of a lit image that is too slow
 
     def __init__(
         self,

@@ -70,8 +70,7 @@ class SensitivityState(QObject):
     """Regions, the band of values, the clicked place and the choices."""
 
     changed = Signal(str)  # emitted with "choices", "regions", "band", "place" or "tool"
-    finished = Signal(str)
-    """Emitted with "regions" or "band" after a drag, and after changes of regions that are none."""
+    finished = Signal(str)  # emitted with "regions" or "band" after a drag or a change
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -39,8 +39,7 @@ class ViewNavigation(QObject):
 
     viewChanged = Signal(object)
     viewChangeFinished = Signal(object)
-    navigationChanged = Signal()
-    """Emitted when the up axis, the axes' labels, the trackball or the home view changes."""
+    navigationChanged = Signal()  # emitted when up axis, labels, trackball or home view change
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)

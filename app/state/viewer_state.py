@@ -75,8 +75,7 @@ class ViewerState(ViewNavigation):
 
     volumeStarting = Signal()  # emitted before another volume's TF replaces the present one
     inputsChanged = Signal()  # emitted with each of the changes of view, TF, light and crop box
-    inputsChangeFinished = Signal()
-    """Emitted at the end of each: an image of :attr:`inputs` will be the final one."""
+    inputsChangeFinished = Signal()  # emitted at the end of each: a final image follows
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)

@@ -37,8 +37,7 @@ class Wanted:
     """Choices of how to read a volume, and how to show it at first."""
 
     raw: RawLayout | None = None  # layout of a file without a header; None for the one in its name
-    choice: Choice | None = None
-    """What to read of a file that holds several volumes; None for the largest."""
+    choice: Choice | None = None  # of several volumes in a file; None for the largest
     is_remembered: bool = False
     """Whether the choice is an old one, which gives way where the file no longer has it."""
     scalar_range: RangeChoice | None = None  # None for its model's, its last one, or a robust one

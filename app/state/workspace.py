@@ -54,12 +54,10 @@ class Viewing:
 class Workspace(QObject):
     """Opens volumes and models, and keeps the engines of both images up to date."""
 
-    volumeOpened = Signal(object)
-    """Emitted when the engines draw a volume that was read, before its TF is set."""
+    volumeOpened = Signal(object)  # emitted when the engines draw a new volume, before it has a TF
     volumeStarted = Signal()  # emitted when the TF of an opened volume is set
     rangeChanged = Signal(object)  # emitted with the :class:`OpenedVolume` over another range
-    scaleChanged = Signal(object)
-    """Emitted with the :class:`OpenedVolume` when it is on another scale, before its TF is."""
+    scaleChanged = Signal(object)  # emitted with the :class:`OpenedVolume` on another scale
     problem = Signal(str)  # emitted with an error sentence for the notice bar
     news = Signal(str)  # emitted with a sentence for the status bar
     hintChanged = Signal(str)  # emitted with what is outside the training range, or ""

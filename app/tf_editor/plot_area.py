@@ -36,9 +36,7 @@ LEFT_MARGIN, RIGHT_MARGIN, TOP_MARGIN = 36, 50, 8
 STRIP_HEIGHT, PINS_HEIGHT, LABELS_HEIGHT = 14, 14, 20
 """Heights of the colours, of their pins below, and of the numbers, in pixels."""
 
-PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT
-"""Where pins stand, in heights of the strip from its lower edge."""
-
+PIN_PLACE = -0.5 * PINS_HEIGHT / STRIP_HEIGHT  # in heights of the strip from its lower edge
 ZOOM_STEP = 1.25  # factor of the visible interval by one step of the wheel
 GAP = 18  # pixels between a point and the numbers of its drag
 HEADROOM = 16  # pixels above the opacity 1, for flags and the grips of the range

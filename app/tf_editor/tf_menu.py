@@ -48,7 +48,7 @@ from model.scene.value_scale import values_at
 PICTURE = 96  # sides of a picture, in pixels
 CELL = QSize(118, 128)  # room of a picture with its name
 ROOM = 8  # around all pictures, in pixels
-COLUMNS, MOST_ROWS = 4, 3  # of pictures, and rows that are seen at once on a small screen
+COLUMNS, MOST_ROWS = 4, 3  # pictures in a row, and rows seen at once, on small screens, too
 
 
 class PresetMenu(QMenu):

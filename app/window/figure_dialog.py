@@ -29,7 +29,7 @@ from app.window.figure import FigureChoice, Size, Which
 from model.rendering.scale_bar import DEPTH_TEXT
 from model.volume_files.checks import readable_size
 
-LEAST_SIZE, LARGEST_MOVIE = 16, 4096  # pixels of a side; more no player shows
+LEAST_SIZE, LARGEST_MOVIE = 16, 4096  # fewest pixels along a side; most that players of movies show
 
 LONGER_SIDES = (512, 1024, 1920, 2048, 4096, 8192)
 """Presets of the longer side; the figure keeps the proportions of what is shown."""

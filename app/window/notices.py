@@ -14,7 +14,7 @@ from app.controls import Action, Card, action_button, announce, fill, label, ord
 from app.icons import IconButton
 
 WIDTH = 480  # of a notice at most, as longer lines are hard to read
-MOST_SHOWN, MOST_KEPT = 3, 20  # at once, and until there is room
+MOST_SHOWN, MOST_KEPT = 3, 20  # notices shown at once; and kept until there is room
 MOST_ACTIONS = 2  # buttons of one notice, apart from the one that dismisses it
 
 NoticeTone = Literal["plain", "error"]

@@ -36,8 +36,7 @@ BACKGROUNDS: dict[BackgroundChoice, Background] = {
     "white": WHITE,
 }
 
-Overlay = Literal["cube", "legend", "scale_bar", "opacity_images"]
-"""Settings with what may be shown over images."""
+Overlay = Literal["cube", "legend", "scale_bar", "opacity_images"]  # settings of what may be shown
 
 
 class Overlays(QObject):

@@ -12,9 +12,7 @@ from app.image_view.engine_pane import EnginePane
 from app.latent_browser.latent_browser import LatentBrowser
 
 LEAST_IMAGE = 220  # width of the image next to the latent browser: its squares give way
-
-Shown = Literal["both", "generator", "reference"]
-"""Images that the user wants to see, as far as they are there."""
+Shown = Literal["both", "generator", "reference"]  # the images that are wanted
 
 
 class PaneLayout(QSplitter):

@@ -171,9 +171,7 @@ def _columns(rows: Sequence[dict[str, float]]) -> dict[str, NDArray[np.float64]]
 DEFAULT_COUNT = 2000
 
 MOST_NEIGHBORS = 2000  # training images that are rendered at most, as many as hold-out samples
-
-DIFFERENTIATED, LEAST_DIFFERENTIATED = 0.1, 5
-"""Share and least number of the samples whose sensitivities are compared."""
+DIFFERENTIATED, LEAST_DIFFERENTIATED = 0.1, 5  # share and number of samples differentiated
 
 Progress = Callable[[str, int, int], None]
 """Called with an activity ("rendering", "measuring", "differentiating"), what is done of it and in

@@ -8,8 +8,7 @@ from model.json_files import read_json
 from model.volume_files import read_volume
 from model.volume_files.shipped import RESOURCES, shipped_volumes
 
-PATH_LIGHT = RESOURCES / "models" / "path_light.safetensors"
-"""The network behind the denoiser of path-traced light, one for all volumes."""
+PATH_LIGHT = RESOURCES / "models" / "path_light.safetensors"  # cleans path-traced pictures
 
 
 def shipped_models() -> list[Path]:

@@ -22,9 +22,7 @@ from model.volume_files.shipped import RESOURCES
 SAMPLES = 10_000  # number of codes on a map, as in the paper (section 5.2)
 ROBUST_SHARE = 0.005  # share of encoded TFs beyond either side of the box that codes are drawn from
 COLLAPSED_DEVIATION = 1e-4  # standard deviation below which a code's number stands for nothing
-
-PictureOf = Literal["code", "tf"]
-"""Subject of a latent code's picture: the code itself, or the opacity TF that it decodes to."""
+PictureOf = Literal["code", "tf"]  # of a latent code itself, or of the TF that it decodes to
 
 Codes = NDArray[np.float32]
 Opacities = NDArray[np.float32]

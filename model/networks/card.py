@@ -26,8 +26,7 @@ class ModelCard:
     preset: str  # name of the preset that the size came from
     size: NetworkSize
     training: dict[str, Any] = field(default_factory=dict)  # options, budget and course of training
-    metrics: dict[str, Any] = field(default_factory=dict)
-    """Hold-out metrics at the end of the training."""
+    metrics: dict[str, Any] = field(default_factory=dict)  # on hold-out samples at the end
     versions: dict[str, str] = field(default_factory=dict)  # of the software that trained it
 
     def to_json(self) -> dict[str, Any]:

@@ -12,10 +12,6 @@ DeviceChoice = Literal["auto", "cpu", "cuda"]  # devices that networks run on; s
 BackendName = Literal["eager", "openvino"]  # what draws a generator's images
 
 Precision = Literal["float32", "bfloat16"]
-PrecisionChoice = Literal["auto", "float32", "bfloat16"]
-"""Digits that layers and optimization steps are computed in, and what one can ask for."""
-
-PresetName = Literal["draft", "compact", "large", "paper"]
-"""Sizes of networks and images; see :data:`model.training.options.PRESETS`."""
-
+PrecisionChoice = Literal["auto", "float32", "bfloat16"]  # of layers and optimization steps
+PresetName = Literal["draft", "compact", "large", "paper"]  # see `PRESETS`
 StudyName = Literal["baselines", "latent-dim", "l1-weight"]  # the paper's studies; see `STUDIES`

@@ -125,8 +125,7 @@ class PathLightCard:
 
     size: PathLightSize
     training: dict[str, Any] = field(default_factory=dict)  # volumes, pairs, steps and time
-    errors: dict[str, Any] = field(default_factory=dict)
-    """RMSE on held-out pairs by the number of samples: denoised alone, and by the network."""
+    errors: dict[str, Any] = field(default_factory=dict)  # RMSE on held-out pairs, by samples
 
 
 def save_path_light(path: Path, card: PathLightCard, network: PathLightNetwork) -> None:

@@ -79,8 +79,7 @@ class RegionStep:
     """The region's sensitivity, as :func:`model.sensitivity.display.shown_responses` returns it.
     Shape (256,)."""
     mode: GaussianMode | None = None  # the mode that is then added
-    changes: tuple[float, float] | None = None
-    """RMS change of the region's colours by it, in the model's images and in the true ones."""
+    changes: tuple[float, float] | None = None  # RMS change of the region: the model's, the true
 
 
 def region_edits(subject: Subject, inputs: SceneInputs) -> list[RegionStep]:

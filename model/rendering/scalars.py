@@ -25,8 +25,7 @@ Light takes the fourth power of differences: of 1e-5 of the range, where noise i
 :data:`BEYOND` ranges, next to outliers.
 """
 
-LEAST_RANGE, GREATEST_RANGE = 1e-30, 1e30
-"""Limits of a range over whole numbers, so that float32 can hold it and its reciprocal."""
+LEAST_RANGE, GREATEST_RANGE = 1e-30, 1e30  # so that float32 holds a range and its reciprocal
 
 BEYOND = 256.0
 """How far floats may lie beyond the scalar range, in widths of it; farther ones are clamped.
@@ -39,9 +38,7 @@ what is interpolated; this far out, it rounds to 1/256 of a TF bin.
 
 LAYERS = 2  # how many voxels deep missing ones are filled: interpolation reads one, gradients two
 AROUND = np.ones((3, 3, 3), dtype=bool)  # a voxel and its 26 neighbours
-
-KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)
-"""Types that ray caster and path tracer support directly."""
+KERNEL_TYPES = (np.uint8, np.uint16, np.int16, np.float32)  # what kernels support directly
 
 
 def renderable_scalars(
@@ -148,9 +145,7 @@ SAMPLES = 1 << 15  # voxels that are looked at, drawn at random, the same ones e
 BINS, WIDE = 32, 4  # bins of values, and how many in a row may be one material
 MATERIAL = 0.05  # share of the voxels from which on these count as a material
 QUARTILE = 0.31864  # a quarter of normally distributed numbers stay below, in deviations
-
-LABEL_NOISE = 0.02
-"""In place of noise, for a label's share of what is around: deep inside it has no direction."""
+LABEL_NOISE = 0.02  # in place of noise, for a label's share: deep inside it has no direction
 
 _WEIGHTS = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 

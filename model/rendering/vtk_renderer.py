@@ -40,8 +40,7 @@ from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import VIEW_ANGLE, View
 from model.scene.volume import Volume
 
-AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0
-"""Coefficients of gradient shading in lit scenes."""
+AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0  # of gradient shading
 
 NORMAL_CORRECTION = (
     "in_textureToEye[0] * vec4(shading_gradient.xyz, 0.0)",

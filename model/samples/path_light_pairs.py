@@ -40,9 +40,7 @@ MANY = 64
 """Samples of each pixel of the picture that is learned. It has noise, which no network can learn,
 but no bias, as a denoised one would have."""
 
-FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15
-"""Shares of pairs with the opacity TF that the program opens a volume with, and with a crop."""
-
+FIRST_TF_SHARE, CROP_SHARE = 0.25, 0.15  # of pairs with a volume's first TF, and with a crop
 LEAST_OPACITY = 0.04  # least mean opacity of a picture that becomes a pair
 BRIGHTEST = 8.0  # radiance that is kept of single pixels
 FIELDS = ("unlit", "direct", "soft", "opacity", "denoised", "traced", "exact")

@@ -26,12 +26,8 @@ TYPICAL_SHARE = 0.1  # of the window's voxels within one width of a typical mode
 MODE_COLORS = ((0.30, 0.60, 0.98), (0.96, 0.47, 0.33), (1.0, 0.78, 0.42))
 """Blue, coral and gold, distinguishable with all common colour blindnesses."""
 
-END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.95, 0.86))
-"""Dark blue for the lowest values, which are hardly shown, and ivory for the highest."""
-
-SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75
-"""Opacities that half of the rays through what is shown should have at least; in smoke, less."""
-
+END_COLORS = ((0.03, 0.07, 0.2), (1.0, 0.95, 0.86))  # dark blue, hardly shown, and ivory
+SEEN_OPACITY, SMOKE_OPACITY = 0.9, 0.75  # of half of the rays at least; in smoke, less
 OPAQUE_RAY = 0.5  # from which a ray counts as shown, with the mode at its highest
 
 SURROUNDS, MOST_RIM = 1.05, 0.9
@@ -44,17 +40,13 @@ DISTINCT = 3.0
 """Flanks from the rim's peak to the scalar range's end from which on that is no noise of the peak,
 but something else to show in its place."""
 
-CALM_RIM = 0.95
-"""Fraction of the rim that has the lowest value, where a simulation's smoke does not reach: a
-scanner's air has noise."""
+CALM_RIM = 0.95  # of the rim has the lowest value around smoke: a scanner's air has noise
 
 SMOKE_STEPS, SMOKE_RISE, SMOKE_SPECKS = 16, 1.6, 0.02
 """Parts of the scalar range; by how much one may have more voxels than an earlier one, in smoke;
 and the fraction of what is not background in which that does not count."""
 
-MOST_FACTOR, FACTORS = 32.0, 41
-"""Largest factor by which optical depths are raised, and how many are tried in equal ratios."""
-
+MOST_FACTOR, FACTORS = 32.0, 41  # of optical depths at most, and how many are tried in equal ratios
 LEAST_AMPLITUDE, MOST_AMPLITUDE = 0.02, 0.9  # limits of the opacities of modes
 
 

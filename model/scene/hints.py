@@ -116,11 +116,7 @@ def _out_of_view(view: View, aspect: float) -> str:
 
 LEAST_RISE = 0.05  # least height of a part that is mentioned, as a fraction of the largest opacity
 LEAST_SHADE = 0.1  # the same of a colour, of its full brightness
-
-LEAST_WIDTH = 0.7
-"""Width of a part of a curve that is drawn about as it is, in entries of the tables. A single
-sample of a TF that was made of 256 is 1 wide."""
-
+LEAST_WIDTH = 0.7  # of a curve's part that is drawn as it is, in entries: a sample of 256 is 1
 WANTED_ENTRIES = 8  # entries that the remedy gives the narrowest part
 ROUND_STEPS = 40  # steps of the remedy that its ends are rounded to, about
 REACH = 2.0  # how far from its mean a mode is followed, in widths
@@ -130,8 +126,7 @@ REACH = 2.0  # how far from its mean a mode is followed, in widths
 class NarrowPart:
     """Part of a TF that tables over its range cannot hold, and the range over which they can."""
 
-    values: Range
-    """Lowest and highest value of the narrow part, or of all of them, in the data's units."""
+    values: Range  # lowest and highest of the narrow part, or of all of them, in the data's units
     scalar_range: Range  # the TF's range
     remedy: Range  # a range that shows the narrow part as it is
     scale: ValueScale  # scale that all these lie on

@@ -80,8 +80,7 @@ class InputField:
     store: Callable[[Any, Scene], NDArray[Any]]  # converts a value to an array of `shape`
     encode: Callable[[NDArray[Any], Scene], NDArray[np.float32]]
     """Encodes stored values (N, ...) as float32, in [-1, 1] inside the scene's ranges."""
-    outside: Callable[[Any, Scene], list[str]]
-    """Describes the parts of a value outside the training range, as a list of strings."""
+    outside: Callable[[Any, Scene], list[str]]  # parts of a value outside the training range
 
 
 def _view_outside(view: View, scene: Scene) -> list[str]:

@@ -128,8 +128,7 @@ class Scene:
     proportions: Triple = (1.0, 1.0, 1.0)
     """Lengths of the volume along x, y and z, relative to the diameter of its bounding sphere.
     Scenes of earlier versions lack them and take the sphere's bounding cube."""
-    dimensions: tuple[int, int, int] | None = None
-    """Voxels along x, y and z. Scenes of earlier versions lack them."""
+    dimensions: tuple[int, int, int] | None = None  # along x, y and z; not in old scenes
     tf_family: TFFamily = "drawn"  # random TFs of the scene, see `random_inputs`
     scale: ValueScale = "linear"  # scale of the volume, of both ranges and of TFs
 

@@ -17,9 +17,7 @@ from model.scene.ranges import fit_to_range
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
 
-LOW_HU, HIGH_HU = -500.0, 500.0
-"""A range that reaches beyond both is taken for HU: air is at -1000, dense bone above 1000."""
-
+LOW_HU, HIGH_HU = -500.0, 500.0  # a range beyond both is of HU: air is at -1000, bone above 1000
 _SMOOTHING = 5  # bins over which a histogram is averaged before peaks are looked for
 _FREQUENT = 0.3  # height from which a peak counts, as a fraction of the highest one's
 _Point = tuple[float, float]

@@ -21,8 +21,7 @@ from model.errors import VolumeError
 from model.scene.distribution import Distribution, Range
 from model.scene.value_scale import ValueScale, logarithms, value_at
 
-ChoiceKind = Literal["series", "array", "time", "channel", "component"]
-"""Along what a file holds more than one volume."""
+ChoiceKind = Literal["series", "array", "time", "channel", "component"]  # of several volumes
 
 
 @dataclass(frozen=True)
@@ -52,13 +51,12 @@ class FileFacts:
 
     format: str = ""  # name of the format, for example ``"NIfTI-1"``
     spacing_unit: str = ""  # unit of spacing and origin, for example ``"mm"``
-    directions: tuple[tuple[float, float, float], ...] = ()
-    """Unit vectors along the grid's axes x, y and z in the file's space."""
+    directions: tuple[tuple[float, float, float], ...] = ()  # unit vectors of x, y and z
     space: str = ""  # where its axes point in the patient, such as ``"LPS"``; or empty
     contents: tuple[Content, ...] = ()  # all that a file with several volumes holds
     is_labels: bool = False  # whether the file says that values are labels, nothing between them
     labels: tuple[Label, ...] = ()  # those that the file names or colours
-    stretch: float = 1.0  # of z, whose unit may be another, by so many times what the file says
+    stretch: float = 1.0  # factor by which z is drawn longer than the file says: units may differ
 
 
 Triple = tuple[float, float, float]

@@ -31,8 +31,7 @@ class SensitivityResult:
     scalar_range: Range
     scalar_window: Range  # of interest; the background may be 100 times as sensitive
     units: str  # unit of the scalars; may be empty
-    opacity: NDArray[np.float32]
-    """The opacity TF, at scalar values evenly spaced over the range. Shape (256,)."""
+    opacity: NDArray[np.float32]  # of the TF (256,), at even scalar values
     image: NDArray[np.float32]  # shape (S, S, 3)
     sensitivity: NDArray[np.float32]
     """Shape (256,) for a region, (rows, columns, 256) for blocks, (S, S, 3) for a value: dI."""

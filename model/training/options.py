@@ -227,9 +227,7 @@ def _like(value: bool | int | float, setting: str, text: str) -> bool | int | fl
 
 PAPER_EPOCHS = 30.0  # passes of each stage of the paper's runs
 PAPER_IMAGES = 200_000  # training images of the paper's runs
-
-_HALVED_EVERY = {"opacity": 5.0, "translation": 8.0}
-"""Passes after which the paper halves a stage's learning rate."""
+_HALVED_EVERY = {"opacity": 5.0, "translation": 8.0}  # passes per halving, in the paper
 
 
 def samples_of_epochs(epochs: float, images: int, options: TrainingOptions) -> int:

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from model.volume_files.checks import check_present, damaged, truncated
 
-Encoding = Literal["raw", "deflate", "bzip2"]
-"""Deflate stands for both zlib and gzip, which differ in the stream's first bytes."""
+Encoding = Literal["raw", "deflate", "bzip2"]  # deflate stands for zlib and gzip
 
 CHUNK = 1 << 14
 EITHER_ZLIB_OR_GZIP = 47

@@ -235,8 +235,7 @@ MOST_FRAMES = 100_000
 NO_UNITS = ("", "US")
 PET_UNITS = {"BQML": "Bq/ml", "CNTS": "counts", "GML": "g/ml", "PROPCNTS": "", "NONE": ""}
 
-SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")
-"""Tags of the pixels' size, the truest first."""
+SPACINGS = ("PixelSpacing", "NominalScannedPixelSpacing", "ImagerPixelSpacing")  # the truest first
 
 TIME_FIELDS = (
     "TemporalPositionIdentifier", "TemporalPositionIndex", "TriggerTime",
@@ -249,8 +248,7 @@ CHANNEL_FIELDS = (
     "ReferencedSegmentNumber", "StackID",
 )  # fmt: skip
 SERIES_FIELDS = ("AcquisitionNumber",)
-LATE_FIELDS = ("AcquisitionTime", "ContentTime")
-"""Times of the clock, which slices of one volume may differ in, too: asked last."""
+LATE_FIELDS = ("AcquisitionTime", "ContentTime")  # of the clock, asked last
 
 WORDS = {
     "AcquisitionNumber": "acquisition", "EchoNumbers": "echo", "EchoTime": "echo time",

@@ -141,8 +141,7 @@ _TYPES = {
        for short, long in (("u", "uint"), ("ui", "uint"), ("i", "int"), ("s", "int"))},
     **{"f32": "float32", "f64": "float64", "ubyte": "uint8", "byte": "uint8"},
 }  # fmt: skip
-_COMMON = {8: "uint8", 16: "uint16", 32: "float32", 64: "float64"}
-"""The most common type of values of so many bits."""
+_COMMON = {8: "uint8", 16: "uint16", 32: "float32", 64: "float64"}  # the most common by bits
 
 _ORDERS = ("bigendian", "msb", "littleendian", "lsb")
 """Words for byte orders; shorter ones mean something else before the type, as in ``big_foot``."""

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 X_RESOLUTION, Y_RESOLUTION, RESOLUTION_UNIT, PIXEL_SCALE = 282, 283, 296, 33550
 INCH, CENTIMETRE = 2, 3
 SIGNED_16 = -32768.0
-PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)
-"""Pixels per inch of a page in print, which programs write without being asked."""
+PRINTED = (72, 96, 100, 120, 150, 200, 240, 300, 360, 600, 1200)  # of pages in print
 
 NO_UNITS = ("", "pixel", "pixels")
 

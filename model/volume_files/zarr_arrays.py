@@ -22,8 +22,7 @@ SUFFIX = ".zarr"
 GREATEST_RATIO = 1 << 14
 MOST_CHUNK = 1 << 31
 MOST_UNWRITTEN = 1 << 28  # bytes of voxels that are believed however few chunks there are
-DEEPEST, MOST_ARRAYS, LONGEST_AXIS = 6, 500, 1 << 20
-"""Folders below the one that is opened, arrays, and positions along an axis that are read."""
+DEEPEST, MOST_ARRAYS, LONGEST_AXIS = 6, 500, 1 << 20  # limits of folders, arrays and positions
 
 HEADS = ("zarr.json", ".zarray", ".zgroup")
 
