@@ -190,14 +190,16 @@ class Floating(QObject):
     def set_corner_of(self, widget: QWidget | None) -> None:
         """Put what floats at the bottom in the corner of a widget of the area; None: of all."""
         self._around = widget
+        if widget is not None:
+            widget.installEventFilter(self)
         self._place()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the area's size, the sizes of what floats, and the mouse that drags a card."""
+        """Follow the places, the sizes of what floats, and the mouse that drags a card."""
         if isinstance(event, QMouseEvent) and watched in self._columns["bottom"]:
             return self._drag(watched, event)
-        resized = event.type() == QEvent.Type.Resize and watched is self._area
-        if resized or event.type() in _PLACES:
+        moved = event.type() in (QEvent.Type.Resize, QEvent.Type.Move)
+        if (moved and watched in (self._area, self._around)) or event.type() in _PLACES:
             self._place()
         return False
 

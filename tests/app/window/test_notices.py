@@ -142,6 +142,11 @@ def test_notices_stand_in_the_middle_and_cards_in_a_corner(qtbot, area):
     area.resize(600, 400)
     assert notice.geometry() == QRect(60, TOP, 480, 60)
     assert card.geometry() == QRect(SIDE, 400 - BOTTOM - 100, 320, 100)
+    image = QWidget(area)
+    image.show()
+    floating.set_corner_of(image)
+    image.setGeometry(200, 0, 400, 400)
+    assert card.x() == 200 + SIDE
 
 
 def test_two_notices_are_listed_and_two_cards_stand_beside_each_other_where_there_is_room(
