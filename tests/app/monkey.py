@@ -129,11 +129,9 @@ class Findings:
 
     errors: list[str] = field(default_factory=list)
     """Exceptions that nobody caught, pictures of another state, windows that never settled."""
-    memory: list[float] = field(default_factory=list)
-    """Resident memory in MB, at each rest."""
+    memory: list[float] = field(default_factory=list)  # resident memory in MB, at each rest
     event_s: list[float] = field(default_factory=list)
-    threads: list[str] = field(default_factory=list)
-    """Alive after the window was closed."""
+    threads: list[str] = field(default_factory=list)  # alive after the window was closed
 
 
 class Monkey:

@@ -14,6 +14,12 @@ def rested(qtbot, make_window):
     return window
 
 
+def act_until(qtbot, signal, act, *values, **named):
+    """Do something, and wait for the signal that it brings about."""
+    with qtbot.waitSignal(signal):
+        act(*values, **named)
+
+
 def settle(qtbot, window):
     """Wait until both images are final."""
     qtbot.waitUntil(lambda: window.workspace.is_settled)
@@ -21,8 +27,7 @@ def settle(qtbot, window):
 
 def open_volume(qtbot, window, name):
     """Open a volume of the fakes, and wait until its TF is set."""
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.workspace.opening.open(Path(name))
+    act_until(qtbot, window.workspace.volumeStarted, window.workspace.opening.open, Path(name))
 
 
 def notice_buttons(window):

@@ -15,11 +15,9 @@ from app.state.preferences import settings_file, volume_file
 
 SCRIPT = Path(__file__).with_name("killed_window.py")
 
-KILLS = int(os.environ.get("TFSCOPE_KILLS", "4"))
-"""Number of kills; a job gives more."""
+KILLS = int(os.environ.get("TFSCOPE_KILLS", "4"))  # number of kills; a job gives more
 
-LOST_S = 1.0
-"""Edits older than this are kept."""
+LOST_S = 1.0  # edits older than this are kept
 
 
 def killed(folder, seed):

@@ -36,8 +36,7 @@ def make_request(level, live=False):
     return LevelRequest(inputs, Quality(8, live=live), sequence=level, level=level)
 
 
-DARKEST = 4
-"""Level of the first image of a test."""
+DARKEST = 4  # level of the first image of a test
 
 _levels = {}
 

@@ -10,8 +10,7 @@ from pathlib import Path
 MEMORY_FACTOR, MEMORY_MARGIN = 3, 200e6
 """A file may take so many times its size, and so many bytes more."""
 
-MOST_MEMORY = 4 << 30
-"""Bytes of address space beyond those of the libraries."""
+MOST_MEMORY = 4 << 30  # bytes of address space beyond those of the libraries
 
 
 def main(pipe, name):

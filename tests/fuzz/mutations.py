@@ -3,8 +3,7 @@
 import json
 import re
 
-HEAD = 1500
-"""Most mutations are made in the first bytes, where headers are."""
+HEAD = 1500  # most mutations are made in the first bytes, where headers are
 
 WHOLE = [0, 1, 2, 3, 7, 127, 128, 255, 256, 32767, 65535, 2**31 - 1, 2**31, 2**32 - 1, 2**63 - 1]
 TEXTS = [

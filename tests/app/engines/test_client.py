@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+from rested_window import act_until
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines import worker
@@ -69,12 +70,10 @@ def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, told):
     engine = FakeEngine()
     engine.error = RenderError("The memory is full.")
     told.client.start(lambda: engine, "Loading …")
-    with qtbot.waitSignal(told.client.settled):
-        told.client.submit(make_request(1))
+    act_until(qtbot, told.client.settled, told.client.submit, make_request(1))
     assert told.client.error == "The memory is full."
     engine.error = None
-    with qtbot.waitSignal(told.client.settled):
-        told.client.submit(make_request(2))
+    act_until(qtbot, told.client.settled, told.client.submit, make_request(2))
     assert told.client.error is None
     assert told.states[-3:] == [EngineState.FAILED, EngineState.WORKING, EngineState.SETTLED]
 
@@ -83,8 +82,7 @@ def test_an_engine_that_cannot_be_built_fails(qtbot, told):
     def fail():
         raise CheckpointError("model: the folder is missing.")
 
-    with qtbot.waitSignal(told.client.settled):
-        told.client.start(fail, "Loading …")
+    act_until(qtbot, told.client.settled, told.client.start, fail, "Loading …")
     assert told.states == [EngineState.LOADING, EngineState.FAILED]
     told.client.submit(make_request(1))
     assert told.client.error == "model: the folder is missing."
@@ -94,20 +92,17 @@ def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot, told):
     engine = FakeEngine()
     told.client.engineReady.connect(lambda _ready: told.client.pause("Not for this volume."))
     told.client.start(lambda: engine, "Loading …")
-    with qtbot.waitSignal(told.client.settled):
-        told.client.submit(make_request(1))
+    act_until(qtbot, told.client.settled, told.client.submit, make_request(1))
     assert told.client.is_settled and not engine.requests
     told.client.resume()
-    with qtbot.waitSignal(told.client.images.answered):
-        told.client.submit(make_request(2))
+    act_until(qtbot, told.client.images.answered, told.client.submit, make_request(2))
     assert [r.sequence for r in engine.requests] == [2]
 
 
 def test_an_older_images_error_says_nothing_about_the_newest(qtbot, told):
     gate = threading.Semaphore(0)
     engine = FakeEngine(gate=gate)
-    with qtbot.waitSignal(told.client.engineReady):
-        told.client.start(lambda: engine, "Loading …")
+    act_until(qtbot, told.client.engineReady, told.client.start, lambda: engine, "Loading …")
     engine.error = RenderError("Too coarse.")
     told.client.submit(make_request(1, live=True))
     assert engine.started.acquire(timeout=PATIENCE_S)
@@ -115,8 +110,7 @@ def test_an_older_images_error_says_nothing_about_the_newest(qtbot, told):
     gate.release()
     assert engine.started.acquire(timeout=PATIENCE_S)
     engine.error = None
-    with qtbot.waitSignal(told.client.settled):
-        gate.release()
+    act_until(qtbot, told.client.settled, gate.release)
     assert EngineState.FAILED not in told.states
 
 

@@ -4,6 +4,7 @@ import threading
 
 import numpy as np
 import pytest
+from rested_window import act_until
 from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
 
 from app.engines.requests import UNWATCHED, SupersededError, VisibilityRequest
@@ -21,8 +22,7 @@ class Harness:
         self.receivers = []
         self.worker = EngineWorker(self._build, "test")
         self.worker.resultReady.connect(self._receive)
-        with qtbot.waitSignal(self.worker.engineReady):
-            self.worker.start()
+        act_until(qtbot, self.worker.engineReady, self.worker.start)
 
     def _build(self):
         self.engine.threads = [threading.current_thread()]
@@ -33,8 +33,7 @@ class Harness:
         self.receivers.append(threading.current_thread())
 
     def end(self, qtbot):
-        with qtbot.waitSignal(self.worker.finished):
-            self.worker.stop()
+        act_until(qtbot, self.worker.finished, self.worker.stop)
         self.worker.join()
 
 
@@ -80,11 +79,9 @@ def test_a_stale_result_is_dropped(qtbot):
 def test_an_error_is_data_and_the_worker_goes_on(qtbot, error, sentence):
     harness = Harness(qtbot, FakeEngine())
     harness.engine.error = error
-    with qtbot.waitSignal(harness.worker.resultReady):
-        harness.worker.submit(make_request(1))
+    act_until(qtbot, harness.worker.resultReady, harness.worker.submit, make_request(1))
     harness.engine.error = None
-    with qtbot.waitSignal(harness.worker.resultReady):
-        harness.worker.submit(make_request(2))
+    act_until(qtbot, harness.worker.resultReady, harness.worker.submit, make_request(2))
     failed, good = harness.results
     assert failed.error == sentence
     assert failed.value is None
@@ -95,8 +92,7 @@ def test_an_error_is_data_and_the_worker_goes_on(qtbot, error, sentence):
 
 def test_the_engine_lives_in_one_thread_and_results_arrive_in_ours(qtbot):
     harness = Harness(qtbot, FakeEngine())
-    with qtbot.waitSignal(harness.worker.resultReady):
-        harness.worker.submit(make_request(1))
+    act_until(qtbot, harness.worker.resultReady, harness.worker.submit, make_request(1))
     harness.end(qtbot)
     engine = harness.engine
     assert engine.closed
@@ -121,8 +117,7 @@ def test_stopping_while_the_engine_is_built_closes_it(qtbot):
     worker.start()
     worker.submit(make_request(1))
     worker.stop()
-    with qtbot.waitSignal(worker.finished):
-        may_load.set()
+    act_until(qtbot, worker.finished, may_load.set)
     worker.join()
     assert ready == []
     assert engines[0].closed

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from rested_window import rested
+from rested_window import act_until, rested
 from window_fakes import FakeEngine, make_request
 
 from app.engines.exactness import STOPS, USUAL
@@ -71,12 +71,10 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, line):
     pane, engine = line._pane, FakeEngine()
     pane.client.start(lambda: engine, "Loading …")
     assert line.isHidden()
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(request(line, 1))
+    act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 1))
     assert line.isHidden() and line.said == ""
     engine.image_error = 0.0123
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(request(line, 2))
+    act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 2))
     words = "error .012"
     assert not line.isHidden() and line.said == line.text() == line.accessibleName() == words
     assert "1 sample per pixel" in line.toolTip() and "RMSE" in line.toolTip()
@@ -103,8 +101,7 @@ def test_it_has_time_and_error_of_the_last_moving_image(qtbot, line):
     qtbot.waitUntil(lambda: pane.canvas.image is not None)
     # The red channel is the number of the request: 51 / 255 off, in one of three channels.
     state.finish_view()
-    with qtbot.waitSignal(pane.client.settled):
-        pane.client.submit(request(line, 102))
+    act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 102))
     assert line.said == ""
     assert line.moving.endswith(" / s, error .12")
     state.move_view(View(80.0))

@@ -22,12 +22,8 @@ def window(qtbot, make_window, builders, tmp_path):
     window.top_bar.browse.click()
     work = window.workspace.latent
     # The first one imports torch, on machines that may be busy.
-    qtbot.waitUntil(
-        lambda: (
-            work.session.overview is not None and work.grid is not None and bool(work.grid.images)
-        ),
-        timeout=1000 * PATIENCE_S,
-    )
+    qtbot.waitUntil(lambda: work.session.overview is not None, timeout=1000 * PATIENCE_S)
+    qtbot.waitUntil(lambda: bool(work.grid and work.grid.images), timeout=1000 * PATIENCE_S)
     return window
 
 

@@ -13,6 +13,7 @@ from PySide6.QtGui import QFocusEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from ramp import make_tf, make_volume
+from rested_window import act_until
 from toy_codec import ToyCodec, toy_space
 
 from app.latent_browser.cell_grid import caption_of, explanation_of
@@ -90,8 +91,7 @@ def test_the_browser_takes_the_place_of_the_generator(qtbot, make_window, builde
     assert not window.generator.isVisible()
     assert window.reference.isVisible()
     asked = len(builders.generators[-1].requests)
-    with qtbot.waitSignal(window.workspace.settled):
-        window.state.set_view(View(50, 10, 0, 1))
+    act_until(qtbot, window.workspace.settled, window.state.set_view, View(50, 10, 0, 1))
     assert len(builders.generators[-1].requests) == asked
     window.top_bar.browse.click()
     assert not window.browser.isVisible()
@@ -158,11 +158,9 @@ def test_the_browser_opens_on_the_tfs_that_differ_most(qtbot, make_window, build
     assert window.state.transfer_function == before and window.brightness.of("exact") == 1
     # They stay while the view turns, and are chosen anew for a filter.
     chosen = session.different
-    with qtbot.waitSignal(session.overviewChanged):
-        window.state.set_view(View(50, 10, 0, 1))
+    act_until(qtbot, session.overviewChanged, window.state.set_view, View(50, 10, 0, 1))
     assert session.different is chosen
-    with qtbot.waitSignal(session.differentChanged):
-        window.latent_state.choose(band=(150.0, 160.0))
+    act_until(qtbot, session.differentChanged, window.latent_state.choose, band=(150.0, 160.0))
     assert session.wanted is not None and session.wanted[session.different].all()
     # The map is one click away, in the same place, and so are they.
     open_map(qtbot, window)
@@ -347,11 +345,9 @@ def test_pictures_follow_the_view_and_are_marked_until_then(qtbot, window, build
         raise LatentError("No pictures today.")
 
     monkeypatch.setattr(engine, "images", fail)
-    with qtbot.waitSignal(pictures.problem):
-        window.latent_state.set_brush((-0.5, -0.5, 0.5, 0.5))
+    act_until(qtbot, pictures.problem, window.latent_state.set_brush, (-0.5, -0.5, 0.5, 0.5))
     monkeypatch.setattr(engine, "images", images)
-    with qtbot.waitSignal(pictures.gridDrawn):
-        pictures.ask()
+    act_until(qtbot, pictures.gridDrawn, pictures.ask)
 
 
 def test_a_filter_by_value(qtbot, window):

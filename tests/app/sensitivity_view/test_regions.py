@@ -50,12 +50,8 @@ def test_a_rectangle_is_drawn_moved_and_resized_in_either_image(qtbot, window, b
     drag(generator, at(generator, 0.6, 0.8), at(generator, 0.7, 0.8), at(generator, 0.9, 0.9))
     assert np.ravel(state.outline.points[::2]) == pytest.approx([0.3, 0.5, 0.9, 0.9], abs=0.02)
     assert window.state.view == view
-    qtbot.waitUntil(
-        lambda: (
-            asked(builders, RegionSensitivityRequest)[-1].region == state.outline
-            and not asked(builders, RegionSensitivityRequest)[-1].quality.live
-        )
-    )
+    qtbot.waitUntil(lambda: asked(builders, RegionSensitivityRequest)[-1].region == state.outline)
+    qtbot.waitUntil(lambda: not asked(builders, RegionSensitivityRequest)[-1].quality.live)
     state.change_region(state.outline.moved(0.01, 0.0))
     qtbot.waitUntil(lambda: asked(builders, RegionSensitivityRequest)[-1].quality.live)
     state.finish_region()

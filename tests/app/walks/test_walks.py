@@ -19,8 +19,7 @@ from model.scene.inputs import SceneInputs
 from model.scene.view import View
 
 LEFT = Qt.MouseButton.LeftButton
-MOVES = 6
-"""Positions of the mouse that a drag passes after the first."""
+MOVES = 6  # positions of the mouse that a drag passes after the first
 
 
 @dataclass

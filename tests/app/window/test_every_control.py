@@ -29,8 +29,7 @@ from model.scene.region import Outline
 
 CONTROLS = QAbstractButton, QAbstractSpinBox, QAbstractSlider, QComboBox, QLineEdit, ImageCanvas
 
-MOST = 200
-"""Keys after which Tab goes round in a circle without the first one."""
+MOST = 200  # keys after which Tab goes round in a circle without the first one
 
 
 def controls_of(parent):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from fake_models import make_model
 from ramp import make_tf, make_volume
-from rested_window import notice_buttons
+from rested_window import act_until, notice_buttons
 
 from app.window import files
 from app.window.volume_dialogs import PropertiesDialog
@@ -43,8 +43,7 @@ def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builder
     opened = window.workspace.opened
     assert opened is not None and opened.volume.scalar_range == (120.0, 180.0)
     assert opened.volume.data_range == (100.0, 200.0)
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.undo()
+    act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     assert window.workspace.opened.volume.scalar_range == (100.0, 200.0)
     visible = window.editor.area.axis.visible
     with qtbot.waitSignal(window.workspace.rangeChanged):
@@ -54,8 +53,7 @@ def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builder
     inside = histogram.edges[(histogram.edges > 120) & (histogram.edges < 180)]
     assert np.ptp(np.diff(inside)) < 1e-9
     assert window.editor.area.axis.visible == visible
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.undo()
+    act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     # Otherwise all handles lie over one another.
     over(make_tf(151.0), 150.0, 152.0).save(tmp_path / "tf.json")
     axis = window.editor.area.axis
@@ -69,8 +67,7 @@ def test_a_tf_is_shown_over_its_range_or_fitted(qtbot, window, tmp_path, builder
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     builders.volumes["other"] = make_volume("other", 300.0)
     for name, expected in (("other", (100.0, 300.0)), ("ramp", (100.0, 200.0))):
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.files.open_volume(Path(name))
+        act_until(qtbot, window.workspace.volumeStarted, window.files.open_volume, Path(name))
         assert window.state.scalar_range == expected
 
 
@@ -97,11 +94,9 @@ def test_a_model_offers_its_volume_and_comes_back_with_it(qtbot, window, builder
     window.files.open_model(tmp_path)
     assert str(tmp_path) in window.notice.text
     assert window.workspace.model.folder == folder
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open_volume(Path("ramp"))
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open_volume, Path("ramp"))
     assert window.workspace.model.folder is None
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open_volume(place)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open_volume, place)
     assert window.workspace.model.folder == folder
 
 
@@ -142,8 +137,7 @@ def test_files_are_opened_as_what_they_are_asked_for_once_and_named_where_they_a
     scan = tmp_path / "scan.raw"
     scan.write_bytes(bytes(120))
     for _ in range(2):
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.files.open(scan)
+        act_until(qtbot, window.workspace.volumeStarted, window.files.open, scan)
     assert asked == [scan]
     assert used == [layout, layout]
 

@@ -11,7 +11,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QDialog, QWidget
 from ramp import make_tf, make_volume
-from rested_window import open_volume, settle
+from rested_window import act_until, open_volume, settle
 
 from app.state import workspace
 from app.state.preferences import Preferences
@@ -100,8 +100,7 @@ def test_without_a_model_the_reference_has_the_window_and_is_lit(qtbot, make_win
     settle(qtbot, window)
     view, wide = window.state.view, window.reference.canvas.reach
     for browsing in (True, False):
-        with qtbot.waitSignal(work.resized):
-            window.latent_state.choose(shown=browsing)
+        act_until(qtbot, work.resized, window.latent_state.choose, shown=browsing)
         # The image is as wide as its pane, and shows the same in the square in its middle.
         is_narrow = partial(lambda on: (window.reference.canvas.reach[0] < wide[0]) == on, browsing)
         qtbot.waitUntil(is_narrow)
@@ -136,8 +135,7 @@ def test_a_missing_volume_and_a_model_of_another_one_are_told_until_the_right_on
     message = window.generator.canvas.message
     assert "'other'" in message and message.count(".") == 1
     assert builders.generators[-1].requests == []
-    with qtbot.waitSignal(window.workspace.problem):
-        window.workspace.opening.open(Path("gone"))
+    act_until(qtbot, window.workspace.problem, window.workspace.opening.open, Path("gone"))
     assert window.notice.text == "gone: the file is missing; choose another."
     assert window.workspace.opened.volume.name == "ramp"
     open_volume(qtbot, window, "other")
@@ -205,8 +203,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     assert switch.isVisible()
     assert "voxels are missing, and not drawn" in window.status.news
     tf = window.state.transfer_function
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.workspace.opening.draw_missing(True)
+    act_until(qtbot, window.workspace.rangeChanged, window.workspace.opening.draw_missing, True)
     settle(qtbot, window)
     assert builders.drawn[-1].draws_missing and window.state.transfer_function == tf
     # It comes back with its volume.
@@ -214,8 +211,7 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
         open_volume(qtbot, window, name)
         settle(qtbot, window)
         assert builders.drawn[-1].draws_missing == (name == "patchy")
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        switch.trigger()
+    act_until(qtbot, window.workspace.rangeChanged, switch.trigger)
     settle(qtbot, window)
     assert not builders.drawn[-1].draws_missing
     opened = []
@@ -255,8 +251,7 @@ def test_the_light_is_moved_where_both_images_follow_it(qtbot, make_window, buil
     window.state.light_input.set(LightDirection(85.0, 0.0))
     assert "light azimuth 85°" in window.generator.hint
     builders.scene = Scene.of(volume, 16, "direct")
-    with qtbot.waitSignal(window.workspace.modelChanged):
-        window.workspace.open_model(Path("another"))
+    act_until(qtbot, window.workspace.modelChanged, window.workspace.open_model, Path("another"))
     settle(qtbot, window)
     assert ball.isVisible() and not ball.isEnabled() and "model" in ball.toolTip()
     assert builders.generators[-1].requests[-1].inputs.light is None
@@ -274,8 +269,7 @@ def test_each_volume_is_seen_in_the_light_that_it_was_given(qtbot, builders, tmp
         return window
 
     def opened(window, name):
-        with qtbot.waitSignal(window.workspace.settled):
-            window.workspace.opening.open(Path(name))
+        act_until(qtbot, window.workspace.settled, window.workspace.opening.open, Path(name))
         return builders.settings[-1].lighting, window.state.light
 
     fresh, half = ("soft", LightDirection()), CropBox((0.5, 0.0, 0.0))

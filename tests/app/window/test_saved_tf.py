@@ -70,13 +70,8 @@ def picture(window):
 def open_over(qtbot, window, change):
     """Change the TF, and wait until the volume is shown over its range."""
     change()
-    opened = window.workspace
-    qtbot.waitUntil(
-        lambda: (
-            opened.opened is not None
-            and opened.opened.volume.scalar_range == window.state.scalar_range
-        )
-    )
+    work, state = window.workspace, window.state
+    qtbot.waitUntil(lambda: work.opened.volume.scalar_range == state.scalar_range)
 
 
 @pytest.fixture(autouse=True)

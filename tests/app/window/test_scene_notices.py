@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QPushButton
 from ramp import make_tf, make_volume
-from rested_window import notice_buttons, open_volume
+from rested_window import act_until, notice_buttons, open_volume
 from window_fakes import FakeEngine
 
 from app.engines.requests import UNWATCHED
@@ -105,8 +105,7 @@ def shown(window):
 
 
 def click(qtbot, window):
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        offer(window).click()
+    act_until(qtbot, window.workspace.rangeChanged, offer(window).click)
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
@@ -135,16 +134,13 @@ def test_one_click_shows_the_logarithm(qtbot, make_window, builders, halo):
     # No request of the reference's has a TF of another scale than its volume.
     for drawn, engine in zip(builders.drawn, builders.references, strict=False):
         assert {r.inputs.opacity_tf.scale for r in engine.requests} <= {drawn.scale}
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.undo()
+    act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     assert window.state.transfer_function == before
     assert shown(window).voxels is halo.voxels
     scale = window.editor.menu._scale
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        scale.trigger()
+    act_until(qtbot, window.workspace.rangeChanged, scale.trigger)
     assert shown(window).scale == "log" and scale.isChecked()
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        scale.trigger()
+    act_until(qtbot, window.workspace.rangeChanged, scale.trigger)
     assert shown(window).scale == "linear" and not scale.isChecked()
     assert window.state.transfer_function == window.state.default_transfer_function
     values = VALUES.copy()
@@ -201,20 +197,17 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
     scene = builders.scene = Scene.of(halo.on_scale("log").over((-1.0, 2.0)), image_size=16)
     window = make_window("halo", model=None)
     assert shown(window).scale == "linear"
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.workspace.open_model(Path("model"))
+    act_until(qtbot, window.workspace.rangeChanged, window.workspace.open_model, Path("model"))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert shows_as_the_model(window, scene)
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        window.state.edits.undo()
+    act_until(qtbot, window.workspace.rangeChanged, window.state.edits.undo)
     assert shown(window).scale == "linear"
     # One that is read late changes nothing that was made.
     window.workspace.open_model(None)
     opacity = replace(window.state.transfer_function.opacity, modes=(GaussianMode(9.0, 2.0, 0.5),))
     edited = replace(window.state.transfer_function, opacity=opacity)
     window.state.tf_input.set(edited, "edit")
-    with qtbot.waitSignal(window.workspace.modelChanged):
-        window.workspace.open_model(Path("model"))
+    act_until(qtbot, window.workspace.modelChanged, window.workspace.open_model, Path("model"))
     qtbot.waitUntil(lambda: "over the logarithm" in window.generator.canvas.message)
     assert shown(window).scale == "linear" and window.state.transfer_function == edited
 
@@ -225,8 +218,7 @@ def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, 
     window = make_window("organs_seg", model=None)
     state, before = window.state, window.state.transfer_function
     (button,) = [b for b in window.notice.findChildren(QPushButton) if "as labels" in b.text()]
-    with qtbot.waitSignal(window.workspace.rangeChanged):
-        button.click()
+    act_until(qtbot, window.workspace.rangeChanged, button.click)
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert state.inputs.interpolates is False
     assert builders.references[-1].requests[-1].inputs == state.inputs

@@ -3,7 +3,7 @@
 import pytest
 from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
-from rested_window import open_volume
+from rested_window import act_until, open_volume
 
 from app.state.preferences import Preferences
 from app.window.main_window import MainWindow
@@ -28,8 +28,7 @@ def open_window(qtbot, builders, volume, tmp_path):
     def opened():
         window = MainWindow(builders.make(), preferences=Preferences(tmp_path / "kept"))
         qtbot.addWidget(window)
-        with qtbot.waitSignal(window.workspace.volumeStarted):
-            window.workspace.opening.open(volume)
+        act_until(qtbot, window.workspace.volumeStarted, window.workspace.opening.open, volume)
         return window
 
     return opened
@@ -53,8 +52,7 @@ def change_all(window, tf):
 
 
 def open_session(qtbot, window, path):
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open(path)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
 
 
 def texts_of(window):
@@ -141,8 +139,7 @@ def test_what_is_not_as_it_was_is_told(qtbot, open_window, builders, volume, tmp
     assert "ramp" in notice and "neither" in notice
     place = str(elsewhere / "ramp"), ""
     monkeypatch.setattr(QFileDialog, "getOpenFileName", lambda *_: place)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.sessions._locate(path, "ramp")
+    act_until(qtbot, window.workspace.volumeStarted, window.sessions._locate, path, "ramp")
     found = window.sessions.session()
     assert found is not None and saved is not None
     assert found.volume == elsewhere / "ramp"

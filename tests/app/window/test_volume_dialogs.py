@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from rested_window import act_until
 from window_fakes import make_volume
 
 from app.window.volume_dialogs import ContentsDialog
@@ -62,14 +63,11 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
 
     path, read = tmp_path / "cells.tif", window.workspace.opening._read_volume
     path.write_bytes(b"?")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open(path)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     (dialog,) = asking()
     dialog.boxes["channel"].setCurrentIndex(2)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        dialog.open_button.click()
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open(path)
+    act_until(qtbot, window.workspace.volumeStarted, dialog.open_button.click)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     # It is not asked for again.
     assert not asking()
     assert several == [None, Choice(channel="2"), Choice(channel="2")]
@@ -83,18 +81,15 @@ def test_what_a_file_holds_is_asked_for_once(qtbot, window, several, tmp_path, m
         return make_volume("other")
 
     monkeypatch.setattr(window.workspace.opening, "_read_volume", refuse)
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open(path)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     assert several == [Choice(channel="2"), None]
     # What is kept is not asked for again, either.
     monkeypatch.setattr(window.workspace.opening, "_read_volume", read)
     several.clear()
     path = tmp_path / "others.tif"
     path.write_bytes(b"?")
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open(path)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     asking()[0].keep_button.click()
-    with qtbot.waitSignal(window.workspace.volumeStarted):
-        window.files.open(path)
+    act_until(qtbot, window.workspace.volumeStarted, window.files.open, path)
     assert not asking()
     assert several == [None, Choice(channel="0")]

@@ -25,11 +25,9 @@ from model.scene.region import Outline
 STORED = Path(__file__).parents[2] / "pictures" / "stored" / "window"
 FAILED = Path(__file__).parents[3] / "build" / "pictures"
 
-BLOCKS = 48, 30
-"""Blocks along a picture's width and height."""
+BLOCKS = 48, 30  # blocks along a picture's width and height
 
-MOST_RMSE = 0.025
-"""Largest root mean square difference of blocks, where 1 is white."""
+MOST_RMSE = 0.025  # largest root mean square difference of blocks, where 1 is white
 
 NAMES = ("start", "browser", "value", "region", "dialog")
 
