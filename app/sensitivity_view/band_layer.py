@@ -20,7 +20,6 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
-from model.scene.ranges import value_text
 from model.scene.tf_perturbation import edit_over
 
 CLICK_REACH = 4
@@ -197,16 +196,16 @@ class BandLayer:
         self._show_tag((left + right) / 2)
 
     def _show_tag(self, place: float) -> None:
-        band, scalar_range = self._asked.band, self._state.scalar_range
+        band = self._asked.band
         assert band is not None
-        one, other = (value_text(v, scalar_range, self._state.scale) for v in band.values)
+        one, other = (self._state.value_text(value) for value in band.values)
         text = one if one == other else f"{one} to {other}"
         asks_edit = band.effect or self._asks_edit
         if asks_edit:
             text = f"edit at {text}"
         else:
             width = self._asked.choices.width
-            share = self._visible.share_of(band.values, scalar_range, width)
+            share = self._visible.share_of(band.values, self._state.scalar_range, width)
             text += "" if share is None else f" · {_percent(share)} of what is visible"
         color = theme.CHANGE if asks_edit else theme.VISIBLE
         self.tag.show_band(text, color, band.kept and not self._asked.dragging)

@@ -12,7 +12,7 @@ from app.glosses import gloss
 from app.number_box import short
 from app.state.sensitivity_asker import RegionAnswer, SensitivityAsker, VisibilityAnswer, displayed
 from app.state.workspace import Workspace
-from model.scene.ranges import range_text, value_text
+from model.scene.ranges import range_text
 from model.scene.region import ImageRegion
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import FLOOR, SMALL_EDIT, Agreement
@@ -145,7 +145,7 @@ def findings_of(
     edits = [_edit(asker, number, interval) for number, interval in enumerate(peaks.intervals, 1)]
     if peaks.intervals:
         out = peaks.left_out
-        note = "" if out is None else f"peak at {_value(asker, out)} left out: background"
+        note = "" if out is None else f"peak at {asker.state.value_text(out)} left out: background"
     elif fresh:
         # Or it only rises towards values that hardly any voxel has.
         flat = peaks.strongest is None
@@ -172,12 +172,13 @@ def findings_of(
 
 def _edit(asker: SensitivityAsker, number: int, interval: Interval) -> tuple[Row, tuple[str, str]]:
     """Return an edit's row, and its effect for the flag and in words."""
-    choices, at = asker.asked.choices, _value(asker, interval.value)
+    choices, write = asker.asked.choices, asker.state.value_text
+    at = write(interval.value)
     change = interval.predicted(choices.height)
     size = change_text(change)
     words = {"change": "changes", "signed": "brighter" if change > 0 else "darker"}
     word = words[choices.measure]
-    tip = EDIT_TIP.format(_value(asker, interval.low), _value(asker, interval.high))
+    tip = EDIT_TIP.format(write(interval.low), write(interval.high))
     effect = f"{word} {size}"
     row = Row((f"at {at}", effect), tip, badge=str(number))
     return row, (effect, f"Edit {number} at {at}, {word} by {size}; Enter adds it")
@@ -189,13 +190,10 @@ def change_text(change: float) -> str:
     return "< .001" if size < LEAST_SAID else short(round(size, 3))
 
 
-def _value(asker: SensitivityAsker, value: float) -> str:
-    return value_text(value, asker.state.scalar_range, asker.state.scale)
-
-
 def _reach(asker: SensitivityAsker, found: Contribution) -> str:
-    name = asker.state.label_name(found.value) if found.reach[0] == found.reach[1] else ""
-    return name or range_text(found.reach, asker.state.scalar_range, asker.state.scale)
+    state = asker.state
+    low, high = (state.value_text(value) for value in found.reach)
+    return low if low == high else range_text(found.reach, state.scalar_range, state.scale)
 
 
 def source_text(workspace: Workspace, hint: str) -> str:

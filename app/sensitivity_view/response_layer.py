@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -363,15 +362,11 @@ class VisibleLayer:
             shares = zip(found, percentages(found), strict=True)
             named = [(one, percent) for one, percent in shares if one.share >= NAMED_FROM]
             peaks = [(one.value, float(np.interp(one.value, bins, heights))) for one, _ in named]
-            text = partial(value_text, scalar_range=scalar_range, scale=opacity.scale)
-            texts = [
-                f"{self._state.label_name(one.value) or text(one.value)} · {percent} %"
-                for one, percent in named
-            ]
+            texts = [f"{self._state.value_text(one.value)} · {percent} %" for one, percent in named]
             while len(self._labels) < len(texts):
                 self._labels.append(self._new_label())
-            for label, shown in zip(self._labels, texts, strict=False):
-                label.setText(shown)
+            for label, text in zip(self._labels, texts, strict=False):
+                label.setText(text)
         self._peaks = peaks
         self.mark_stale()
         self.place_labels()

@@ -17,7 +17,7 @@ from app.state.edits import EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.ranges import fit_to_range
+from model.scene.ranges import fit_to_range, value_text
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
@@ -134,6 +134,11 @@ class ViewerState(ViewNavigation):
         """Name of the label that a value is, to a rounding; empty for none."""
         names = (label.name for label in self._file.labels if isclose(label.value, value))
         return next(names, "")
+
+    def value_text(self, value: float) -> str:
+        """Write a value to within a bin of the TF; a label whole, or by its name."""
+        text = value_text(value, self.scalar_range, self.scale)
+        return self.label_name(value) or (text if self.interpolates else f"{float(text):.9g}")
 
     @property
     def inputs(self) -> SceneInputs:

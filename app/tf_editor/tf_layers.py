@@ -20,7 +20,6 @@ from app.tf_editor.histogram import Curve
 from app.tf_editor.plot_area import PIN_PLACE, PlotArea
 from app.tf_editor.unit_axis import WIDTHS, ScalarAxis
 from model.scene import tf_editing as edits
-from model.scene.ranges import value_text
 from model.scene.transfer_function import ColorTF, TransferFunction
 
 _FLANK = math.exp(-1.0)  # height of a mode one width from its mean, by its amplitude
@@ -139,9 +138,7 @@ class OpacityLayer(QObject):
         area = self._area
         self._moves.drag("opacity", index, area.axis.value(place), area.scale.opacity(height))
         x, y = edits.opacity_handles(self._moves.tf.opacity)[index]
-        value = value_text(x, self._state.scalar_range, self._state.scale)
-        name = self._state.label_name(x)
-        self._say(x, y, f"value {value} {name}".rstrip() + f"   opacity {significant(y, 2)}")
+        self._say(x, y, f"value {self._state.value_text(x)}   opacity {significant(y, 2)}")
 
     def _drag_flank(self, place: float) -> None:
         index, tf = self._selection.index("opacity"), self._moves.tf
@@ -271,8 +268,7 @@ class ColorLayer(QObject):
     def _drag(self, index: int, place: float) -> None:
         self._moves.drag("color", index, self._area.axis.value(place))
         x = self._moves.tf.color.stops[index][0]
-        text = f"value {value_text(x, self._state.scalar_range, self._state.scale)}"
-        self._area.show_readout(self._area.strip, x, 0.5, text)
+        self._area.show_readout(self._area.strip, x, 0.5, f"value {self._state.value_text(x)}")
 
     def _finish_drag(self) -> None:
         self._area.hide_readout()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -397,8 +396,13 @@ def _network(menu: QMenu, model: KnownModel, open_it: Slot, present: Path | None
 
 
 def menu_names(paths: Sequence[Path]) -> list[str]:
-    """Return names of files for a menu: with their folders where they are alike."""
-    alike = Counter(path.name for path in paths)
-    names = [p.name if alike[p.name] == 1 else f"{p.name}  ({p.parent.name})" for p in paths]
+    """Return names of files for a menu: with as many folders as tell them apart."""
+    names = []
+    for path in paths:
+        parts, last = path.parts, 1
+        while last < len(parts) and sum(p.parts[-last:] == parts[-last:] for p in paths) > 1:
+            last += 1
+        folder = "/".join(parts[-last:-1])
+        names.append(f"{path.name}  ({folder})" if folder else path.name)
     # An ampersand would mark a key.
     return [name.replace("&", "&&") for name in names]

@@ -107,4 +107,6 @@ def test_settings_are_found_by_words_and_apply_at_once(qtbot, make_window):
 def test_files_of_one_name_are_told_apart_by_their_folders():
     paths = [Path("/a/engine.nrrd"), Path("/b/engine.nrrd"), Path("/a/fly & co.nrrd")]
     assert menu_names(paths) == ["engine.nrrd  (a)", "engine.nrrd  (b)", "fly && co.nrrd"]
+    paths = [Path("/s1/anat/t1.nii"), Path("/s2/anat/t1.nii")]
+    assert menu_names(paths) == ["t1.nii  (s1/anat)", "t1.nii  (s2/anat)"]
     assert menu_names([]) == []

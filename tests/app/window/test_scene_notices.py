@@ -16,7 +16,7 @@ from app.state import reference_choices
 from model.scene.scene import Scene
 from model.scene.transfer_function import GaussianMode, OpacityTF, TransferFunction
 from model.scene.view import View
-from model.scene.volume import Volume
+from model.scene.volume import FileFacts, Label, Volume
 
 
 def draw(self, request, watch=UNWATCHED):
@@ -214,7 +214,8 @@ def test_a_model_that_is_read_after_the_volume_brings_its_scale_too(
 
 def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, builders):
     values = np.repeat(np.arange(4, dtype=np.uint8), 64).reshape(4, 8, 8)
-    builders.volumes["organs_seg"] = Volume(values, name="organs seg")
+    facts = FileFacts(labels=(Label(2, "liver"),))
+    builders.volumes["organs_seg"] = Volume(values, name="organs seg", file=facts)
     window = make_window("organs_seg", model=None)
     state, before = window.state, window.state.transfer_function
     (button,) = [b for b in window.notice.findChildren(QPushButton) if "as labels" in b.text()]
@@ -224,6 +225,7 @@ def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, 
     assert builders.references[-1].requests[-1].inputs == state.inputs
     points = ((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), (3.0, 1.0))
     assert state.transfer_function.opacity.points == points
+    assert [state.value_text(value) for value in (1.0, 2.0, 3.0)] == ["1", "liver", "3"]
     # A handle stays on its label.
     window.editor.selection.select("opacity", 2)
     window.editor.moves.nudge(0.4, -0.5)
