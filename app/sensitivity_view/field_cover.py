@@ -24,7 +24,6 @@ from app.state.sensitivity_asker import Answer, SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from model.rendering.raster import middle_square
 from model.scene.inputs import SceneInputs
-from model.scene.ranges import range_text
 from model.scene.tf_perturbation import edit_over
 from model.sensitivity.display import (
     FLOOR,
@@ -298,7 +297,7 @@ class FieldCover(QObject):
         self._show(colored, measure, f"change per .01 of opacity, {answer.source}")
         band = self._asked.band
         if band is not None:
-            values = range_text(band.values, self._state.scalar_range, self._state.scale)
+            values = self._state.range_text(band.values)
             self._name(f"What an edit at {values} changes", answer)
 
     def _cover_visible(self, answer: Answer[Any], image: NDArray[np.float32]) -> None:
@@ -307,7 +306,7 @@ class FieldCover(QObject):
             self._scale = scale_of(middle_square(field), LEAST_SEEN)
         field, image = _square_together(field, image)
         colored = overlay(image, _resized(field, image), self._scale, "visible")
-        values = range_text(answer.request.values, self._state.scalar_range, self._state.scale)
+        values = self._state.range_text(answer.request.values)
         self._caption = (
             f"{100 * self._scale:.0f} %: part of a pixel that shows {values}{self._way_back}"
         )

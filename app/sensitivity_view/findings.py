@@ -12,7 +12,6 @@ from app.glosses import gloss
 from app.number_box import short
 from app.state.sensitivity_asker import RegionAnswer, SensitivityAsker, VisibilityAnswer, displayed
 from app.state.workspace import Workspace
-from model.scene.ranges import range_text
 from model.scene.region import ImageRegion
 from model.scene.transfer_function import TF_SAMPLES
 from model.sensitivity.display import FLOOR, SMALL_EDIT, Agreement
@@ -159,7 +158,7 @@ def findings_of(
         values=tuple(
             Row((reach, f"{percent} %"), VALUE_TIP.format(reach, percent), share=one.share)
             for one, percent in zip(values, percentages(values), strict=True)
-            for reach in (_reach(asker, one),)
+            for reach in (asker.state.range_text(one.reach),)
         ),
         values_note="" if values else "nothing visible" if values_fresh else waiting,
         values_fresh=values_fresh,
@@ -188,12 +187,6 @@ def change_text(change: float) -> str:
     """Write the size of a change of pixel values, 0 to 1, to a thousandth."""
     size = abs(change)
     return "< .001" if size < LEAST_SAID else short(round(size, 3))
-
-
-def _reach(asker: SensitivityAsker, found: Contribution) -> str:
-    state = asker.state
-    low, high = (state.value_text(value) for value in found.reach)
-    return low if low == high else range_text(found.reach, state.scalar_range, state.scale)
 
 
 def source_text(workspace: Workspace, hint: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from html import escape
 from typing import cast
 
 from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, Qt
@@ -16,7 +17,6 @@ from app.image_view.gestures import CLICK_REACH
 from app.image_view.image_canvas import ImageCanvas
 from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState, Tool
-from model.scene.ranges import range_text
 from model.scene.region import Outline
 from model.sensitivity.peaks import contributions, percentages
 
@@ -351,15 +351,14 @@ class PlaceLabel(QFrame):
             return
         lines: list[tuple[str, str]] = []
         if asker.pick is not None:
-            scalar_range, scale = asker.state.scalar_range, asker.state.scale
-            found = contributions(asker.pick.value[0], scalar_range)
+            found = contributions(asker.pick.value[0], asker.state.scalar_range)
             lines = [
-                (range_text(one.reach, scalar_range, scale), f"{percent} %")
+                (asker.state.range_text(one.reach), f"{percent} %")
                 for one, percent in zip(found, percentages(found), strict=True)
             ]
         rows = "".join(
             f"<tr><td>{values}</td><td align='right' style='padding-left: 12px'>{part}</td></tr>"
-            for values, part in lines
+            for values, part in ((escape(text), part) for text, part in lines)
         )
         nothing = asker.waiting if asker.pick is None else "Nothing visible here"
         self.text.setText(f"<table>{rows}</table>" if rows else nothing)

@@ -17,7 +17,7 @@ from app.state.edits import EditedInput, EditHistory
 from app.state.view_navigation import HOME_VIEW, ViewNavigation
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
-from model.scene.ranges import fit_to_range, value_text
+from model.scene.ranges import fit_to_range, range_text, value_text
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import ColorTF, OpacityTF, Range, TransferFunction
 from model.scene.value_scale import ValueScale
@@ -139,6 +139,12 @@ class ViewerState(ViewNavigation):
         """Write a value to within a bin of the TF; a label whole, or by its name."""
         text = value_text(value, self.scalar_range, self.scale)
         return self.label_name(value) or (text if self.interpolates else f"{float(text):.9g}")
+
+    def range_text(self, values: Range) -> str:
+        """Write values as a range; a label as :meth:`value_text` does."""
+        low, high = (self.value_text(value) for value in values)
+        is_label = low == high and not self.interpolates
+        return low if is_label else range_text(values, self.scalar_range, self.scale)
 
     @property
     def inputs(self) -> SceneInputs:
