@@ -1,6 +1,5 @@
 """The slider from fast to exact, its table of all stops, and the line with the image's error."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +15,6 @@ from app.engines.requests import Quality, TradeRequest
 from app.image_view.exactness_slider import WAITING, FidelityLine
 from app.state.reference_choices import ReferenceChoices
 from app.state.viewer_state import ViewerState
-from app.window.main_window import MainWindow
 from model.rendering.raster import Raster
 from model.scene.view import View
 
@@ -112,9 +110,6 @@ def test_it_has_time_and_error_of_the_last_moving_image(qtbot, line):
     state.finish_view()
     qtbot.waitUntil(lambda: line.said == "refining")
     assert line.width() < wide
-
-
-Maker = Callable[..., MainWindow]
 
 
 def opened(qtbot, window):

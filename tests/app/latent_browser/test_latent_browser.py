@@ -475,14 +475,10 @@ def test_a_map_that_fails_leaves_the_principal_components(
 @pytest.mark.parametrize(
     ("text", "band"),
     [
-        ("", None),
-        ("90 to 120", (90.0, 120.0)),
-        ("-5, 3.5", (-5.0, 3.5)),
-        ("90-120", (90.0, 120.0)),
-        ("-5--3", (-5.0, -3.0)),
-        ("120 – 90", (90.0, 120.0)),
+        ("", None), ("90 to 120", (90.0, 120.0)), ("-5, 3.5", (-5.0, 3.5)),
+        ("90-120", (90.0, 120.0)), ("-5--3", (-5.0, -3.0)), ("120 – 90", (90.0, 120.0)),
         ("1e3", (1000.0, 1000.0)),
     ],
-)
+)  # fmt: skip
 def test_bands_are_read(text, band):
     assert parsed_band(text) == band

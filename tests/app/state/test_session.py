@@ -81,16 +81,12 @@ def test_what_is_no_session_is_refused(tmp_path, change, words):
 @pytest.mark.parametrize(
     ("part", "name", "value"),
     [
-        ("memory", "tf", {}),
-        ("memory", "view", {"distance": -1}),
-        ("memory", "crop", {"low": [0, 0, 0], "high": [1, 1, 7]}),
-        ("settings", "cube", 1),
-        ("sensitivity", "width", 1e9),
-        ("", "memory", []),
-        ("", "band", [3.0]),
+        ("memory", "tf", {}), ("memory", "view", {"distance": -1}),
+        ("memory", "crop", {"low": [0, 0, 0], "high": [1, 1, 7]}), ("settings", "cube", 1),
+        ("sensitivity", "width", 1e9), ("", "memory", []), ("", "band", [3.0]),
         ("", "browsing", "yes"),
     ],
-)
+)  # fmt: skip
 def test_what_is_wrong_is_named_and_costs_no_more(tmp_path, part, name, value):
     path = tmp_path / "a.tfscope"
     make_session(tmp_path).save(path)
