@@ -63,8 +63,7 @@ def main(arguments=None):
 
 def write_tables(page, tables):
     """Replace a page's tables, one after the other."""
-    before, *parts = page.read_text(encoding="utf-8").split(HERE[0])
-    text = before
+    text, *parts = page.read_text(encoding="utf-8").split(HERE[0])
     for part, (heading, *rows) in zip(parts, tables, strict=True):
         lines = ["| " + " | ".join(row) + " |" for row in (heading, ["---"] * len(heading), *rows)]
         text += "\n".join((HERE[0], *lines, HERE[1])) + part.split(HERE[1], 1)[1]

@@ -26,11 +26,6 @@ from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.scene import Lighting
 from tests.benchmarks.rows import options, parsed, paths, print_rows, timed
 
-SETTINGS = {
-    "QT_QPA_PLATFORM": "offscreen",
-    "QT_LOGGING_RULES": "default.warning=false",
-    "OMP_WAIT_POLICY": "PASSIVE",
-}
 WINDOW = 1440, 860
 STEP_MS = 12  # time between two moves of the mouse
 
@@ -133,8 +128,9 @@ def close_window(window):
 @contextmanager
 def windows_here():
     """Have an application, off screen unless the environment says otherwise."""
-    for name, value in SETTINGS.items():
-        os.environ.setdefault(name, value)
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    os.environ.setdefault("QT_LOGGING_RULES", "default.warning=false")
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     application = QApplication.instance() or QApplication([])
     apply_theme(application)
     with garbage_collected_here():

@@ -1,5 +1,6 @@
 """VTK and the ray caster: time and error of their pictures, by step and by share of the pixels."""
 
+from collections import defaultdict
 from contextlib import ExitStack, closing
 from functools import partial
 from statistics import fmean
@@ -17,7 +18,7 @@ SETTINGS = (VTK, *(("raycast", *step) for step in BETWEEN), EXACT)
 
 HEADING = (
     *("renderer", "voxels", "pixels", "ms", "images/s", "RMSE to exact"),
-    *("RMSE to VTK", "largest", "VTK's time, ratio"),
+    *("RMSE to VTK", "largest", "speed (VTK: 1)"),
 )
 
 
@@ -34,7 +35,7 @@ def compared(volume, asked):
     inputs = draw_scenes(Scene.of(volume, asked.size, asked.lighting), asked.count)
     settings = SETTINGS if asked.lighting in ("none", "direct") else SETTINGS[1:]
     truths = [setting for setting in (EXACT, VTK) if setting in settings]
-    seconds, errors = ({setting: [] for setting in settings} for _ in range(2))
+    seconds, errors = defaultdict(list), defaultdict(list)
     with ExitStack() as opened:
         renderers = {
             name: opened.enter_context(closing(open_renderer(name, volume, asked.lighting)))
@@ -49,11 +50,10 @@ def compared(volume, asked):
                 apart = [rmse(image[..., :3], found[truth][0][..., :3]) for truth in truths]
                 errors[setting].append(apart)
     rows = []
-    for name, distance, coarser in settings:
-        mean = fmean(seconds[name, distance, coarser])
-        pixels = "all" if coarser == 1 else f"1/{coarser**2}"
-        exact, *vtk = zip(*errors[name, distance, coarser], strict=True)
-        row = [name, distance, pixels, 1e3 * mean, 1 / mean, fmean(exact)]
+    for setting in settings:
+        mean, (exact, *vtk) = fmean(seconds[setting]), zip(*errors[setting], strict=True)
+        pixels = "all" if setting[2] == 1 else f"1/{setting[2] ** 2}"
+        row = [*setting[:2], pixels, 1e3 * mean, 1 / mean, fmean(exact)]
         for apart in vtk:
             row += [fmean(apart), max(apart), fmean(seconds[VTK]) / mean]
         rows.append(row)
