@@ -86,9 +86,10 @@ class PresetMenu(QMenu):
         """Return the presets of the volume, the default one first."""
         histogram = self._area.histogram
         scalar_range = self._state.scalar_range
+        is_smooth = self._state.interpolates
         default = Preset(
             "Default",
-            "Three modes, by the volume's histogram",
+            "Three modes, by the volume's histogram" if is_smooth else "Each label in its colour",
             # Like the others it leaves the range as it is.
             fit_to_range(self._state.default_transfer_function, scalar_range),
         )
@@ -101,7 +102,8 @@ class PresetMenu(QMenu):
             # Of the whole volume, so that the order stays whatever range is shown.
             bool(self._state.axis_labels) or looks_like_hu(self._area.data_range, self.units),
         )
-        return default, *others, *self.own()
+        # Looks such as skin or glass say nothing of labels.
+        return default, *(others if is_smooth else ()), *self.own()
 
     def take(self, item: QListWidgetItem) -> None:
         """Use a preset, and close the menu."""

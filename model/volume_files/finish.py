@@ -95,7 +95,7 @@ def _as_typed(grid: Grid, choice: Choice) -> Grid:
     if choice.stretch is not None:
         stretch = typed_stretch(choice.stretch)
     if choice.stretch is not None and stretch != 1.0:
-        notes.append(f"z is drawn {stretch:g} times as long as its spacing says, as was typed.")
+        notes.append(f"z is drawn {stretch:g} times as long as its spacing says, as you typed.")
     return replace(
         grid,
         spacing=(own[0], own[1], own[2] * stretch),

@@ -227,6 +227,7 @@ def test_what_is_called_labels_is_shown_as_such_in_one_step(qtbot, make_window, 
     assert state.transfer_function.opacity.points == points
     assert [state.value_text(value) for value in (1.0, 2.0, 3.0)] == ["1", "liver", "3"]
     assert state.range_text((2.0, 2.0)) == "liver"
+    assert [preset.name for preset in window.editor.menu.presets.listed()] == ["Default"]
     # A handle stays on its label.
     window.editor.selection.select("opacity", 2)
     window.editor.moves.nudge(0.4, -0.5)

@@ -87,7 +87,7 @@ def assert_whole(window, size):
             assert button.width() >= button.minimumSizeHint().width()
 
 
-def test_everything_has_room_at_any_size_and_nothing_moves(make_window):
+def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
     window = make_window()
     image, browser, bar = window.reference.canvas, window.browser, window.top_bar
     left, right = (place(p.canvas, window) for p in (window.generator, window.reference))
@@ -96,11 +96,9 @@ def test_everything_has_room_at_any_size_and_nothing_moves(make_window):
     assert right.left() - left.right() == 2  # One pixel lies between.
     height, editing = image.height(), action(window, "F9")
     editing.trigger()
-    QTest.qWait(50)
-    assert window.editor.is_folded and image.height() > height + 150
+    qtbot.waitUntil(lambda: window.editor.is_folded and image.height() > height + 150)
     editing.trigger()
-    QTest.qWait(50)
-    assert not window.editor.is_folded and image.height() == height
+    qtbot.waitUntil(lambda: not window.editor.is_folded and image.height() == height)
     bar.volume.set_title("a volume whose file has a name of quite some length, 2026-11-25, final")
     # As on a machine that is too slow for light.
     window.reference_controls.light.set_title("None (too slow)")

@@ -350,7 +350,7 @@ def test_unsigned_bytes_of_an_mrc(tmp_path, how):
     ("typed", "z", "stretch", "said"),
     [
         ({}, 27 / 11, 27 / 5500, "100% of its width"),
-        ({"stretch": "0.01"}, 5, 0.01, "0.01 times as long as its spacing says, as was typed"),
+        ({"stretch": "0.01"}, 5, 0.01, "0.01 times as long as its spacing says, as you typed"),
         ({"stretch": "1"}, 500, 1, "214 times as long as it is wide"),
         ({"spacing": "1,1,3"}, 3, 1, "the file has 1 x 1 x 500"),
         ({"spacing": "1,1,3", "stretch": "2"}, 6, 2, "2 times as long"),
