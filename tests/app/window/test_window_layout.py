@@ -71,12 +71,15 @@ def cut_in(window):
     return found
 
 
-def assert_whole(window, size):
+def assert_whole(qtbot, window, size):
+    def is_laid_out():
+        assert cut_in(window) == [], size
+
     QApplication.processEvents()
     least = window.minimumSizeHint()
     assert (window.width(), window.height()) == size
     assert least.width() <= 1000 and least.height() <= 640
-    assert cut_in(window) == [], size
+    qtbot.waitUntil(is_laid_out)
     bar = window.top_bar
     shown = [w for w in bar.children() if isinstance(w, QWidget) and w.isVisible()]
     places = sorted((place(w, bar) for w in shown), key=lambda rect: rect.left())
@@ -105,18 +108,18 @@ def test_everything_has_room_at_any_size_and_nothing_moves(qtbot, make_window):
     for size in SIZES:
         window.up_axis_card.hide()
         window.resize(*size)
-        assert_whole(window, size)
+        assert_whole(qtbot, window, size)
         assert bar.is_folded == (size[0] < 1180)
         alone = image.size()
         window.crop_card.set_shown(True)
         window.up_axis_card.ask("+z")
         for number in range(2):
             window.notice.add(f"/a/folder/engine{number}.nrrd: the file is truncated; copy it.")
-        assert_whole(window, size)
+        assert_whole(qtbot, window, size)
         # What floats moves nothing.
         assert image.size() == alone
         window.latent_state.choose(shown=True)
-        assert_whole(window, size)
+        assert_whole(qtbot, window, size)
         assert browser.map.width() == browser.map.height() == browser.grid.width()
         if size in ROOM:
             assert alone.height() >= ROOM[size][0]
