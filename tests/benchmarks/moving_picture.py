@@ -12,7 +12,6 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPolygonF
 from PySide6.QtTest import QTest
 
-from app.state.latent_pictures import HOVER_SIZE
 from model.volume_files.shipped import SCAN
 from tests.benchmarks.motion import close_window, opened_window, run, windows_here
 
@@ -93,16 +92,12 @@ class Recording:
 
 
 def play(recording):
-    """Turn the volume, ask about a region, edit the TF, and take another one off the map."""
+    """Turn the volume, ask about a region, edit the TF, and take another one."""
     window = recording.window
     canvas, plot = window.generator.canvas, window.editor.area.widget.viewport()
 
     def on(right, down):
         return QPoint(round(right * canvas.width()), round(down * canvas.height()))
-
-    def is_sharp():
-        hover = window.workspace.latent.hover
-        return hover is not None and len(hover.image) >= HOVER_SIZE
 
     run(3 * RESTING_S, recording.is_settled)
     recording.rest(1500, 4.0)
@@ -128,18 +123,17 @@ def play(recording):
     recording.go(plot, start)
     recording.drag(plot, [start - QPoint(0, round(11 * n / 10)) for n in range(11)], MOVING_S)
     recording.rest(1800, 3.0)
-    # The map.
+    # The 16 pictures.
     QTest.keyClick(window, Qt.Key.Key_Delete, Qt.KeyboardModifier.ShiftModifier)
     QTest.keyClick(window, Qt.Key.Key_B)
     recording.rest(1200, 12.0)
-    latent = window.browser.map
-    for right, down in ((0.45, 0.4), (0.6, 0.75), (0.7, 0.78)):
-        recording.go(latent, QPoint(round(right * latent.width()), round(down * latent.height())))
+    grid = window.browser.grid
+    for right, down in ((0.12, 0.12), (0.88, 0.62), (0.38, 0.88)):
+        recording.go(grid, QPoint(round(right * grid.width()), round(down * grid.height())))
         run(1.0)
-        run(TURNED_S, is_sharp)
         recording.take(900)
-    at = latent.mapFrom(window, recording.mouse)
-    QTest.mouseClick(latent, Qt.MouseButton.LeftButton, pos=at)
+    at = grid.mapFrom(window, recording.mouse)
+    QTest.mouseClick(grid, Qt.MouseButton.LeftButton, pos=at)
     run(1.0)
     QTest.keyClick(window, Qt.Key.Key_B)
     recording.rest(2000, 10.0)
