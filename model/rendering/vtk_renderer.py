@@ -37,7 +37,7 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, Range
-from model.scene.view import VIEW_ANGLE, View
+from model.scene.view import View
 from model.scene.volume import Volume
 
 AMBIENT, DIFFUSE, SPECULAR, SPECULAR_POWER = 0.4, 0.9, 0.2, 20.0  # of gradient shading
@@ -215,7 +215,7 @@ class VtkRenderer:
         camera.SetPosition(*(center + distance * back))
         camera.SetViewUp(*up)
         (x, y), (half_width, half_height) = raster.center, raster.half_size
-        tangent = math.tan(math.radians(VIEW_ANGLE / 2))
+        tangent = view.tangent
         # Along the shorter side: VTK's angle ends at 179.9 degrees, which a tall part would need.
         camera.SetUseHorizontalViewAngle(half_height > half_width)
         shorter = min(half_width, half_height)

@@ -145,7 +145,7 @@ def fit_distance(
     """
     basis = view.basis() if isinstance(view, View) else view
     right, up, back = basis @ _in_radii(points, proportions).T
-    tangent = (1.0 - margin) * math.tan(math.radians(VIEW_ANGLE / 2))
+    tangent = (1.0 - margin) * View.tangent
     across, along = np.abs(right) / (2 * reach[0]), np.abs(up) / (2 * reach[1])
     needed = back + np.maximum(across, along) / tangent
     return float(needed.max()) / FAR_DISTANCE_RADII

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields, replace
 from functools import cache, lru_cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +100,7 @@ class View:
     out of range.
     """
 
+    tangent: ClassVar[float] = math.tan(math.radians(VIEW_ANGLE / 2))  # of half the view angle
     azimuth: float = 0.0  # rotation about the z axis, degrees, any finite value; 360 equals 0
     elevation: float = 0.0  # angle above the xy plane, degrees, -90..90
     roll: float = 0.0
@@ -239,7 +241,6 @@ def _sin_cos(degrees: float) -> tuple[float, float]:
 
 NEAREST_DEPTH = 0.01  # in front of the eye that is seen, in bounding-sphere radii
 
-_TANGENT = math.tan(math.radians(VIEW_ANGLE / 2))
 _RADIUS = 0.5  # of the bounding sphere, where proportions are lengths relative to its diameter
 
 
@@ -307,7 +308,7 @@ class Projection:
     def _in_camera(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """To the right and up, in units of which the image has one at depth 1; and the depth."""
         offsets = (points - 0.5) * self.proportions @ self.view.basis().T
-        offsets[:, :2] /= _TANGENT
+        offsets[:, :2] /= View.tangent
         offsets[:, 2] = self.view.camera_distance(_RADIUS) - offsets[:, 2]
         return offsets
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from model.compilation import inlined
 from model.rendering.raster import Raster
 from model.scene.crop import CropBox
-from model.scene.view import VIEW_ANGLE, View
+from model.scene.view import View
 from model.scene.volume import Volume
 
 
@@ -37,7 +37,6 @@ def camera_array(
     distance = view.camera_distance(volume.radius)
     # From the first voxel, not from the origin, which may be far away.
     eye = np.array(volume.extent) / 2 + distance * back
-    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
     raster = raster or Raster(1, 1)
     # The kernels count both columns and rows in halves of the raster's width, from its upper edge.
     (x, y), (half_width, half_height) = raster.center, raster.half_size
@@ -47,9 +46,9 @@ def camera_array(
         [
             eye / spacing,
             -back / spacing,
-            tangent * right / spacing,
-            tangent * up / spacing,
-            [view.near_distance(volume.radius), tangent**2],
+            view.tangent * right / spacing,
+            view.tangent * up / spacing,
+            [view.near_distance(volume.radius), view.tangent**2],
             [x - view.pan_x, half_width, y + half_height - half_width - view.pan_y, half_width],
             np.array(crop.low) * last,
             np.array(crop.high) * last,

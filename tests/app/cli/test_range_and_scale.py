@@ -73,11 +73,11 @@ def test_what_is_too_narrow_for_the_range_is_said_with_the_option(folder, capsys
         tf = f"--tf {folder / name}.json"
         wide = rendered(folder / "outlier_20x18x16_float32.raw", tf)
         said = capsys.readouterr().err
-        assert "narrower than 256 steps over 0 to 60,000" in said
+        assert "finer than 1/256 of the range 0 to 60,000" in said
         option = said.splitlines()[0].partition("; give ")[2].strip().rstrip(".")
         assert option.startswith("--range ")
         shown = rendered(folder / "outlier_20x18x16_float32.raw", f"{tf} {option}")
-        assert "narrower" not in capsys.readouterr().err
+        assert "finer" not in capsys.readouterr().err
         assert np.abs(shown - wide).max() > 0.05
         # With the colours of the wide TF, and its opacities.
         low, high = (float(n) for n in option.removeprefix("--range ").split(","))
@@ -87,7 +87,7 @@ def test_what_is_too_narrow_for_the_range_is_said_with_the_option(folder, capsys
         np.testing.assert_allclose(exact(values), inside(values), atol=1e-9)
         # A range that was asked for is kept, and said to be too wide.
         rendered(folder / "outlier_20x18x16_float32.raw", f"{tf} --range 0,50000")
-        assert "over 0 to 50,000" in capsys.readouterr().err
+        assert "range 0 to 50,000" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -84,11 +84,11 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, mak
     tf = TransferFunction(KINDS["a narrow mode of a wide range"], colors(WIDE))
     tf.save(tmp_path / "tf.json")
     open_over(qtbot, window, lambda: window.files.open_transfer_function(tmp_path / "tf.json"))
-    assert "narrower than 256 steps over 0 to 65,535" in window.notice.text
+    assert "finer than 1/256 of the range 0 to 65,535" in window.notice.text
     (button,) = (b for text, b in notice_buttons(window).items() if text.startswith("Show "))
     before = picture(window)
     open_over(qtbot, window, button.click)
-    assert "narrower" not in window.notice.text
+    assert "finer" not in window.notice.text
     lo, hi = window.state.scalar_range
     assert 29_900 <= lo < 29_980 < 30_020 < hi <= 30_200
     assert np.abs(picture(window) - before).max() > 0.1
@@ -101,14 +101,14 @@ def test_what_is_too_narrow_for_the_range_is_said_with_a_range_for_it(qtbot, mak
     # One step, which can be undone; then it is said again.
     open_over(qtbot, window, window.state.edits.undo)
     assert window.state.transfer_function == tf
-    assert "narrower" in window.notice.text
+    assert "finer" in window.notice.text
     window.notice.clear()
     # Once dismissed, it is not said again of the same part.
     recolored = TransferFunction(tf.opacity, ColorTF(WIDE, ((0.0, 1, 0, 0), (65_535.0, 0, 1, 0))))
     window.state.tf_input.set(recolored, "edit")
     assert window.notice.text == ""
     window.state.tf_input.set(TransferFunction(KINDS["a band of a wide range"], tf.color), "edit")
-    assert "narrower" in window.notice.text
+    assert "finer" in window.notice.text
     # Whatever its kind, the same picture comes back.
     saved = tmp_path / "tf.json"
     for kind, opacity in KINDS.items():

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from test_exact import COLOR, RANGE, REGION, SIZE, VIEW, random_opacity, small_volume, tf_of
 
+from model.rendering.raycast import illumination
 from model.rendering.raycast import renderer as ray_caster
-from model.rendering.raycast import scene_light
 from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
@@ -133,7 +133,7 @@ def test_edits_together_are_as_edits_alone_and_windows_together_as_their_sum(ren
 
 
 def test_by_a_coarse_grid_of_light_all_derivatives_are_of_the_same_image(volume, monkeypatch):
-    monkeypatch.setattr(scene_light, "COARSE", 5)
+    monkeypatch.setattr(illumination, "COARSE", 5)
     renderer = RaycastRenderer(volume, "soft", LIGHT, threads=1)
     inputs = replace(SceneInputs.of(VIEW, tf_of(TFS["random"], COLOR)), light=LIGHT)
     fine = region_sensitivity(renderer, inputs, SIZE, REGION)
