@@ -29,8 +29,8 @@ PICTURE = 64  # side of a sample's picture, in pixels
 
 RECENT: dict[RecentKind, str] = {
     "volumes": "&Recent volumes",
-    "models": "&Recent networks",
-    "transfer_functions": "Recent tra&nsfer functions",
+    "models": "&Recent models",
+    "transfer_functions": "Rece&nt TFs",
     "sessions": "Recent s&essions",
 }
 

@@ -193,6 +193,9 @@ class PropertiesDialog(QDialog):
         self.stretch.setAccessibleName("How many times as long as its spacing says z is drawn")
         self.apply = clicked(QPushButton("Read again"), self._apply)
         self.apply.setEnabled(False)
+        self.problem = label("", "dim")
+        self.problem.setWordWrap(True)
+        self.problem.hide()
         for box in (self.spacing, self.stretch):
             box.setCursorPosition(0)
             box.textEdited.connect(self._check)
@@ -203,6 +206,7 @@ class PropertiesDialog(QDialog):
                 line = fill(QHBoxLayout(), *parts, spacing=8)
                 form.addRow("Spacing", self.spacing)
                 form.addRow("z is drawn", line)
+                form.addRow(self.problem)
             if name in ("spacing", "z is drawn"):
                 continue
             value = QLabel(text, textFormat=Qt.TextFormat.PlainText, wordWrap=True)
@@ -224,8 +228,9 @@ class PropertiesDialog(QDialog):
                 parse(box.text())
             except VolumeError as error:
                 problem = str(error)
-            box.setToolTip(problem)
             problems.append(problem)
+        self.problem.setText(" ".join(filter(None, problems)))
+        self.problem.setVisible(any(problems))
         is_changed = (self.spacing.text(), self.stretch.text()) != self._before
         self.apply.setEnabled(is_changed and not any(problems))
 

@@ -158,6 +158,7 @@ def test_spacing_and_stretch_are_typed_and_kept_with_the_file(qtbot, make_window
         dialog.spacing.setText(text)
         dialog.spacing.textEdited.emit(text)
         assert dialog.apply.isEnabled() == is_good
+        assert (dialog.problem.text() == "") == is_good
     with opened():
         dialog.apply.click()
     volume = window.workspace.opened.volume

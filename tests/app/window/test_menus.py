@@ -50,7 +50,7 @@ def test_a_shipped_network_opens_with_its_volume(qtbot, make_window, builders, s
     qtbot.waitUntil(lambda: bool(builders.generators))
     qtbot.waitUntil(lambda: window.workspace.is_settled)
     assert [path.name for path in opened] == ["ramp.nrrd"]
-    assert visible(menu) == ["Ramp, no light", "Open model…", "Close the model", "Recent networks"]
+    assert visible(menu) == ["Ramp, no light", "Open model…", "Close the model", "Recent models"]
     assert menu.actions()[0].isChecked()
 
 
