@@ -227,7 +227,7 @@ def text_button(
     if role:
         button.setProperty("role", role)
     if slot is not None:
-        button.clicked.connect(lambda: slot())
+        clicked(button, slot)
     return button
 
 

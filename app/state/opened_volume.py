@@ -27,7 +27,7 @@ class OpenedVolume:
     """Histogram (n,) of all voxels. Bins are equally wide over the volume's scalar range, and
     wider beyond it where outliers lie far out: where bins are compared, divide by widths."""
     edges: NDArray[np.float64]
-    """Where the bins end (n + 1,) on the volume's scale, from the smallest to the largest voxel."""
+    """Ends of the bins (n + 1,) on the volume's scale, from the smallest to the largest voxel."""
     fingerprint: str
     default: TransferFunction
     window: Range  # scalar values of interest, within the scalar range

@@ -93,6 +93,9 @@ class PresetMenu(QMenu):
             # Like the others it leaves the range as it is.
             fit_to_range(self._state.default_transfer_function, scalar_range),
         )
+        if not is_smooth:
+            # Looks such as skin or glass say nothing of labels.
+            return default, *self.own()
         others = presets(
             scalar_range,
             histogram.counts,
@@ -102,8 +105,7 @@ class PresetMenu(QMenu):
             # Of the whole volume, so that the order stays whatever range is shown.
             bool(self._state.axis_labels) or looks_like_hu(self._area.data_range, self.units),
         )
-        # Looks such as skin or glass say nothing of labels.
-        return default, *(others if is_smooth else ()), *self.own()
+        return default, *others, *self.own()
 
     def take(self, item: QListWidgetItem) -> None:
         """Use a preset, and close the menu."""

@@ -77,7 +77,7 @@ Ctrl+Z; Ctrl+Y | undo, redo an edit; for the view, Home
 Ctrl+Shift+S | save or copy a figure
 B | browse TFs
 """
-"""What one does | what happens; then, for the status line, both in short."""
+"""Gesture | its effect; then, for the status line, both in short."""
 
 
 def _areas() -> dict[str, list[list[str]]]:

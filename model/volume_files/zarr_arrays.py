@@ -187,8 +187,9 @@ def _check_chunks(place: Path, item: Any) -> None:
                 "put the files themselves here."
             )
         if path.is_file() and path.name not in (*HEADS, ".zattrs", ".zmetadata"):
-            present, count = present + path.stat().st_size, count + 1
-            if is_blosc and _blosc_size(path) != path.stat().st_size:
+            size = path.stat().st_size
+            present, count = present + size, count + 1
+            if is_blosc and _blosc_size(path) != size:
                 raise damaged(path, "it is not as long as its Blosc header says")
     if not count:
         raise damaged(place, "none of its chunks is there")

@@ -138,7 +138,7 @@ def windows_here():
 
 
 def grip(window, what):
-    """What is dragged: the widget, where it is grasped, and how far it is moved."""
+    """Return the widget that is dragged, where it is grasped, and how far it is moved."""
     if what == "view":
         canvas = window.reference.canvas
         return canvas, canvas.rect().center(), QPoint(canvas.width() // 3, 12)

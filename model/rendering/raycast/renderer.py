@@ -295,7 +295,7 @@ class RaycastRenderer:
     def value_visibility(
         self, inputs: SceneInputs, size: int | Raster, weights: NDArray[np.floating]
     ) -> NDArray[np.float32]:
-        """How much of each pixel shows some values, whatever the light: the sum of T_i a_i w_i.
+        """Share of each pixel that shows some values, in any light: the sum of T_i a_i w_i.
 
         With weights (256,), in [0, 1], of 1 it is the opacity (rows, columns).
         """

@@ -401,7 +401,7 @@ MODEL, VOLUME = shipped_models()[0], shipped_volumes()[0]
 
 @pytest.fixture
 def opened(monkeypatch, tmp_path):
-    """What the window is started with; the folder has a TF, a slice, and files like commands."""
+    """Calls that start the window; the folder has a TF, a slice, and files like commands."""
     starts = []
     monkeypatch.setattr("app.launch.run_window", lambda start, *_: starts.append(start) or 0)
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""Who is asked about sensitivities, when and how finely, and what the answers say."""
+"""Questions about sensitivities: to whom, when and how finely, and what the answers say."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

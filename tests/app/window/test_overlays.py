@@ -1,4 +1,4 @@
-"""What lies over and behind images."""
+"""Overlays of images, and their background."""
 
 import numpy as np
 import pytest
