@@ -1,4 +1,4 @@
-"""Kills of the window, which the TF, the view and the window's place survive."""
+"""Windows that are killed, or get random events and engines that fail."""
 
 import json
 import os
@@ -61,3 +61,23 @@ def test_kills_lose_less_than_a_second(tmp_path):
     for seed in range(KILLS):
         edits, end = killed(tmp_path, seed)
         kept_after(tmp_path, edits, end)
+
+
+FOLDERS = Path(__file__).parents[:3]
+
+
+@pytest.mark.slow
+def test_random_events_and_unreliable_engines():
+    # In a process of its own: dialogs are answered there by others than the user.
+    options = ["-X", "faulthandler", "-m", "tests.app.monkey", "--events", "400", "--seed", "5"]
+    done = subprocess.run(
+        [sys.executable, *options],
+        cwd=FOLDERS[2],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, FOLDERS))},
+        capture_output=True,
+        text=True,
+        timeout=400,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    assert "threads left: []; errors: 0" in done.stdout

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QObject, QTimer
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QApplication
 from ramp import make_tf
@@ -167,3 +167,12 @@ def test_the_window_is_there_before_slow_libraries_are_loaded():
         check=True,
     )
     assert found.stdout.split() == ["[]", "0"]
+
+
+def test_calls_keep_the_references_to_none():
+    """PySide6 6.12.0 under Python 3.11 lost one at every call, and the window crashed."""
+    an_object = QObject()
+    before = sys.getrefcount(None)
+    for _ in range(2000):
+        an_object.setObjectName("name")
+    assert sys.getrefcount(None) > before - 1000

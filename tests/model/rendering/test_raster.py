@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from drawing import MODES, RAINBOW, constant, drawn, rms, slab
 
-from model.rendering.raster import Raster
+from model.rendering.raster import Raster, resized
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.rendering.vtk_renderer import VtkRenderer
 from model.scene.crop import CropBox
@@ -95,3 +96,12 @@ def test_a_grown_part_ends_with_the_picture():
     assert (wide.left, wide.right, wide.top, wide.bottom) == (0, 52, 38, 60)
     assert (wide.width, wide.height) == (100, 60)
     assert Raster(100, 60).grown(8) == Raster(100, 60, columns=100, rows=60)
+
+
+@pytest.mark.parametrize("shape", [(7, 9), (20, 31), (5, 40)])
+def test_pixels_between_are_interpolated_as_torch_does(shape):
+    image = np.random.default_rng(0).random((5, 9, 4)).astype(np.float32)
+    planes = torch.from_numpy(image).permute(2, 0, 1)[None]
+    theirs = torch.nn.functional.interpolate(planes, shape, mode="bilinear")
+    found = resized(image, shape)
+    np.testing.assert_allclose(found, theirs[0].permute(1, 2, 0).numpy(), atol=1e-6)

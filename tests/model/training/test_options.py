@@ -7,7 +7,9 @@ import torch
 from torch import nn
 
 from model.errors import TrainingError
+from model.training import plan as precision
 from model.training.options import Budget, TrainingOptions, halvings_of_epochs, samples_of_epochs
+from model.training.plan import choose_precision
 from model.training.stage import cosine_decay, halving_decay
 
 
@@ -104,3 +106,30 @@ def test_the_cosine_rises_and_falls_like_torchs_own_schedules():
     ours = [cosine_decay(step / steps) for step in range(steps)]
     np.testing.assert_allclose(ours, expected, atol=1.1e-3)
     assert all(0 < cosine_decay(progress) <= 1 for progress in (0.0, 0.5, 1.0, 7.0))
+
+
+CPU = torch.device("cpu")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "faster"),
+    [
+        # The first step is not counted, nor what other work does to a single one.
+        ({"bfloat16": [9.0, 0.9, 0.5, 0.6, 0.6], "float32": [1.0, 0.8, 0.8, 0.8, 0.8]}, "bfloat16"),
+        ({"bfloat16": [1.0, 0.8, 0.8, 0.8, 0.8], "float32": [1.0, 1.5, 0.7, 0.8, 0.8]}, "float32"),
+        # Emulated: one of its steps is enough.
+        ({"bfloat16": [1.0, 7.0], "float32": [1.0, 0.8]}, "float32"),
+    ],
+)
+def test_the_faster_one_is_chosen_and_measured_once(seconds, faster, monkeypatch, tmp_path):
+    monkeypatch.setattr("model.measurements.cache_folder", lambda: tmp_path)
+    timed = []
+
+    def steps(kind):
+        timed.append(kind)
+        yield from seconds[kind]
+
+    monkeypatch.setattr(precision, "step_seconds", steps)
+    assert [choose_precision(CPU), choose_precision(CPU)] == [faster, faster]
+    assert timed == ["bfloat16", "float32"]
+    assert choose_precision(CPU, "bfloat16") == "bfloat16"

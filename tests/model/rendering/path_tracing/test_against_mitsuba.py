@@ -1,4 +1,4 @@
-"""Media of changing extinction and albedo, against pictures that Mitsuba 3 has drawn."""
+"""Media against pictures that Mitsuba 3 has drawn, and surfaces of voxels of many pixels."""
 
 import math
 
@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from mitsuba_scenes import SCENES, SIZE, stored
 
-from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.path_tracing import renderer
+from model.rendering.path_tracing.renderer import Lamp, PathTracer
+from model.rendering.raster import Raster
+from model.scene.inputs import SceneInputs
+from model.scene.scene import LightDirection
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 SEEDS, SAMPLES = 24, 32
 
@@ -37,3 +44,48 @@ def test_pixels_are_within_three_standard_errors_of_mitsubas(scene):
     assert np.mean(off <= 3 * error[drawn] + UNSEEN) >= 0.99
     assert abs((ours - theirs).sum() / theirs.sum()) < 0.005
     assert np.abs(ours - theirs)[~drawn].max(initial=0) < UNSEEN
+
+
+RASTER = Raster(240, 240, 92, 92, 56, 56)
+"""The middle of a picture in which a voxel is ten pixels."""
+
+
+def flame():
+    """Smooth drops of few 8-bit steps a voxel, as a simulated flame is stored."""
+    z, y, x = np.mgrid[0:16, 0:16, 0:16] / 7.5 - 1
+    values = 230 * np.exp(-1.6 * (x**2 + y**2 + z**2))
+    values += 60 * np.exp(-5 * ((x - 0.5) ** 2 + (y + 0.4) ** 2 + (z - 0.3) ** 2))
+    return Volume(np.rint(values.clip(0, 255)).astype(np.uint8))
+
+
+def scene(view):
+    """An opaque, white surface."""
+    opacity = OpacityTF((0.0, 255.0), points=((0.0, 0.0), (90.0, 0.0), (120.0, 1.0)))
+    color = ColorTF((0.0, 255.0), ((0.0, 0.8, 0.8, 0.8), (255.0, 0.8, 0.8, 0.8)))
+    return SceneInputs(view, opacity, color, LightDirection(25.0, 20.0))
+
+
+def ring_power(view, samples=64):
+    """Power along the surface of what no smooth shading has; the noise of paths cancels in it."""
+    # Light that is scattered once, from one direction, has the least noise.
+    tracer = PathTracer(flame(), lamp=Lamp(gloss=0.0, sky=0.0, bounces=1, radius=0.05))
+    *_, picture = tracer.refine(scene(view), RASTER, samples)
+    tracer.close()
+    assert (picture.rgba[..., 3] > 0.99).all()
+    y, x = np.meshgrid(*(np.linspace(-1, 1, n) for n in RASTER.shape), indexing="ij")
+    powers = [x**m * y**n for m in range(9) for n in range(9 - m)]
+    smooth = np.linalg.qr(np.stack([each.ravel() for each in powers], axis=1)).Q
+    even, odd = picture.halves.mean(axis=-1).reshape(2, -1).astype(np.float64)
+    # The halves' noise is independent.
+    return float(np.mean((even - smooth @ (smooth.T @ even)) * (odd - smooth @ (smooth.T @ odd))))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "view",
+    [View(60, 40, 0, 0.7), View(110, -30, 0, 0.7), View(250, 60, 0, 0.7), View(20, 15, 0, 0.7)],
+)
+def test_rings_on_surfaces_are_less_than_a_fifth_of_those_of_the_usual_steps(view, monkeypatch):
+    finer = ring_power(view)
+    monkeypatch.setattr(renderer, "LARGE", np.inf)
+    assert finer < ring_power(view) / 5

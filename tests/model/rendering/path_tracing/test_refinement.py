@@ -1,10 +1,19 @@
-"""Refined pictures: cleaned while that helps, until they are good enough."""
+"""Refined pictures, cleaned while that helps, and moving ones in the light of fewer pixels."""
 
 import numpy as np
 import pytest
 
+from model.rendering.path_tracing.denoising import available, denoiser
 from model.rendering.path_tracing.estimate import Estimate
+from model.rendering.path_tracing.moving_light import coarse, light_of, relit
 from model.rendering.path_tracing.refinement import RefiningRenderer, drawn, refined
+from model.rendering.path_tracing.renderer import PathTracer
+from model.rendering.raster import Raster, resized
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import ColorTF, OpacityTF
+from model.scene.view import View
+from model.scene.volume import Volume
 
 SHAPE = (2, 2, 3)
 
@@ -75,3 +84,66 @@ def test_a_whole_picture_is_the_last_of_those(cleaner):
 def test_without_what_cleans_them_pictures_stay_as_they_were_traced():
     assert not any(each.deed for each in refined(Tracer(), None, 2, 8, cleaning=None))
     assert RefiningRenderer(Tracer(), None, 8).render(None, 2).max() == 0.5
+
+
+RNG = np.random.default_rng(1)
+
+
+def whole(volume, view):
+    """Return inputs under which higher values are more opaque, and of other colours."""
+    low, high = volume.scalar_range
+    middle = (low + high) / 2
+    opacity = OpacityTF((low, high), points=((low, 0.0), (middle, 0.1), (high, 0.9)))
+    # Stripes, which only pixels of their own can show.
+    values = np.linspace(low, high, 11).tolist()
+    stops = tuple((at, 0.9, 0.2 + 0.7 * (n % 2), 0.1) for n, at in enumerate(values))
+    return SceneInputs(view, opacity, ColorTF((low, high), stops))
+
+
+def test_details_of_the_colours_stay_under_even_light():
+    unlit = RNG.random((20, 24, 4), dtype=np.float32)
+    unlit[..., :3] *= unlit[..., 3:]
+    few = resized(unlit, (unlit.shape[0] // 2, unlit.shape[1] // 2))[..., :3]
+    for factor in (0.5, 1.0):
+        picture = relit(unlit, np.full_like(few, factor), few)
+        # The offset that keeps faint colours from dividing by zero is there, too.
+        expected = np.clip(factor * (unlit[..., :3] + 0.02) - 0.02, 0, 1)
+        np.testing.assert_allclose(picture[..., :3], expected, atol=1e-6)
+        np.testing.assert_array_equal(picture[..., 3], unlit[..., 3])
+
+
+def test_nothing_shines_where_nothing_is():
+    unlit = np.zeros((8, 8, 4), dtype=np.float32)
+    unlit[2:6, 2:6] = 0.5
+    few = resized(unlit, (unlit.shape[0] // 2, unlit.shape[1] // 2))[..., :3]
+    picture = relit(unlit, light_of(0.5 * few, few), few)
+    assert not picture[unlit[..., 3] == 0].any()
+    # The silhouette has the light of what is inside.
+    np.testing.assert_allclose(picture[2:6, 2:6, 0], 0.25, atol=0.02)
+
+
+@pytest.mark.skipif(not available(), reason="no denoiser for this machine")
+def test_a_moving_picture_is_nearer_than_one_of_fewer_pixels():
+    z, y, x = np.mgrid[-1:1:48j, -1:1:48j, -1:1:48j]
+    waves = 20 * np.sin(25 * x) * np.sin(25 * y) * np.sin(25 * z)
+    volume = Volume((120 + waves - 100 * (x**2 + y**2 + z**2)).astype(np.float32).clip(0))
+    inputs = whole(volume, View(30.0, 20.0, 0.0, 0.8))
+    raster = Raster(72, 64)
+    renderer = RefiningRenderer(PathTracer(volume), denoiser)
+    moving = renderer.moving(inputs, raster)
+    few = renderer.drawn(inputs, coarse(raster), 1)
+    assert moving is not None and few is not None and moving.samples == few.samples == 1
+    renderer.close()
+    other = PathTracer(volume, seed=1)
+    truth = other.render(inputs, raster, samples=256)
+    other.close()
+    errors = [
+        float(np.sqrt(np.mean((image - truth)[..., :3] ** 2)))
+        for image in (moving.rgba, resized(few.rgba, raster.shape))
+    ]
+    assert errors[0] < 0.9 * errors[1]
+    caster = RaycastRenderer(volume)
+    np.testing.assert_allclose(
+        moving.rgba[..., 3], caster.render(inputs, raster)[..., 3], atol=1e-6
+    )
+    caster.close()
