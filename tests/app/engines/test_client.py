@@ -5,7 +5,7 @@ import threading
 import numpy as np
 import pytest
 from rested_window import act_until
-from window_fakes import PATIENCE_S, FakeEngine, RefiningEngine, make_request
+from window_fakes import PATIENCE_S, FakeEngine, make_request
 
 from app.engines import worker
 from app.engines.client import Channel, EngineClient, EngineState
@@ -54,18 +54,6 @@ def test_an_engine_draws_before_it_answers(qtbot, told):
     assert [result.request.channel for result in told.results] == [IMAGES, "visibility"]
 
 
-def test_it_settles_with_the_last_of_ever_better_images(qtbot, told):
-    told.client.start(lambda: RefiningEngine([3, 6, 9]), "Loading …")
-    assert told.client.text == "Loading …"
-    with qtbot.waitSignal(told.client.settled):
-        told.client.images.ask(make_request(1))
-        assert told.client.images.is_pending
-    assert told.states == [EngineState.LOADING, EngineState.WORKING, EngineState.SETTLED]
-    assert [result.value.shape[1] for result in told.results] == [3, 6, 9]
-    assert {result.request for result in told.results} == {make_request(1)}
-    assert not told.client.images.is_pending
-
-
 def test_errors_are_a_state_with_its_sentence_until_the_next_image(qtbot, told):
     engine = FakeEngine()
     engine.error = RenderError("The memory is full.")
@@ -86,17 +74,6 @@ def test_an_engine_that_cannot_be_built_fails(qtbot, told):
     assert told.states == [EngineState.LOADING, EngineState.FAILED]
     told.client.submit(make_request(1))
     assert told.client.error == "model: the folder is missing."
-
-
-def test_requests_wait_until_it_is_known_whether_the_engine_fits(qtbot, told):
-    engine = FakeEngine()
-    told.client.engineReady.connect(lambda _ready: told.client.pause("Not for this volume."))
-    told.client.start(lambda: engine, "Loading …")
-    act_until(qtbot, told.client.settled, told.client.submit, make_request(1))
-    assert told.client.is_settled and not engine.requests
-    told.client.resume()
-    act_until(qtbot, told.client.images.answered, told.client.submit, make_request(2))
-    assert [r.sequence for r in engine.requests] == [2]
 
 
 def test_an_older_images_error_says_nothing_about_the_newest(qtbot, told):

@@ -11,7 +11,7 @@ from window_fakes import FakeEngine, make_request
 
 from app.engines.exactness import STOPS, USUAL
 from app.engines.pace import SCALES
-from app.engines.requests import Quality, TradeRequest
+from app.engines.requests import TradeRequest
 from app.image_view.exactness_slider import WAITING, FidelityLine
 from app.state.reference_choices import ReferenceChoices
 from app.state.viewer_state import ViewerState
@@ -50,9 +50,6 @@ def test_in_path_traced_light_samples_stay_apart(lighting, exact):
         assert choices.settings(None).sample_distance == distance
 
 
-MOVING = Quality(8, live=True)
-
-
 @pytest.fixture
 def line(pane):
     pane.resize(700, 500)
@@ -88,28 +85,6 @@ def test_it_is_there_for_what_is_not_exact_alone(qtbot, line):
     assert not line.isHidden()
     pane.client.fail("It failed.")
     assert line.isHidden()
-
-
-def test_it_has_time_and_error_of_the_last_moving_image(qtbot, line):
-    pane = line._pane
-    state = line._state
-    pane.client.start(FakeEngine, "Loading …")
-    state.move_view(View(70.0))
-    pane.client.submit(replace(request(line, 51), quality=MOVING))
-    qtbot.waitUntil(lambda: pane.canvas.image is not None)
-    # The red channel is the number of the request: 51 / 255 off, in one of three channels.
-    state.finish_view()
-    act_until(qtbot, pane.client.settled, pane.client.submit, request(line, 102))
-    assert line.said == ""
-    assert line.moving.endswith(" / s, error .12")
-    state.move_view(View(80.0))
-    pane.client.submit(replace(request(line, 103), quality=MOVING))
-    qtbot.waitUntil(lambda: line.said == "coarser while moving")
-    # As wide as what it says.
-    wide = line.width()
-    state.finish_view()
-    qtbot.waitUntil(lambda: line.said == "refining")
-    assert line.width() < wide
 
 
 def opened(qtbot, window):

@@ -15,19 +15,13 @@ from sensitivity_events import at
 
 from app.window.main_window import MainWindow
 from model.errors import RenderError
-from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.region import Outline
 from model.scene.tf_emphasis import STRIKING_COLORS
 from model.scene.tf_perturbation import edit_around
-from model.scene.view import View
 from model.scene.volume import Volume
 from model.sensitivity.display import shown_responses
 from model.sensitivity.what_if import edited
-
-
-def _is_of(answer, inputs):
-    return answer is not None and answer.is_of(inputs)
 
 
 def test_both_engines_answer_as_soon_as_a_volume_is_open(window):
@@ -171,21 +165,6 @@ def test_switched_off_nothing_is_asked_or_shown(qtbot, window, builders):
     button = window.sensitivity.what_if.button
     assert not button.isEnabled()
     assert button.toolTip().startswith("Choose Region > Show sensitivity first")
-
-
-def test_questions_follow_every_input_of_the_image(qtbot, window):
-    state, asker = window.state, window.workspace.sensitivity
-    window.sensitivity_state.pick((0.5, 0.5))
-    for change in (
-        lambda: state.set_view(View(azimuth=77.0)),
-        lambda: state.tf_input.set(make_tf(), "preset"),
-        lambda: state.crop_input.set(CropBox((0.5, 0.0, 0.0))),
-        state.edits.undo,
-    ):
-        change()
-        qtbot.waitUntil(lambda: asker.is_fresh(asker.region))
-        qtbot.waitUntil(lambda: _is_of(asker.pick, state.inputs))
-        qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
 
 
 def test_outside_what_the_model_was_trained_on_is_marked(qtbot, window):

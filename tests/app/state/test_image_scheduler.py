@@ -15,7 +15,6 @@ from model.rendering.raster import Raster
 from model.scene.view import View
 
 PANE = Raster(1000, 400)
-NOTHING = np.zeros((4, 10, 4), np.float32)
 
 
 class Client(QObject):
@@ -94,29 +93,6 @@ def test_at_rest_each_engine_is_asked_once_for_all_pixels(state, scheduler, gene
     for client in (generator, reference):
         assert client.asked[-1].inputs == state.inputs
         assert not client.asked[-1].quality.live
-
-
-def test_while_something_moves_one_image_is_on_its_way_and_the_next_is_of_the_newest_state(
-    state, scheduler, reference
-):
-    scheduler.send()
-    for azimuth in (10.0, 20.0, 30.0):
-        turn(state, azimuth)
-    # What was refined is called off by the first of them.
-    assert [r.quality.live for r in reference.asked] == [False, True]
-    assert reference.asked[-1].inputs.view.azimuth == 10
-    reference.answer()
-    assert reference.asked[-1].inputs.view.azimuth == 30
-    reference.answer()
-    # Nothing moves.
-    assert len(reference.asked) == 3
-    turn(state, 40.0)
-    state.finish_view()
-    last = reference.asked[-1]
-    assert (last.inputs.view.azimuth, last.quality.live) == (40, False)
-    count = len(reference.asked)
-    reference.images.deliver(Result(reference.asked[-2], Image(NOTHING, 0.1)))
-    assert len(reference.asked) == count
 
 
 def test_the_next_image_is_asked_for_before_the_last_is_shown(state, scheduler, reference):

@@ -12,44 +12,6 @@ from app.state.viewer_state import INTERVAL_S, ViewerState
 from model.scene.crop import CropBox
 from model.scene.scene import LightDirection
 from model.scene.tf_editing import recolor_stop
-from model.scene.view import View
-
-
-def test_a_moving_view_is_announced_at_each_step_and_finished_once(qtbot, state):
-    steps = [View(azimuth=a) for a in (1.0, 2.0, 3.0)]
-    signals = [state.viewChanged] * 3 + [state.viewChangeFinished]
-    with qtbot.waitSignals(signals, order="strict"):
-        for view in steps:
-            state.move_view(view)
-            assert state.live
-        state.finish_view()
-    assert state.view == steps[-1]
-    assert not state.live
-
-
-def test_a_drag_becomes_one_undo_step(state):
-    before = state.transfer_function
-    for mean in (140.0, 150.0, 160.0):
-        state.tf_input.move(make_tf(mean))
-    assert state.live
-    assert state.edits.stack.count() == 0
-    state.tf_input.finish("drag")
-    assert not state.live
-    assert state.edits.stack.count() == 1
-    assert state.transfer_function == make_tf(160.0)
-    state.edits.undo()
-    assert state.transfer_function == before
-    state.edits.redo()
-    assert state.transfer_function == make_tf(160.0)
-
-
-def test_a_cancelled_drag_restores_what_was(qtbot, state):
-    before = state.transfer_function
-    state.tf_input.move(make_tf(140.0))
-    with qtbot.waitSignal(state.tf_input.changeFinished):
-        state.tf_input.cancel()
-    assert state.transfer_function == before
-    assert state.edits.stack.count() == 0
 
 
 def test_a_drag_of_the_light_is_one_undo_step_while_there_is_light(state):

@@ -136,15 +136,6 @@ def test_the_menu_converts_and_replaces_in_one_step_each(editor, state):
     assert state.transfer_function == before
 
 
-def test_a_handle_that_is_gone_is_dropped():
-    selection = Selection()
-    selection.select("opacity", 1)
-    selection.fit(make_tf(130.0, 170.0))
-    assert selection.index("opacity") == 1
-    selection.fit(make_tf(130.0))
-    assert selection.selected is None
-
-
 def test_several_of_one_kind():
     selection = Selection()
     selection.select_all("opacity", (1, 0))

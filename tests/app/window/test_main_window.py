@@ -225,17 +225,6 @@ def test_the_menus_act(qtbot, make_window, builders, monkeypatch):
     assert opened == shipped_volumes()
 
 
-def test_another_renderer_is_built_where_it_is_chosen(qtbot, make_window, builders):
-    window = make_window()
-    # Built once more if the model, whose light is another, comes after the volume.
-    assert {s.renderer for s in builders.settings} == {"auto"}
-    for drawing in ("raycast", "vtk"):
-        window.workspace.reference.choose(drawing=drawing)
-        settle(qtbot, window)
-        assert builders.settings[-1].renderer == drawing
-    assert builders.references[0].closed
-
-
 def test_the_light_is_moved_where_both_images_follow_it(qtbot, make_window, builders):
     volume = builders.volumes["ramp"]
     builders.scene = Scene.of(volume, 16, "direct", movable_light=True)
