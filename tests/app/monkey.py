@@ -1,7 +1,7 @@
 """A monkey at the window: random events, and engines that raise, hang and die at random.
 
 ``QT_QPA_PLATFORM=offscreen PYTHONPATH=tests/app:tests:. python -m tests.app.monkey --events 5000``
-prints memory, threads and times; :mod:`test_monkey` has a short run.
+prints memory and threads; :mod:`test_killed_window` has a short run.
 """
 
 import argparse
@@ -14,7 +14,6 @@ import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
 from mouse_events import wheel
 from PySide6.QtCore import QCoreApplication, QEvent, QEventLoop, QPoint, QPointF, Qt, QTimer
 from PySide6.QtGui import QAction
@@ -130,7 +129,6 @@ class Findings:
     errors: list[str] = field(default_factory=list)
     """Exceptions that nobody caught, pictures of another state, windows that never settled."""
     memory: list[float] = field(default_factory=list)  # resident memory in MB, at each rest
-    event_s: list[float] = field(default_factory=list)
     threads: list[str] = field(default_factory=list)  # alive after the window was closed
 
 
@@ -158,10 +156,8 @@ class Monkey:
         for number in range(1, events + 1):
             event = self.rng.choice(choices)
             self.last = event.__name__
-            start = time.perf_counter()
             event()
             self._process(0.004 * self.rng.random())
-            self.found.event_s.append(time.perf_counter() - start)
             if number % rest_every == 0 or number == events:
                 self._rest(number)
 
@@ -337,12 +333,7 @@ def main():
     asked = parser.parse_args()
     start = time.perf_counter()
     found = monkey_at_work(asked.events, asked.seed)
-    times = 1000 * np.array(found.event_s)
     print(f"{asked.events} events in {time.perf_counter() - start:.0f} s, seed {asked.seed}")
-    print(
-        f"an event: median {np.median(times):.1f} ms, 99th percentile "
-        f"{np.percentile(times, 99):.0f} ms, longest {times.max():.0f} ms"
-    )
     print("memory at each rest, MB: " + " ".join(f"{m:.0f}" for m in found.memory))
     print(f"threads left: {found.threads}; errors: {len(found.errors)}")
     for error in list(dict.fromkeys(found.errors))[:20]:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -39,16 +40,18 @@ def _volumes(*makers):
     return Format(lambda folder: [make(folder, _voxels()) for make in makers], _read_volume)
 
 
+def _by(module, make):
+    """Return a maker of a file by what the readers' tests have in a module."""
+    return lambda folder, array: make(import_module(module), folder, array)
+
+
 def _written(writer, name, *options, **more):
-    """Return a maker of a file by one of the writers of the readers' tests."""
-
-    def make(folder, array):
-        import volume_writers
-
-        write = getattr(volume_writers, f"write_{writer}")
-        return write(folder / name, array, *options, **more)
-
-    return make
+    return _by(
+        "volume_writers",
+        lambda tests, folder, array: getattr(tests, f"write_{writer}")(
+            folder / name, array, *options, **more
+        ),
+    )
 
 
 def _vti(*options):
@@ -95,15 +98,10 @@ def _frames(syntax, encoder):
 
 
 def _nibabel(name):
-    def make(folder, array):
-        import nibabel
+    def make(tests, folder, array):
+        return tests.save(folder / name, array.astype(np.int16), kind=tests.WRITERS[name])
 
-        kinds = {"c.nii": nibabel.Nifti2Image, "d.mgh": nibabel.MGHImage}
-        kind = kinds.get(name, nibabel.Nifti1Image)
-        nibabel.save(kind(array.T.astype(np.int16), np.diag([1, 2, 3, 1])), folder / name)
-        return folder / name
-
-    return make
+    return _by("test_nifti", make)
 
 
 def _hdf5(folder, array):
@@ -132,35 +130,25 @@ def _cf(folder, array, form):
     return path
 
 
-def _ome_zarr(folder, array):
-    from volume_writers import scaled, write_ome_zarr
-
-    return write_ome_zarr(folder / "ome.zarr", {"0": array}, scales=[scaled(2.0, 0.5, 0.5)])
+def _ome_zarr(tests, folder, array):
+    scales = [tests.scaled(2.0, 0.5, 0.5)]
+    return tests.write_ome_zarr(folder / "ome.zarr", {"0": array}, scales=scales)
 
 
 def _by_programs(name):
     """Return a maker of a file as a program lays it out in HDF5."""
 
-    def make(folder, array):
-        import h5py
-        import test_containers
-
-        with h5py.File(folder / name, "w") as file:
-            test_containers.HDF5[name][0](file)
+    def make(tests, folder, _array):
+        with tests.h5py.File(folder / name, "w") as file:
+            tests.HDF5[name][0](file)
         return folder / name
 
-    return make
+    return _by("test_containers", make)
 
 
 def _labels(writer):
     """Return a maker of labels as a program writes them with their names and colours."""
-
-    def make(folder, _array):
-        import test_labels
-
-        return getattr(test_labels, writer)(folder)
-
-    return make
+    return _by("test_labels", lambda tests, folder, _array: getattr(tests, writer)(folder))
 
 
 def _read_volume(path):
@@ -267,10 +255,7 @@ def _read_preferences(path):
     from app.state.preferences import KeptFile
     from app.state.settings import Settings, VolumeMemory
 
-    if path.name == "settings.json":
-        KeptFile(path, Settings)
-    else:
-        KeptFile(path, VolumeMemory)
+    KeptFile(path, Settings if path.name == "settings.json" else VolumeMemory)
     return ""
 
 
@@ -303,7 +288,7 @@ FORMATS = {
     "nrrd": _volumes(_written("itk", "a.nrrd"), _written("itk", "b.nrrd", True)),
     "metaimage": _volumes(_written("itk", "a.mha"), _written("itk", "b.mha", True)),
     "nifti": _volumes(
-        _written("itk", "a.nii"), _written("itk", "b.nii.gz"), _nibabel("c.nii"), _nibabel("d.mgh")
+        _written("itk", "a.nii"), _written("itk", "b.nii.gz"), _nibabel("c.nii"), _nibabel("f.mgh")
     ),
     "vti": _volumes(
         _vti("Appended", "None"),
@@ -332,7 +317,7 @@ FORMATS = {
     "netcdf": _volumes(partial(_cf, form="scipy"), partial(_cf, form="h5netcdf")),
     "zarr": _volumes(
         *(_written("zarr", "a2.zarr", 2), _written("zarr", "a3.zarr", 3)),
-        *(partial(_cf, form="zarr"), _ome_zarr),
+        *(partial(_cf, form="zarr"), _by("volume_writers", _ome_zarr)),
     ),
     "labels": _volumes(*map(_labels, ("workbench", "snap", "slicer", "ome"))),
     "mrc": _volumes(_written("mrc", "a.mrc")),
