@@ -81,13 +81,13 @@ FAMILY_HELP = (
 VIEW_HELP = (
     "Degrees, and the distance in units of the one at which the whole volume is in view: 1 is "
     "the farthest that models are trained for, 0.4 the nearest. X,Y moves the volume's centre away "
-    "from the image's, in halves of its height."
+    "from the image's, in halves of its height; orthographic: rays are parallel."
 )
 view = partial(
     option,
     default=values.HOME_VIEW,
     help=VIEW_HELP,
-    metavar="AZ,EL,ROLL,DIST[,X,Y]",
+    metavar="AZ,EL,ROLL,DIST[,X,Y][,orthographic]",
     parser=values.view,
     show_default="30,20,0,1",
 )

@@ -13,7 +13,7 @@ from model.errors import DatasetError, TfscopeError, VolumeError
 from model.rendering.raster import Raster
 from model.scene.transfer_function import Range
 from model.scene.value_scale import ValueScale, values_at
-from model.scene.view import View
+from model.scene.view import ORTHOGRAPHIC, View
 
 if TYPE_CHECKING:
     from PySide6.QtCore import QCoreApplication
@@ -23,10 +23,9 @@ _kept: list[QCoreApplication] = []
 
 def view_text(view: View) -> str:
     """Format a view as the option takes it, without a pan that is none."""
-    numbers = [*vars(view).values()]
-    if not (view.pan_x or view.pan_y):
-        numbers = numbers[:4]
-    return ",".join(f"{number:g}" for number in numbers)
+    numbers = [*vars(view).values()][: 6 if view.pan_x or view.pan_y else 4]
+    words = [ORTHOGRAPHIC] if view.is_orthographic else []
+    return ",".join([*(f"{number:g}" for number in numbers), *words])
 
 
 def range_text(scalar_range: Range, scale: ValueScale) -> str:

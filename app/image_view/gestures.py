@@ -31,15 +31,9 @@ def orbit(view: View, dx: float, dy: float, up: str = DEFAULT_UP) -> View:
     sin_r, cos_r = math.sin(math.radians(turned)), math.cos(math.radians(turned))
     across = dx * cos_r + dy * sin_r
     down = dy * cos_r - dx * sin_r
-    return view_in(
-        up,
-        (azimuth - DEGREES_PER_PIXEL * across) % 360.0,
-        min(max(elevation + DEGREES_PER_PIXEL * down, -90.0), 90.0),
-        turned,
-        view.distance,
-        view.pan_x,
-        view.pan_y,
-    )
+    azimuth = (azimuth - DEGREES_PER_PIXEL * across) % 360.0
+    elevation = min(max(elevation + DEGREES_PER_PIXEL * down, -90.0), 90.0)
+    return view_in(up, azimuth, elevation, turned, view)
 
 
 def tumble(view: View, dx: float, dy: float) -> View:
@@ -52,7 +46,7 @@ def tumble(view: View, dx: float, dy: float) -> View:
     x, y = dy / length, dx / length
     cross = np.array([[0.0, 0.0, y], [0.0, 0.0, -x], [-y, x, 0.0]])
     turn = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * (cross @ cross)
-    return View.of_basis(turn @ view.basis(), view.distance, view.pan_x, view.pan_y)
+    return view.with_basis(turn @ view.basis())
 
 
 def turn(state: ViewNavigation, dx: float, dy: float) -> View:

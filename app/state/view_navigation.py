@@ -66,7 +66,7 @@ class ViewNavigation(QObject):
     @property
     def home(self) -> View:
         """Initial view of the volume, with all that its default TF shows in the image."""
-        return self._home
+        return replace(self._home, is_orthographic=self._view.is_orthographic)
 
     @property
     def up_axis(self) -> str:
@@ -128,7 +128,11 @@ class ViewNavigation(QObject):
 
     def reset_view(self) -> None:
         """Go to the volume's home view."""
-        self.set_view(self._home)
+        self.set_view(self.home)
+
+    def set_orthographic(self, on: bool) -> None:
+        """Have parallel rays, or rays that meet in the eye; the volume's middle stays as large."""
+        self.set_view(replace(self._view, is_orthographic=on))
 
     def view_whole(self) -> None:
         """Move the camera to where the whole volume just fits the image."""
@@ -138,8 +142,7 @@ class ViewNavigation(QObject):
 
     def look_from(self, name: str) -> None:
         """Look from one of :data:`~model.scene.orientation.STANDARD_VIEWS`, at this distance."""
-        distance, front = self._view.distance, self.front_axis
-        view = standard_view(name, distance, self._up_axis, front=front)
+        view = standard_view(name, self._view, self._up_axis, front=self.front_axis)
         self.set_view(holding(self.pivot, np.zeros(2), view, self._proportions))
 
     def set_reach(self, reach: Reach, follow: bool = False) -> None:
@@ -150,10 +153,10 @@ class ViewNavigation(QObject):
         """
         if reach != self._reach:
             self._reach = reach
-            at_home = self._view == self._home and not self._view_moving
+            at_home = self._view == self.home and not self._view_moving
             self._home = self._upright_home()
             if follow and at_home:
-                self._look(self._home)
+                self._look(self.home)
             self.navigationChanged.emit()
 
     def set_up_axis(self, up: str) -> None:
@@ -161,14 +164,13 @@ class ViewNavigation(QObject):
         axis_direction(up)
         if up == self._up_axis:
             return
-        at_home, angles, view = self._view == self._home, self.angles, self._view
+        at_home, angles = self._view == self.home, self.angles
         self._up_axis = up
         self._home = self._upright_home()
         if at_home:
-            self.set_view(self._home)
+            self.set_view(self.home)
         else:
-            numbers = (*angles, view.distance, view.pan_x, view.pan_y)
-            self.set_view(self.turned(view_in(up, *numbers, front=self.front_axis)))
+            self.set_view(self.turned(view_in(up, *angles, self._view, front=self.front_axis)))
         self.navigationChanged.emit()
 
     def set_trackball(self, free: bool) -> None:
@@ -199,7 +201,7 @@ class ViewNavigation(QObject):
         self._middle = _middle_of(shown)
         self._up_axis, self._home, self._reach = up, home, reach
         self.navigationChanged.emit()
-        self._look(view or self._home)
+        self._look(view or self.home)
 
     def _upright_home(self) -> View:
         return home_view(

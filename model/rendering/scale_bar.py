@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
 from model.scene.orientation import WHOLE
-from model.scene.view import NEAREST_DEPTH, VIEW_ANGLE, Projection, View
+from model.scene.view import NEAREST_DEPTH, Projection, View
 from model.scene.volume import Triple, Volume
 from model.volume_files.grid import METRES
 
@@ -69,10 +69,10 @@ class Scale:
             if (low > high).any():
                 low, high = np.array(crop.low), np.array(crop.high)
         middle = (low + high) / 2
-        depth = float(Projection(view, self.proportions).depths(middle[None])[0])
-        if depth < NEAREST_DEPTH:
+        projection = Projection(view, self.proportions)
+        if projection.depths(middle[None])[0] < NEAREST_DEPTH:
             return None
-        return 2 * math.tan(math.radians(VIEW_ANGLE / 2)) * depth * self.radius
+        return 2 * float(projection.half_sides(middle[None])[0]) * self.radius
 
 
 def _unit_for(length: float, unit: str) -> tuple[float, str]:

@@ -103,10 +103,11 @@ def _out_of_view(view: View, aspect: float) -> str:
     """Say how a view misses the volume's bounding sphere; empty if it does not."""
     half_angle = math.radians(VIEW_ANGLE / 2)
     sine = math.sin(half_angle) / view.distance
-    if sine >= 1:
+    if sine >= 1 and not view.is_orthographic:
         return ""  # The camera is inside the sphere.
     # In halves of the image's height, like the pan.
-    radius = math.tan(math.asin(sine)) / math.tan(half_angle)
+    height = sine if view.is_orthographic else math.tan(math.asin(sine))
+    radius = height / math.tan(half_angle)
     if abs(view.pan_x) > aspect + radius or abs(view.pan_y) > 1 + radius:
         return "The view was moved until the volume left the image."
     if radius < SMALLEST:

@@ -94,6 +94,8 @@ def _view_outside(view: View, scene: Scene) -> list[str]:
         found.append(f"roll {view.roll:.0f}° (±{trained.max_roll:g}° with {axis} up)")
     if not trained.nearest <= view.distance <= trained.farthest:
         found.append(f"distance {view.distance:.2f} ({trained.nearest:g} to {trained.farthest:g})")
+    if view.is_orthographic:
+        found.append("an orthographic view")
     return found
 
 

@@ -108,20 +108,21 @@ def _faces(up: str, front: str) -> dict[str, str]:
     return {name: _nearest_axis(back) for name, back in backs.items()}
 
 
+FROM_AFAR = View()
+
+
 def view_in(
     up: str,
     azimuth: float,
     elevation: float,
     roll: float = 0.0,
-    distance: float = 1.0,
-    pan_x: float = 0.0,
-    pan_y: float = 0.0,
+    view: View = FROM_AFAR,
     *,
     front: str = "",
 ) -> View:
-    """Return the view with these angles about an up axis; for ``"+z"``, exactly these numbers."""
-    view = View(azimuth, elevation, roll, distance, pan_x, pan_y)
-    return view.in_frame(upright_frame(up, front).T)
+    """Turn a view to these angles about an up axis; for ``"+z"``, exactly these numbers."""
+    turned = replace(view, azimuth=azimuth, elevation=elevation, roll=roll)
+    return turned.in_frame(upright_frame(up, front).T)
 
 
 def angles_in(up: str, view: View, *, front: str = "") -> tuple[float, float, float]:
@@ -147,6 +148,8 @@ def fit_distance(
     right, up, back = basis @ _in_radii(points, proportions).T
     tangent = (1.0 - margin) * View.tangent
     across, along = np.abs(right) / (2 * reach[0]), np.abs(up) / (2 * reach[1])
+    if isinstance(view, View) and view.is_orthographic:
+        back = np.zeros_like(back)
     needed = back + np.maximum(across, along) / tangent
     return float(needed.max()) / FAR_DISTANCE_RADII
 
@@ -204,7 +207,8 @@ def _nearest(
     room = 2 * np.array(reach) * (1.0 - MARGIN, FILLED)
     back = view.basis()[2] @ _in_radii(points, proportions).T
     # Nearer, some of them were level with or behind the camera.
-    near = min(max(NEAREST, (float(back.max()) + CLOSEST) / FAR_DISTANCE_RADII), farthest)
+    nearest = 0.0 if view.is_orthographic else (float(back.max()) + CLOSEST) / FAR_DISTANCE_RADII
+    near = min(max(NEAREST, nearest), farthest)
     distance = farthest
     for _ in range(HALVINGS):
         low, high = _ends(view, proportions, points, (near + distance) / 2)
@@ -230,12 +234,12 @@ def _in_radii(points: NDArray[np.float64], proportions: Triple) -> NDArray[np.fl
     return np.asarray((2.0 * points - 1.0) * proportions)
 
 
-def standard_view(name: str, distance: float, up: str, *, front: str = "") -> View:
-    """Return one of :data:`STANDARD_VIEWS` in the middle of the image; others are a `ViewError`."""
+def standard_view(name: str, view: View, up: str, *, front: str = "") -> View:
+    """Turn a view to one of :data:`STANDARD_VIEWS`, in the middle; others are a `ViewError`."""
     if name not in STANDARD_VIEWS:
         raise ViewError(f"'{name}' is not a view; give one of {', '.join(STANDARD_VIEWS)}.")
     azimuth, elevation = STANDARD_VIEWS[name]
-    return view_in(up, azimuth, elevation, distance=distance, front=front)
+    return view_in(up, azimuth, elevation, 0.0, replace(view, pan_x=0.0, pan_y=0.0), front=front)
 
 
 def _nearest_axis(direction: NDArray[np.float64]) -> str:
@@ -258,14 +262,6 @@ def turntable(
     place = Projection(view, proportions).places(point[None])[0]
     views = [view]
     for number in range(1, count):
-        turned = view_in(
-            up,
-            (azimuth - 360 * number / count) % 360,
-            elevation,
-            roll,
-            view.distance,
-            view.pan_x,
-            view.pan_y,
-        )
+        turned = view_in(up, (azimuth - 360 * number / count) % 360, elevation, roll, view)
         views.append(holding(point, place, turned, proportions))
     return views

@@ -7,7 +7,7 @@ cross product with an "up" vector, and is therefore not degenerate at the poles.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache, lru_cache
 from typing import ClassVar
 
@@ -61,6 +61,8 @@ View distances are given in this unit: at distance 1 the whole volume is in
 view from every direction.
 """
 
+ORTHOGRAPHIC = "orthographic"  # what follows the numbers of such a view where it is written
+
 _POLE = 1e-9
 _DECIMALS = 10
 _IDENTITY = np.eye(3)
@@ -113,6 +115,9 @@ class View:
     pan_y: float = 0.0
     """Place of the volume's centre in the image, to the right and up from its middle, in halves of
     the image's shorter side. The picture is moved as a whole, without turning the camera."""
+    is_orthographic: bool = field(default=False, kw_only=True)
+    """Whether all rays are parallel. The plane through the volume's centre has the same size as in
+    the perspective view from this distance, and nothing of the volume is in front of the eye."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -132,18 +137,21 @@ class View:
     def parse(cls, text: str) -> View:
         """Parse ``"AZ,EL,ROLL,DIST,X,Y"``; trailing numbers may be left out for their defaults.
 
-        Raises :class:`ViewError` for anything else.
+        The word ``orthographic`` may follow. Raises :class:`ViewError` for anything else.
         """
+        parts = [part.strip() for part in text.split(",")]
+        is_orthographic = parts[-1] == ORTHOGRAPHIC
         try:
-            numbers = [float(part) for part in text.split(",")]
+            numbers = [float(part) for part in parts[: len(parts) - is_orthographic]]
         except ValueError:
             numbers = []
-        if not 1 <= len(numbers) <= len(fields(cls)):
+        if not 1 <= len(numbers) < len(fields(cls)):
             raise ViewError(
                 f"'{text}' is not a view; give azimuth,elevation,roll,distance "
-                "and, for a picture beside the middle, x,y: for example 30,20,0,1."
+                "and, for a picture beside the middle, x,y: for example 30,20,0,1; "
+                f"or 30,20,0,1,{ORTHOGRAPHIC}."
             )
-        return cls(*numbers)
+        return cls(*numbers, is_orthographic=is_orthographic)
 
     def basis(self) -> NDArray[np.float64]:
         """Orthonormal camera axes (3, 3), determinant 1.
@@ -152,15 +160,8 @@ class View:
         """
         return _basis(self.azimuth, self.elevation, self.roll).copy()
 
-    @classmethod
-    def of_basis(
-        cls,
-        basis: NDArray[np.float64],
-        distance: float = 1.0,
-        pan_x: float = 0.0,
-        pan_y: float = 0.0,
-    ) -> View:
-        """Rebuild a view from its camera axes (3, 3); the inverse of :meth:`basis`.
+    def with_basis(self, basis: NDArray[np.float64]) -> View:
+        """Return this view with other camera axes (3, 3); the inverse of :meth:`basis`.
 
         Angles are rounded to 1e-10 degrees, so that upright views have round numbers. At a pole,
         where only azimuth and roll together are defined, the roll is 0.
@@ -173,31 +174,38 @@ class View:
             azimuth, roll = math.degrees(math.atan2(right[1], right[0])), 0.0
         else:
             azimuth = math.degrees(math.atan2(back[0], -back[1]))
-            level_right, level_up, _ = cls(azimuth, elevation).basis()
+            level_right, level_up, _ = View(azimuth, elevation).basis()
             roll = math.degrees(math.atan2(right @ level_up, right @ level_right))
-        return cls(
+        return replace(
+            self,
             # The second remainder is for angles that are rounded to 360.
-            round(azimuth % 360.0, _DECIMALS) % 360.0,
-            round(elevation, _DECIMALS) + 0.0,
-            round(roll, _DECIMALS) + 0.0,
-            distance,
-            pan_x,
-            pan_y,
+            azimuth=round(azimuth % 360.0, _DECIMALS) % 360.0,
+            elevation=round(elevation, _DECIMALS) + 0.0,
+            roll=round(roll, _DECIMALS) + 0.0,
         )
 
     def in_frame(self, frame: NDArray[np.float64]) -> View:
         """Return this view of the same image, with angles about the z axis of another frame."""
         if (frame == _IDENTITY).all():
             return self
-        return View.of_basis(self.basis() @ frame.T, self.distance, self.pan_x, self.pan_y)
+        return self.with_basis(self.basis() @ frame.T)
 
     def camera_distance(self, radius: float) -> float:
-        """Distance from the centre to the camera for a bounding sphere of this radius."""
+        """Distance from the centre at which a perspective camera sees it as large, by radius."""
         return self.distance * FAR_DISTANCE_RADII * radius
 
+    def eye_distance(self, radius: float) -> float:
+        """Distance from the centre to the eye for a bounding sphere of this radius."""
+        return 2.0 * radius if self.is_orthographic else self.camera_distance(radius)
+
     def near_distance(self, radius: float) -> float:
-        """Distance from the camera to the near clipping plane."""
-        return max(self.camera_distance(radius) - 1.01 * radius, 0.01 * radius)
+        """Distance from the eye to the near clipping plane."""
+        return max(self.eye_distance(radius) - 1.01 * radius, 0.01 * radius)
+
+    def half_sides(self, depths: NDArray[np.float64], radius: float = 1.0) -> NDArray[np.float64]:
+        """What half the image's shorter side spans at some distances in front of the eye."""
+        centre = np.full_like(depths, self.camera_distance(radius))
+        return self.tangent * (centre if self.is_orthographic else depths)
 
     def vector(self, view_range: ViewRange) -> NDArray[np.float32]:
         """Encode the view for the networks (paper, section 4), shape (5,).
@@ -257,9 +265,9 @@ class Projection:
 
     @property
     def eye(self) -> NDArray[np.float64]:
-        """The camera's position as a point, float64, shape (3,)."""
+        """The camera's position as a point, float64, shape (3,); one of an orthographic view."""
         back = self.view.basis()[2]
-        return 0.5 + self.view.camera_distance(_RADIUS) * back / np.array(self.proportions)
+        return 0.5 + self.view.eye_distance(_RADIUS) * back / np.array(self.proportions)
 
     def depths(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return how far in front of the eye points (N, 3) lie, in radii, shape (N,)."""
@@ -268,7 +276,40 @@ class Projection:
     def places(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the places of points (N, 3) in the image, shape (N, 2)."""
         camera = self._in_camera(points)
-        return camera[:, :2] / camera[:, 2:] + (self.view.pan_x, self.view.pan_y)
+        halves = self.view.half_sides(camera[:, 2:], _RADIUS)
+        return camera[:, :2] / halves + (self.view.pan_x, self.view.pan_y)
+
+    def half_sides(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what half the image's side spans at the depth of points, in radii, shape (N,)."""
+        return self.view.half_sides(self.depths(points))
+
+    def sight(self, point: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Direction (3,) of the ray through a point, of length 1, along the volume's axes."""
+        if self.view.is_orthographic:
+            return -self.view.basis()[2]
+        ray = (point - self.eye) * self.proportions
+        return np.asarray(ray / np.linalg.norm(ray))
+
+    def points(
+        self, places: NDArray[np.float64], distances: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the points (..., 3) at places (..., 2), so many radii (...) along their rays."""
+        right, up, back = self.view.basis()
+        x, y = np.moveaxis(View.tangent * (places - (self.view.pan_x, self.view.pan_y)), -1, 0)
+        across = x[..., None] * right + y[..., None] * up
+        if self.view.is_orthographic:
+            starts, rays = self.view.camera_distance(_RADIUS) * across, -back
+        else:
+            starts, rays = np.zeros(3), across - back
+        along = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+        offsets = starts + _RADIUS * distances[..., None] * along
+        return np.asarray(self.eye + offsets / self.proportions)
+
+    def distances(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far from the eye along their rays points (N, 3) lie, in radii, shape (N,)."""
+        camera = self._in_camera(points)
+        whole = camera[:, 2] if self.view.is_orthographic else np.linalg.norm(camera, axis=1)
+        return np.asarray(whole / _RADIUS)
 
     def seen_part(
         self, start: NDArray[np.float64], end: NDArray[np.float64]
@@ -299,17 +340,16 @@ class Projection:
             return None
         share = min(max(float((np.array(place) - first) @ along) / length, 0.0), 1.0)
         # In perspective, equal parts of the line are not equally long in the image.
-        near, far = self.depths(part)
+        near, far = self.half_sides(part)
         share = share * near / (far + share * (near - far))
         point = part[0] + share * (part[1] - part[0])
         axis = int(np.argmax(np.abs(end - start)))
         return float((point[axis] - start[axis]) / (end[axis] - start[axis]))
 
     def _in_camera(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """To the right and up, in units of which the image has one at depth 1; and the depth."""
+        """To the right, up and in front of the eye, in diagonals."""
         offsets = (points - 0.5) * self.proportions @ self.view.basis().T
-        offsets[:, :2] /= View.tangent
-        offsets[:, 2] = self.view.camera_distance(_RADIUS) - offsets[:, 2]
+        offsets[:, 2] = self.view.eye_distance(_RADIUS) - offsets[:, 2]
         return offsets
 
 

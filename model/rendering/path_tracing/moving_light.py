@@ -11,7 +11,6 @@ would bring.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 
 from model.rendering.raster import Raster, resized
 from model.scene.inputs import SceneInputs
-from model.scene.view import NEAREST_DEPTH, VIEW_ANGLE, Projection, View
+from model.scene.view import NEAREST_DEPTH, Projection, View
 from model.scene.volume import Volume
 
 SIDE = 2  # pixels along either side that share light
@@ -112,20 +111,19 @@ class LightHistory:
         self, past: _Past, view: View, raster: Raster, depth: NDArray[np.float32]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return the past light of what each pixel shows, and of how many pictures it is."""
-        proportions, diagonal = self._volume.proportions, 2 * self._volume.radius
+        proportions, radius = self._volume.proportions, self._volume.radius
         present = Projection(view, proportions)
         before = Projection(past.inputs.view, proportions)
         seen = np.isfinite(depth)
-        away = np.where(seen, depth, 0)[..., None] / diagonal
-        points = present.eye + away * _directions(view, raster) / proportions
-        flat = points.reshape(-1, 3)
+        away = np.where(seen, depth, 0) / radius
+        flat = present.points(_places(raster), away).reshape(-1, 3)
         ahead = before.depths(flat).reshape(depth.shape) > NEAREST_DEPTH
         with np.errstate(divide="ignore", invalid="ignore"):
             places = np.nan_to_num(before.places(flat), posinf=0.0, neginf=0.0)
         x, y = places.reshape(*depth.shape, 2).transpose(2, 0, 1)
         columns = (x * raster.shorter + raster.width - 1) / 2
         rows = (raster.height - 1 - y * raster.shorter) / 2
-        distances = diagonal * np.linalg.norm((points - before.eye) * proportions, axis=2)
+        distances = radius * before.distances(flat).reshape(depth.shape)
         inside = ahead & (columns > -0.5) & (columns < raster.width - 0.5)
         inside &= (rows > -0.5) & (rows < raster.height - 0.5)
         nearest = (
@@ -133,7 +131,7 @@ class LightHistory:
             np.clip(np.rint(columns), 0, raster.width - 1).astype(np.intp),
         )
         with np.errstate(invalid="ignore"):
-            same = np.abs(past.depth[nearest] - distances) < SAME_PLACE * self._volume.radius
+            same = np.abs(past.depth[nearest] - distances) < SAME_PLACE * radius
         counts = np.where(seen & inside & same, past.counts[nearest], 0).astype(np.float32)
         return _between(past.light, rows, columns), counts
 
@@ -143,14 +141,11 @@ def _is_alike(one: SceneInputs, other: SceneInputs) -> bool:
     return replace(one, view=other.view) == other
 
 
-def _directions(view: View, raster: Raster) -> NDArray[np.float64]:
-    """Return the directions of the pixels' rays, of length 1, shape (rows, columns, 3)."""
-    right, up, back = view.basis()
-    tangent = math.tan(math.radians(VIEW_ANGLE / 2))
-    x = (2 * np.arange(raster.width) + 1 - raster.width) / raster.shorter - view.pan_x
-    y = (raster.height - 1 - 2 * np.arange(raster.height)) / raster.shorter - view.pan_y
-    rays = tangent * (x[None, :, None] * right + y[:, None, None] * up) - back
-    return np.asarray(rays / np.linalg.norm(rays, axis=2, keepdims=True))
+def _places(raster: Raster) -> NDArray[np.float64]:
+    """Return the places of a whole picture's pixels, shape (rows, columns, 2)."""
+    x = (2 * np.arange(raster.width) + 1 - raster.width) / raster.shorter
+    y = (raster.height - 1 - 2 * np.arange(raster.height)) / raster.shorter
+    return np.stack(np.meshgrid(x, y), axis=-1)
 
 
 def _between(

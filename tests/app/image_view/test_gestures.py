@@ -231,13 +231,18 @@ def test_rolling_turns_the_picture_clockwise(view, degrees):
 
 @pytest.mark.parametrize("up", AXES)
 def test_orbiting_turns_about_the_up_axis(up):
-    view = view_in(up, 20.0, 35.0, 0.0, 0.6, 0.1, 0.2)
+    view = view_in(up, 20.0, 35.0, 0.0, View(0.0, 0.0, 0.0, 0.6, 0.1, 0.2, is_orthographic=True))
     before, axis = view.basis(), axis_direction(up)
     after = orbit(view, 50.0, 0.0, up)
     # The camera goes round the other way.
     turned = Rotation.from_rotvec(math.radians(-50 * DEGREES_PER_PIXEL) * axis)
     np.testing.assert_allclose(after.basis(), turned.apply(before), atol=1e-9)
-    assert (after.distance, after.pan_x, after.pan_y) == (0.6, 0.1, 0.2)
+    assert (after.distance, after.pan_x, after.pan_y, after.is_orthographic) == (
+        0.6,
+        0.1,
+        0.2,
+        True,
+    )
     assert orbit(view, 0, 1000.0, up).basis()[2] == pytest.approx(axis, abs=1e-9)
 
 

@@ -22,6 +22,7 @@ GOOD = {
     "1%, 99.5%": RangeChoice(1, 99.5, are_percentiles=True),
     "30,-20,5,0.8": View(30.0, -20.0, 5.0, 0.8),
     "30": View(30.0),
+    "30, -20,5,0.8 ,orthographic": View(30.0, -20.0, 5.0, 0.8, is_orthographic=True),
     "100,80, 140,120": Region(100, 80, 140, 120),
     "30, -10": LightDirection(30.0, -10.0),
 }
@@ -30,7 +31,7 @@ BAD = [
      ["", "0,1", "0,1,0,1,0,x", "0,1,0,1,0,1.5", "0.5,0.5,0,1,0,1", "0.6,0.2,0,1,0,1"]),
     (RangeChoice, "range|percentiles",
      ["", "1", "1,2,3", "a,b", "5,1", "nan,1", "1%,2", "-1%,50%", "1%,101%", "0,inf"]),
-    (View, "is not a view", ["north", "1,2,3,4,5,6,7", ""]),
+    (View, "is not a view", ["north", "1,2,3,4,5,6,7", "", "orthographic", "1,flat"]),
     (View, "from -90 to 90", ["0,91,0,1"]),
     (View, "above 0", ["0,0,0,0"]),
     (View, "finite", ["nan,0,0,1"]),
@@ -79,7 +80,7 @@ def test_a_scene_survives_json(lighting):
           for data in (None, [], {"volume_name": "x"}, "scene")),
         (lambda: ViewRange(up="z"), "not an axis"),
         (lambda: view_in("up", 0.0, 0.0), r"'up' is not an axis; give one of \+x"),
-        (lambda: standard_view("Inside", 1.0, "+z"), "'Inside' is not a view"),
+        (lambda: standard_view("Inside", View(), "+z"), "'Inside' is not a view"),
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(build, message):

@@ -1,0 +1,88 @@
+"""Places under a pixel: where along its ray a volume is seen."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.rendering.opacity_correction import per_sample
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import TF_SAMPLES
+from model.scene.view import Projection
+from model.scene.volume import Volume
+
+APART = 0.5  # between two samples of a ray, in voxel sizes
+VISIBLE = 1 / 255  # accumulated opacity from which on a ray has met something visible
+
+
+def places_along(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the places (n, 3) along a pixel's ray, and how much each adds to its opacity (n,).
+
+    Places are fractions of the volume's lengths along x, y and z, the nearest first; the pixel is
+    to the right and up from the image's middle, in halves of its shorter side. None may be left.
+    """
+    projection = Projection(inputs.view, volume.proportions)
+    start, ahead = projection.points(np.tile(at, (2, 1)), np.array([0.0, 1.0]))
+    ray = ahead - start
+    box = inputs.crop or CropBox()
+    with np.errstate(divide="ignore", invalid="ignore"):
+        faces = (np.array([box.low, box.high]) - start) / ray
+    cosine = float(np.diff(projection.depths(np.stack([start, ahead])))[0])
+    nearest = inputs.view.near_distance(1.0) / cosine
+    enter, leave = np.fmax(nearest, np.fmin(*faces).max()), np.fmax(*faces).min()
+    step = APART * volume.voxel_size / volume.radius
+    inside = ((start >= box.low) & (start <= box.high))[ray == 0].all()
+    count = int(np.ceil((leave - enter) / step)) if leave > enter and inside else 0
+    along = np.minimum(enter + step * np.arange(1, count + 1), leave)
+    points = start + along[:, None] * ray
+    values = values_at(volume, points, inputs.is_nearest(volume))
+    lo, hi = volume.scalar_range
+    bins = (TF_SAMPLES - 1) * np.clip((values - lo) / (hi - lo), 0, 1)
+    table = per_sample(inputs.opacity_tf.sample(volume.scalar_range), APART)
+    alphas = np.where(np.isfinite(bins), np.interp(bins, np.arange(TF_SAMPLES), table), 0)
+    # The last step is shorter.
+    alphas = 1 - (1 - alphas) ** (np.diff(along, prepend=enter) / step)
+    through = np.cumprod(1 - alphas)
+    return points, alphas * np.concatenate([[1.0], through])[:count]
+
+
+def first_place(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
+) -> NDArray[np.float64] | None:
+    """Return the first visible place (3,) under a pixel; None where nothing is visible.
+
+    Pixel and place are those of :func:`places_along`.
+    """
+    points, weights = places_along(volume, inputs, at)
+    visible = np.flatnonzero(np.cumsum(weights) >= VISIBLE)
+    return points[visible[0]] if len(visible) else None
+
+
+def values_at(
+    volume: Volume, points: NDArray[np.float64], is_nearest: bool = False
+) -> NDArray[np.float64]:
+    """Return the scalar values (n,) at points (n, 3) of a volume, NaN where it has none."""
+    last = np.array(volume.dimensions) - 1
+    places = np.clip(points, 0.0, 1.0) * last
+    hidden = volume.hidden
+    nearest = tuple(np.rint(places).astype(np.intp).T[::-1])
+    missing = np.zeros(len(points), bool) if hidden is None else hidden[nearest]
+    if is_nearest:
+        return np.where(missing, np.nan, volume.voxels[nearest].astype(np.float64))
+    before = np.minimum(places.astype(np.intp), np.maximum(last - 1, 0))
+    share = places - before
+    total, weights = np.zeros(len(points)), np.zeros(len(points))
+    for corner in itertools.product((0, 1), repeat=3):
+        at = tuple(np.minimum(before + corner, last).T[::-1])
+        weight = np.where(corner, share, 1 - share).prod(axis=1)
+        if hidden is not None:
+            weight = np.where(hidden[at], 0.0, weight)
+        total += np.where(weight > 0, weight * volume.voxels[at].astype(np.float64), 0.0)
+        weights += weight
+    known = ~missing & (weights > 0)
+    return np.where(known, total / np.where(known, weights, 1.0), np.nan)

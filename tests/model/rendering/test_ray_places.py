@@ -1,0 +1,68 @@
+"""Places under a pixel, against the ray caster's depth and its opacity."""
+
+import numpy as np
+import pytest
+from drawing import RAINBOW
+
+from model.rendering.ray_places import first_place, places_along, values_at
+from model.rendering.raycast.renderer import RaycastRenderer
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.transfer_function import GaussianMode, OpacityTF
+from model.scene.view import Projection, View
+from model.scene.volume import Volume
+from tests.reference_raycaster import interpolated
+
+SIZE = 24
+PIXELS = (2 * np.arange(SIZE) + 1 - SIZE) / SIZE
+
+
+def scenes(volume):
+    lo, hi = volume.scalar_range
+    faint = OpacityTF((lo, hi), (GaussianMode(lo + 0.7 * (hi - lo), 0.1 * (hi - lo), 0.2),))
+    yield SceneInputs(View(30.0, 20.0, 10.0, 0.7, 0.1, -0.2), faint, RAINBOW)
+    # From within the volume, and of a part of it.
+    yield SceneInputs(View(200.0, -40.0, 0.0, 0.15), faint, RAINBOW)
+    box = CropBox((0.3, 0.0, 0.1), (0.9, 0.6, 1.0))
+    yield SceneInputs(View(110.0, 5.0, 0.0, 0.8), faint, RAINBOW, crop=box)
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_the_first_place_is_where_the_ray_caster_first_sees_something(volume, number):
+    inputs = list(scenes(volume))[number]
+    image, depth = RaycastRenderer(volume).frame(inputs, SIZE)
+    projection = Projection(inputs.view, volume.proportions)
+    seen = 0
+    for row, column in np.ndindex(SIZE, SIZE):
+        at = PIXELS[column], -PIXELS[row]
+        points, weights = places_along(volume, inputs, at)
+        assert weights.sum() == pytest.approx(image[row, column, 3], abs=0.01)
+        place = first_place(volume, inputs, at)
+        if place is None or np.isinf(depth[row, column]):
+            assert weights.sum() == pytest.approx(1 / 255, abs=2e-3) or weights.sum() < 1 / 255
+            continue
+        seen += 1
+        away = depth[[row], [column]] / volume.radius
+        expected = projection.points(np.array([at]), away)[0]
+        difference = (place - expected) * volume.extent / volume.voxel_size
+        assert np.linalg.norm(difference) < 1.01
+        np.testing.assert_allclose(projection.places(points[:1])[0], at, atol=1e-9)
+        np.testing.assert_allclose(projection.distances(expected[None]), away, rtol=1e-6)
+    assert seen > 20
+
+
+def test_values_between_voxels_and_where_none_is():
+    rng = np.random.default_rng(5)
+    scalars = rng.normal(size=(4, 5, 6)).astype(np.float32)
+    missing = np.zeros(scalars.shape, bool)
+    missing[1, 2, 3] = True
+    volume = Volume(np.where(missing, np.float32(1e6), scalars), missing=missing)
+    points = rng.random((400, 3))
+    places = points * (np.array(volume.dimensions) - 1)
+    values = values_at(volume, points)
+    nearest = (np.rint(places) == (3, 2, 1)).all(axis=1)
+    np.testing.assert_array_equal(np.isnan(values), nearest)
+    apart = (np.abs(places - (3, 2, 1)) >= 1).any(axis=1)
+    expected = interpolated(scalars.astype(float), places)
+    np.testing.assert_allclose(values[apart], expected[apart], atol=1e-6)
+    assert np.isin(values_at(volume, points[~nearest], is_nearest=True), scalars).all()
