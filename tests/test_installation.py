@@ -1,10 +1,11 @@
-"""The scripts that install what tfscope needs."""
+"""The scripts that install what tfscope needs, and a library that must not be loaded."""
 
 from __future__ import annotations
 
 import importlib.util
 import os
 import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -114,3 +115,10 @@ def test_an_old_python_is_said(monkeypatch, capsys):
     monkeypatch.setattr(system_libraries.sys, "version_info", (3, 9, 2))
     assert system_libraries.main(["--python"]) == 1
     assert "make PYTHON=python3.11" in capsys.readouterr().err
+
+
+def test_an_optimizer_loads_no_triton_into_a_process_that_vtk_draws_in(tmp_path):
+    (tmp_path / "triton.py").write_text("import os; os._exit(139)")
+    code = "import model, torch; torch.optim.Adam([torch.nn.Parameter(torch.ones(1))])"
+    path = os.pathsep.join((str(tmp_path), str(Path(__file__).parents[1])))
+    subprocess.run([sys.executable, "-c", code], env={**os.environ, "PYTHONPATH": path}, check=True)
