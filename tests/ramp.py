@@ -15,7 +15,6 @@ def make_volume(name: str = "ramp", top: float = 200.0) -> Volume:
 
 
 def make_tf(*means: float) -> TransferFunction:
-    """Modes over 100..200, black to white."""
     modes = tuple(GaussianMode(mean, 8.0, 0.5) for mean in means or (130.0, 170.0))
     stops = ((100.0, 0.0, 0.0, 0.0), (150.0, 0.2, 0.6, 0.4), (200.0, 1.0, 1.0, 1.0))
     return TransferFunction(OpacityTF((100.0, 200.0), modes), ColorTF((100.0, 200.0), stops))

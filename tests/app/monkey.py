@@ -124,8 +124,6 @@ def resident_mb():
 
 @dataclass
 class Findings:
-    """Outcome of a monkey's events."""
-
     errors: list[str] = field(default_factory=list)
     """Exceptions that nobody caught, pictures of another state, windows that never settled."""
     memory: list[float] = field(default_factory=list)  # resident memory in MB, at each rest
@@ -266,14 +264,12 @@ def label(widget):
 
 
 def close_popup():
-    """Close a menu or list that is open."""
     popup = QApplication.activePopupWidget()
     if popup is not None:
         popup.close()
 
 
 def monkey_at_work(events, seed, rest_every=250):
-    """Open a window on unreliable engines, let a monkey at it, and close it."""
     QApplication.instance() or QApplication([])
     _answer_dialogs()
     # As app/launch.py does: Qt's objects must not be collected in an engine's thread.

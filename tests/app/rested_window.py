@@ -21,7 +21,6 @@ def act_until(qtbot, signal, act, *values, **named):
 
 
 def settle(qtbot, window):
-    """Wait until both images are final."""
     qtbot.waitUntil(lambda: window.workspace.is_settled)
 
 
@@ -31,6 +30,5 @@ def open_volume(qtbot, window, name):
 
 
 def notice_buttons(window):
-    """Buttons of the notices by their texts."""
     found = window.notice.findChildren(QPushButton)
     return {button.text(): button for button in found if not button.isHidden()}

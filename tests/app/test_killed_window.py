@@ -1,5 +1,3 @@
-"""Windows that are killed, or get random events and engines that fail."""
-
 import json
 import os
 import random

@@ -1,5 +1,3 @@
-"""Compiling ahead: what it prepares is what a volume's pictures use."""
-
 import os
 import subprocess
 import sys

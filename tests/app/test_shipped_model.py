@@ -1,5 +1,3 @@
-"""Which model the window takes when the user has named none."""
-
 from pathlib import Path
 
 import pytest

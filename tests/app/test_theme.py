@@ -1,5 +1,3 @@
-"""Colours, icons, tips of menus and what terms mean."""
-
 import re
 
 import pytest
@@ -74,7 +72,6 @@ LONG = "A sentence that says rather much about an entry, and that is wrapped whe
 
 
 def ask(menu, number):
-    """Rest with the mouse on an entry."""
     at = menu.actionGeometry(menu.actions()[number]).center()
     event = QHelpEvent(QEvent.Type.ToolTip, at, menu.mapToGlobal(at))
     QApplication.sendEvent(menu, event)

@@ -1,5 +1,3 @@
-"""Each benchmark once, with the smallest sizes."""
-
 import numpy as np
 import pytest
 

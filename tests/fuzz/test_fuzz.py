@@ -1,5 +1,3 @@
-"""The fuzz job finds what it should, and finds nothing in the readers."""
-
 import json
 from dataclasses import replace
 

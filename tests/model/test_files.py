@@ -1,5 +1,3 @@
-"""JSON of strangers, read within bounds and checked by types, and optional packages."""
-
 import re
 import sys
 import tomllib
@@ -33,14 +31,11 @@ class Whole:
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (b"1" * 5000, "digits"),
-        (b"[" * 200_000, "nested too deeply"),
-        (b'{"a":' * 200_000, "nested too deeply"),
-        (b'"\xff"', "no text"),
-        (b"{", "Expecting"),
+        (b"1" * 5000, "digits"), (b"[" * 200_000, "nested too deeply"),
+        (b'{"a":' * 200_000, "nested too deeply"), (b'"\xff"', "no text"), (b"{", "Expecting"),
         (b"", "Expecting"),
     ],
-)
+)  # fmt: skip
 def test_what_is_no_json_is_malformed(content, told):
     with pytest.raises(MalformedError, match=told):
         parse_json(content)

@@ -45,13 +45,11 @@ def side_by_side(image: NDArray[np.float32]) -> Picture:
 
 
 def store(name: str, picture: Picture) -> None:
-    """Make a picture the stored one."""
     STORED.mkdir(exist_ok=True)
     iio.imwrite(STORED / f"{name}.png", picture, optimize=True)
 
 
 def stored(name: str) -> Picture:
-    """The stored picture."""
     return np.asarray(iio.imread(STORED / f"{name}.png"))
 
 

@@ -114,11 +114,8 @@ TFS: dict[str, Callable[[Range], OpacityTF]] = {
 }
 
 STOPS = (
-    (0.0, 0.35, 0.45, 1.0),
-    (0.4, 0.95, 0.75, 0.2),
-    (0.6, 0.3, 0.8, 0.5),
-    (1.0, 1.0, 0.9, 0.8),
-)
+    (0.0, 0.35, 0.45, 1.0), (0.4, 0.95, 0.75, 0.2), (0.6, 0.3, 0.8, 0.5), (1.0, 1.0, 0.9, 0.8),
+)  # fmt: skip
 """Colours, at fractions of the range."""
 
 
@@ -163,7 +160,6 @@ class PictureScene:
 
     @property
     def raster(self) -> Raster:
-        """Its pixels."""
         return Raster(self.width, self.height)
 
 

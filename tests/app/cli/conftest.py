@@ -10,7 +10,6 @@ RANGE = (0.0, 255.0)
 
 @pytest.fixture(scope="module")
 def raw_file(tmp_path_factory):
-    """A small volume, headerless, its layout in its name."""
     path = tmp_path_factory.mktemp("volumes") / "ball_20x18x16_uint8.raw"
     z, y, x = np.mgrid[0:16, 0:18, 0:20]
     distance = np.sqrt((x - 9) ** 2 + (y - 8) ** 2 + (z - 9) ** 2)

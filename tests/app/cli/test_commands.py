@@ -1,5 +1,3 @@
-"""The command line as a user meets it, in this process."""
-
 import json
 import shutil
 from pathlib import Path
@@ -44,7 +42,6 @@ def trained(raw_file, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def samples(raw_file, tmp_path_factory):
-    """A data set of the volume that the model was trained on."""
     out = tmp_path_factory.mktemp("stores") / "samples.zarr"
     arguments = f"dataset --volume {raw_file} --out {out} --size 64 --workers 1 --count 4"
     assert run([*arguments.split(), "--holdout", "2"]) == 0

@@ -1,5 +1,3 @@
-"""``info`` as data, and the options that choose among several volumes."""
-
 import json
 from pathlib import Path
 

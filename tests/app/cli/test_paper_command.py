@@ -1,5 +1,3 @@
-"""Each of the paper's figures and tables, made with --quick from an untrained model."""
-
 import json
 from pathlib import Path
 

@@ -1,5 +1,3 @@
-"""Range and scale of the scalar axis on the command line."""
-
 import json
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Figures, turntables and sessions of ``render``."""
-
 from dataclasses import replace
 
 import imageio.v3 as iio

@@ -1,5 +1,3 @@
-"""A client's states, and askers of one engine: each hears its own answers, the newest count."""
-
 import threading
 
 import numpy as np
@@ -105,18 +103,15 @@ class Asking:
             self.client.start(lambda: self.engine, "Loading …")
 
     def ask(self, channel):
-        """Ask for an image on a channel."""
         image = make_request(0)
         return channel.ask(ImageRequest(image.inputs, image.quality))
 
     def begin(self, channel):
-        """Ask, and wait until it is being drawn."""
         asked = self.ask(channel)
         assert self.engine.started.acquire(timeout=PATIENCE_S)
         return asked
 
     def let_draw(self):
-        """Let the engine draw all that comes."""
         self.engine.gate.release(10)
 
 

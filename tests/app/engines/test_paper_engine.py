@@ -1,5 +1,3 @@
-"""What the window asks of the paper's networks, by tiny untrained ones, and of a ray caster."""
-
 import numpy as np
 import pytest
 import torch

@@ -1,5 +1,3 @@
-"""A worker's requests: the newest wins, and what nobody waits for is given up."""
-
 import threading
 
 import numpy as np
@@ -14,8 +12,6 @@ from model.scene.region import Region
 
 
 class Harness:
-    """A running worker, its engine and everything it reported."""
-
     def __init__(self, qtbot, engine):
         self.engine = engine
         self.results = []

@@ -1,5 +1,3 @@
-"""Plots of TFs: numbers beside them are of the curves that they stand beside."""
-
 import numpy as np
 import pyqtgraph as pg
 import pytest

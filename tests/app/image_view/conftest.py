@@ -9,7 +9,6 @@ from app.state.viewer_state import ViewerState
 
 @pytest.fixture
 def pane(qtbot):
-    """A pane of a client that has no engine yet."""
     state = ViewerState()
     pane = EnginePane("Engine", EngineClient("test"), state.brightness, "exact")
     state.setParent(pane)

@@ -1,5 +1,3 @@
-"""The slider from fast to exact, its table of all stops, and the line with the image's error."""
-
 from dataclasses import replace
 
 import numpy as np
@@ -58,7 +56,6 @@ def line(pane):
 
 
 def request(line, sequence):
-    """A request for an image of the present inputs."""
     return replace(make_request(sequence), inputs=line._state.inputs)
 
 

@@ -1,5 +1,3 @@
-"""Changes of the view and the light by the mouse and by keys."""
-
 import math
 from dataclasses import replace
 

@@ -1,5 +1,3 @@
-"""Light and brightness of the reference image."""
-
 import math
 
 import pytest

@@ -1,5 +1,3 @@
-"""Pictures of the map by a model that draws its own codes, on fake engines and a toy codec."""
-
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +9,6 @@ from window_fakes import PATIENCE_S
 
 @pytest.fixture
 def window(qtbot, make_window, builders, tmp_path):
-    """A window with the map of a model that draws codes, and its grid."""
     builders.draws_codes, builders.map_folder = True, tmp_path
     space = toy_space(tmp_path, (100.0, 200.0), (100.0, 200.0))
     codes = space.open_map().codes

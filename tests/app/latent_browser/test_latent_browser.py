@@ -1,5 +1,3 @@
-"""The latent browser in the window, on fake engines and a toy codec, by real mouse events."""
-
 import shutil
 import subprocess
 from dataclasses import replace
@@ -46,7 +44,6 @@ def places(tmp_path, builders, stored_map):
 
 @pytest.fixture
 def window(qtbot, make_window, places):
-    """A window that shows a stored map, and the grid of its cells."""
     window = make_window()
     open_browser(qtbot, window)
     open_map(qtbot, window)

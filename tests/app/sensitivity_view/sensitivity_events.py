@@ -6,13 +6,11 @@ from PySide6.QtWidgets import QApplication
 
 
 def at(canvas, x, y):
-    """Position of a place of the image."""
     rect = canvas.image_rect
     return QPoint(round(rect.left() + x * rect.width()), round(rect.top() + y * rect.height()))
 
 
 def over_plot(window, value, height=0.8):
-    """Position of a value in the opacity plot."""
     area = window.editor.area
     place = QPointF(area.axis.place(value), height)
     return area.widget.mapFromScene(area.opacity.mapViewToScene(place))

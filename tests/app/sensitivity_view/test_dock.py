@@ -1,5 +1,3 @@
-"""The lower third of the window as a whole: room, folding, focus, what opens and what closes."""
-
 from dataclasses import replace
 from itertools import combinations, product
 

@@ -1,5 +1,3 @@
-"""Fields over the images, and edits that are tried, by real mouse and key events."""
-
 import threading
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Regions and clicked places in the window, on fake engines, by real mouse and key events."""
-
 from itertools import combinations
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Sensitivities in the window as a whole, on fake engines, by real mouse and key events."""
-
 import threading
 from dataclasses import replace
 from pathlib import Path

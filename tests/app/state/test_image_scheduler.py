@@ -1,5 +1,3 @@
-"""Requests for images, as the viewer's state changes and answers come."""
-
 from dataclasses import replace
 
 import numpy as np
@@ -44,7 +42,6 @@ class Client(QObject):
         self.is_held = is_held
 
     def answer(self, is_last=True, width=10):
-        """Answer the newest request."""
         rgba = np.zeros((4, width, 4), np.float32)
         self.images.deliver(Result(self.asked[-1], Image(rgba, 0.1, is_last=is_last)))
 

@@ -1,5 +1,3 @@
-"""What is remembered between runs, also by two windows and from damaged files."""
-
 import json
 import threading
 from dataclasses import asdict, fields

@@ -1,5 +1,3 @@
-"""Lights that take too long are given up, by times that are made up."""
-
 import numpy as np
 import pytest
 from ramp import make_tf

@@ -1,5 +1,3 @@
-"""Questions about sensitivities: to whom, when and how finely, and what the answers say."""
-
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 

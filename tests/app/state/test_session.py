@@ -1,5 +1,3 @@
-"""The file of a session: what it holds, and what is said of one that cannot be opened."""
-
 import json
 from contextlib import suppress
 from dataclasses import asdict, fields, replace

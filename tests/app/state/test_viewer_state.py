@@ -1,5 +1,3 @@
-"""Edits of the viewer's state, and refreshes while something moves."""
-
 import itertools
 import time
 from dataclasses import replace

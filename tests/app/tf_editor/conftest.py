@@ -24,5 +24,4 @@ def open_editor(qtbot, state):
 
 @pytest.fixture
 def editor(open_editor):
-    """An editor over 100..200 K."""
     return open_editor()

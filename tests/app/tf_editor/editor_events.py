@@ -7,7 +7,6 @@ from PySide6.QtTest import QTest
 
 
 def pixel(editor, value, height):
-    """Pixel of a value and a height of the opacity plot."""
     at = QPointF(editor.area.axis.place(value), height)
     return editor.area.widget.mapFromScene(editor.area.opacity.mapViewToScene(at))
 

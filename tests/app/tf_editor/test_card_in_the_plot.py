@@ -1,5 +1,3 @@
-"""Where the card with the numbers stands, and how it takes the keys, in the whole editor."""
-
 from dataclasses import replace
 from itertools import product
 

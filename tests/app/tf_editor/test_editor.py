@@ -1,5 +1,3 @@
-"""The editor as the user meets it: real mouse and key events on the visible widget."""
-
 from dataclasses import replace
 from itertools import product
 

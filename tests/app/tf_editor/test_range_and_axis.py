@@ -1,5 +1,3 @@
-"""The TF's range and the axis of the plots, by real mouse and key events."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Selected handles: one or several, colours that follow, and keys, by real events."""
-
 from dataclasses import replace
 
 import numpy as np

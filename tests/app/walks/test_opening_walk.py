@@ -20,7 +20,6 @@ from model.scene.view import View
 
 
 def drop(window, name):
-    """Drop a file on the window."""
     data = QMimeData()
     data.setUrls([QUrl.fromLocalFile(f"/somewhere/{name}.nrrd")])
     none, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton

@@ -1,5 +1,3 @@
-"""Cards over the images."""
-
 from pathlib import Path
 
 import pytest
@@ -31,7 +29,6 @@ def bar(qtbot, state):
 
 
 def at(slider, value):
-    """Pixel of a value."""
     knob = 9
     return QPoint(round(knob / 2 + value * (slider.width() - knob)), slider.height() // 2)
 

@@ -1,5 +1,3 @@
-"""Every control of the window, with everything open: order and reach of Tab, names, the wheel."""
-
 from itertools import pairwise
 
 import pytest
@@ -96,7 +94,6 @@ def walked(qtbot, window, key=Qt.Key.Key_Tab):
 
 
 def controls(window):
-    """Everything in sight that can be used."""
     for widget in window.findChildren(QWidget):
         inner = isinstance(widget.parentWidget(), (QAbstractSpinBox, QLineEdit, QComboBox))
         is_shown = (

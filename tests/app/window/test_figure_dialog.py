@@ -20,7 +20,6 @@ def dialog(qtbot):
 
 
 def choose(dialog, box_name, text):
-    """Choose an entry as a click does."""
     box = getattr(dialog, box_name)
     row = next(i for i in range(box.count()) if text in box.itemText(i))
     box.setCurrentIndex(row)

@@ -1,5 +1,3 @@
-"""The window as a whole, on fake engines."""
-
 import threading
 from dataclasses import replace
 from functools import partial

@@ -1,5 +1,3 @@
-"""The menus of shipped volumes and models, with models that only look like shipped ones."""
-
 from pathlib import Path
 
 import pytest
@@ -32,7 +30,6 @@ def shipped(tmp_path, monkeypatch):
 
 
 def visible(menu):
-    """Entries that are seen when a menu opens."""
     menu.aboutToShow.emit()
     return [a.text().replace("&", "") for a in menu.actions() if a.isVisible() and a.text()]
 

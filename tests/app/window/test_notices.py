@@ -1,5 +1,3 @@
-"""Notices and cards over the images."""
-
 from functools import partial
 
 import pytest
@@ -106,8 +104,6 @@ def test_escape_dismisses_one_after_another(qtbot, bar):
 
 
 class Card(QWidget):
-    """A widget of some size."""
-
     def __init__(self, width, height):
         super().__init__()
         self.content = QWidget()

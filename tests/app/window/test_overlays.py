@@ -1,5 +1,3 @@
-"""Overlays of images, and their background."""
-
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint

@@ -1,5 +1,3 @@
-"""One denoised path-traced sample in the place of a model that knows another light."""
-
 from pathlib import Path
 
 import numpy as np

@@ -26,7 +26,6 @@ def open_dialog(qtbot, tmp_path):
 
 
 def wait(qtbot, dialog):
-    """Wait until the newest previews are there."""
     qtbot.waitUntil(lambda: not dialog._previews.is_running)
 
 

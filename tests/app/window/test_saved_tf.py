@@ -1,5 +1,3 @@
-"""What the window saves as a TF it opens again as the same picture."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Notices about how a volume is shown: nothing visible, no light, a logarithmic scale."""
-
 import time
 from dataclasses import replace
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""Sessions in the window: everything comes back, and nothing of what was there is lost."""
-
 import pytest
 from PySide6.QtWidgets import QFileDialog
 from ramp import make_tf, make_volume
@@ -35,7 +33,6 @@ def open_window(qtbot, builders, volume, tmp_path):
 
 
 def change_all(window, tf):
-    """Make something of each kind."""
     window.state.tf_input.set(tf, "another")
     window.state.set_view(VIEW)
     window.state.crop_input.set(CropBox((0.1, 0.0, 0.2), (1.0, 0.9, 1.0)))
@@ -56,7 +53,6 @@ def open_session(qtbot, window, path):
 
 
 def texts_of(window):
-    """What the notices say."""
     return [text for text in window.notice.text.splitlines() if text]
 
 

@@ -1,5 +1,3 @@
-"""The dialogs that tell what a file holds, and what is known of the open volume."""
-
 from dataclasses import replace
 
 import pytest

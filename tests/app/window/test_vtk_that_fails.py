@@ -1,5 +1,3 @@
-"""What VTK cannot draw the ray caster draws, which is said; what nothing draws is not saved."""
-
 import numpy as np
 import pytest
 from PIL import Image

@@ -1,5 +1,3 @@
-"""The window's measures: what has room, what folds, and what never moves."""
-
 from itertools import pairwise
 
 import pytest

@@ -1,5 +1,3 @@
-"""What the window and its volumes looked like comes back, over other volumes and restarts."""
-
 import pytest
 from PySide6.QtCore import QSize
 from ramp import make_tf, make_volume

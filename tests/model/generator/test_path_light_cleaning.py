@@ -1,5 +1,3 @@
-"""Cleaning of path-traced pictures of any size, and machines that lack a part."""
-
 import numpy as np
 import pytest
 import torch

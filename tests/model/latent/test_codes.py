@@ -1,5 +1,3 @@
-"""Codes that are drawn at random, and the codec that is shipped."""
-
 import itertools
 import json
 import shutil

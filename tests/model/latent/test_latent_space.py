@@ -1,5 +1,3 @@
-"""Maps that are kept, TFs in their window, and pictures of codes against the network."""
-
 from dataclasses import replace
 
 import numpy as np

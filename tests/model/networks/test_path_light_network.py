@@ -1,5 +1,3 @@
-"""The network behind the denoiser: what it does untrained, with other colours, and as a file."""
-
 import pytest
 import safetensors.torch
 import torch

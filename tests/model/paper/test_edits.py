@@ -1,5 +1,3 @@
-"""Edits that sensitivities suggest, and the regions and values that they are read off."""
-
 from dataclasses import replace
 from itertools import pairwise
 

@@ -1,5 +1,3 @@
-"""What VTK cannot draw is noticed, and drawn by the ray caster."""
-
 import numpy as np
 import pytest
 from drawing import drawn

@@ -1,5 +1,3 @@
-"""Labels: no place has a value between two of them, in any light of either renderer."""
-
 import math
 from dataclasses import replace
 

@@ -25,7 +25,6 @@ EDGE = 32
 
 
 def ball(dtype="float32"):
-    """A ball of 200 with a soft surface."""
     z, y, x = np.mgrid[:EDGE, :EDGE, :EDGE] - (EDGE - 1) / 2
     return (200 * np.clip(13 - np.sqrt(x * x + y * y + z * z), 0, 1)).astype(dtype)
 

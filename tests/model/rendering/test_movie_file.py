@@ -1,5 +1,3 @@
-"""Movies are written picture by picture, whole or not at all."""
-
 import imageio.v3 as iio
 import numpy as np
 import pytest

@@ -1,5 +1,3 @@
-"""Whether a graphics card draws is known by the name that OpenGL gives itself."""
-
 import pytest
 
 from model.errors import CannotDrawError

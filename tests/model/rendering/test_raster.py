@@ -1,5 +1,3 @@
-"""Wide pictures, parts of pictures, panned views and crop boxes, in both renderers."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Volumes over a range other than their voxels', and on a logarithmic scale."""
-
 from dataclasses import replace
 
 import numpy as np
@@ -18,13 +16,8 @@ from tests.reference_raycaster import cast, composite, correct, render
 SIZE = 64
 KINDS = RaycastRenderer, VtkRenderer
 RANGES = [
-    (40.0, 60.0),
-    (49.75, 51.0),
-    (-100.0, 45.0),
-    (90.0, 1090.0),
-    (-900.0, 1000.0),
-    (0.0, 100.0),
-]
+    (40.0, 60.0), (49.75, 51.0), (-100.0, 45.0), (90.0, 1090.0), (-900.0, 1000.0), (0.0, 100.0),
+]  # fmt: skip
 """Narrow, between two voxels, cut off at one end, beyond one end, wide, and the voxels' own."""
 
 

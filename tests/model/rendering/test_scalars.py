@@ -1,5 +1,3 @@
-"""Scalars on their way to a renderer: nothing lost, nothing that float32 cannot hold."""
-
 import numpy as np
 import pytest
 from drawing import drawn, rms

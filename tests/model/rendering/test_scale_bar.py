@@ -70,15 +70,10 @@ def test_nearer_things_are_larger_than_the_bar_says():
 @pytest.mark.parametrize(
     ("spacing", "unit", "shown"),
     [
-        (0.004, "mm", "µm"),
-        (4000.0, "nm", "µm"),
-        (300.0, "mm", "m"),
-        (30.0, "mm", "mm"),
-        (2.0, "parsec", "parsec"),
-        (2.0, "", "units"),
-        (1.0, "", "voxels"),
+        (0.004, "mm", "µm"), (4000.0, "nm", "µm"), (300.0, "mm", "m"), (30.0, "mm", "mm"),
+        (2.0, "parsec", "parsec"), (2.0, "", "units"), (1.0, "", "voxels"),
     ],
-)
+)  # fmt: skip
 def test_lengths_have_the_unit_that_reads_best(spacing, unit, shown):
     volume = Volume(dots(20).voxels, (spacing,) * 3, file=FileFacts(spacing_unit=unit))
     bar = Scale.of(volume).bar(View())

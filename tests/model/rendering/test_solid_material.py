@@ -1,5 +1,3 @@
-"""Solid material is lit: its faces by their normals, its inside evenly, noise by neither."""
-
 from functools import partial
 
 import numpy as np

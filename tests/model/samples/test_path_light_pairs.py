@@ -1,5 +1,3 @@
-"""Pairs of few and many samples: what they hold, and that none is drawn twice."""
-
 import numpy as np
 import pytest
 from ramp import make_volume

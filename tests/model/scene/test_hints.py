@@ -1,5 +1,3 @@
-"""What is said of a TF: what 256 entries cannot hold, with a remedy, and why nothing is seen."""
-
 from dataclasses import replace
 
 import numpy as np
@@ -204,14 +202,11 @@ def test_voxels_beyond_the_tfs_range_look_like_its_ends():
 @pytest.mark.parametrize(
     ("view", "aspect", "outside"),
     [
-        (View(pan_x=2.1), 1.0, True),
-        (View(pan_x=2.1), 1.5, False),
-        (View(pan_y=-2.1), 1.5, True),
-        (View(pan_y=1.9), 1.0, False),
-        (View(distance=200.0), 1.0, True),
+        (View(pan_x=2.1), 1.0, True), (View(pan_x=2.1), 1.5, False), (View(pan_y=-2.1), 1.5, True),
+        (View(pan_y=1.9), 1.0, False), (View(distance=200.0), 1.0, True),
         (View(distance=0.2, pan_x=9.0), 1.0, False),
     ],
-)
+)  # fmt: skip
 def test_a_view_that_misses_the_volume(view, aspect, outside):
     found = explain(replace(with_mode(190.0), view=view), aspect)
     assert ("left the image" in found.text or "too small" in found.text) is outside

@@ -1,5 +1,3 @@
-"""Robust ranges: outliers, tails and fill values are left out, structure never."""
-
 from dataclasses import replace
 
 import numpy as np

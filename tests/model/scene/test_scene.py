@@ -1,5 +1,3 @@
-"""What is typed or stored: read back, or refused in one sentence."""
-
 import json
 from dataclasses import replace
 

@@ -171,15 +171,12 @@ def test_ranges_and_windows_are_typed_in_the_data_s_units():
 @pytest.mark.parametrize(
     ("value", "scalar_range", "text"),
     [
-        (67.4666, (0.0, 255.0), "67"),
-        (-612.2, (-1024.0, 3071.0), "-612"),
-        (0.6127, (0.0, 1.0), "0.613"),
-        (2.3254e-8, (0.0, 1e-7), "2.33e-08"),
-        (1234567.8, (0.0, 2e6), "1.23e+06"),
-        (-0.0001, (-1.0, 1.0), "0.00"),
+        (67.4666, (0.0, 255.0), "67"), (-612.2, (-1024.0, 3071.0), "-612"),
+        (0.6127, (0.0, 1.0), "0.613"), (2.3254e-8, (0.0, 1e-7), "2.33e-08"),
+        (1234567.8, (0.0, 2e6), "1.23e+06"), (-0.0001, (-1.0, 1.0), "0.00"),
         (0.0, (0.0, 1e-9), "0"),
     ],
-)
+)  # fmt: skip
 def test_as_many_digits_as_a_tf_tells_apart(value, scalar_range, text):
     assert value_text(value, scalar_range, "linear") == text
 

@@ -1,5 +1,3 @@
-"""Exact sensitivities: what adds up, what is nothing, where values are seen, what is refused."""
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,5 +1,3 @@
-"""Promising intervals, and contributions of a place, against what made them."""
-
 import numpy as np
 import pytest
 import scipy.signal

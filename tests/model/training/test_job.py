@@ -1,5 +1,3 @@
-"""Training jobs, and runs that follow from them."""
-
 from dataclasses import replace
 from pathlib import Path
 

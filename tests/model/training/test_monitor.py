@@ -1,5 +1,3 @@
-"""What the guard calls a collapse, and batch-norm statistics of averaged weights."""
-
 import copy
 import math
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""Runs that are stopped, killed, damaged, and go on."""
-
 import json
 import os
 import signal

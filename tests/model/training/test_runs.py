@@ -1,5 +1,3 @@
-"""The real pipeline on a small volume: whole runs, their budgets, troubles and starts."""
-
 import csv
 import itertools
 import json

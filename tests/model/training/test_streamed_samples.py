@@ -1,5 +1,3 @@
-"""Fresh samples: the right ones, in an order that neither speed nor threads can change."""
-
 import multiprocessing
 import threading
 from contextlib import contextmanager

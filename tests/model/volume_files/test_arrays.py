@@ -1,5 +1,3 @@
-"""Arrays of NumPy, HDF5, NetCDF, Zarr and MRC, written by their own libraries."""
-
 import gzip
 
 import h5py

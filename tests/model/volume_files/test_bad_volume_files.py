@@ -373,15 +373,12 @@ def test_bad_folder(tmp_path, case):
 @pytest.mark.parametrize(
     ("name", "content", "advice"),
     [
-        ("a.czi", b"ZISRAWFILE", "Fiji"),
-        ("a.nd2", b"?", "nd2"),
-        ("a.vtu", b"<VTKFile>", "Resample To Image"),
-        ("a.stl", b"solid", "a surface"),
-        ("a.pkl", b"?", "numpy.save"),
-        ("cells", b"ZISRAWFILE", "Zeiss"),
+        ("a.czi", b"ZISRAWFILE", "Fiji"), ("a.nd2", b"?", "nd2"),
+        ("a.vtu", b"<VTKFile>", "Resample To Image"), ("a.stl", b"solid", "a surface"),
+        ("a.pkl", b"?", "numpy.save"), ("cells", b"ZISRAWFILE", "Zeiss"),
         ("a.dat", b"PK\x03\x04", "an archive"),
     ],
-)
+)  # fmt: skip
 def test_foreign_kinds_name_what_converts_them(tmp_path, name, content, advice):
     (tmp_path / name).write_bytes(content)
     assert advice in refusal(tmp_path / name)

@@ -1,5 +1,3 @@
-"""Files that are cut off or lead elsewhere are refused, or read as they are."""
-
 import contextlib
 
 import numpy as np
@@ -108,7 +106,6 @@ def test_pixels_that_cannot_be_unpacked(tmp_path):
 
 
 def write_header(folder, kind, name):
-    """Write a header of voxels in another file."""
     path, fields = folder / f"a.{kind}", [f"data file: {name}"]
     if kind == "nhdr":
         return write_nrrd(path, ARRAY, *fields, data=b"")

@@ -208,7 +208,6 @@ ENCODERS = {
 
 
 def compressed(folder, array, syntax, encode, **tags):
-    """Write a series of compressed images."""
     encoded = [[encode(np.ascontiguousarray(plane))] for plane in array]
     each = lambda z: {"encoded": encoded[z]}  # noqa: E731
     return write_dicom(folder, array, syntax=f"{SYNTAX}.{syntax}", each=each, **tags)
@@ -286,13 +285,10 @@ def test_many_frames_in_one_file(tmp_path, time):
 @pytest.mark.parametrize(
     ("tags", "units"),
     [
-        ({"Modality": "CT"}, ""),
-        (HU, "HU"),
-        (HU | {"RescaleType": "US"}, ""),
-        (HU | {"RescaleType": "mgml"}, "mgml"),
-        ({"Modality": "PT", "Units": "BQML"}, "Bq/ml"),
+        ({"Modality": "CT"}, ""), (HU, "HU"), (HU | {"RescaleType": "US"}, ""),
+        (HU | {"RescaleType": "mgml"}, "mgml"), ({"Modality": "PT", "Units": "BQML"}, "Bq/ml"),
     ],
-)
+)  # fmt: skip
 def test_units_and_rescaling_of_each_slice(tmp_path, tags, units):
     array, slopes = voxels("int16") // 64, np.ones(6)
     if units == "Bq/ml":

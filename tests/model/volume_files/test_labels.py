@@ -1,5 +1,3 @@
-"""Labels: the names, colours and numbers of files that declare them, and the first TF of each."""
-
 import gzip
 
 import nibabel

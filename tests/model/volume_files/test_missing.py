@@ -1,5 +1,3 @@
-"""What was not measured: NaN; and repeated values far from all others, which are reported."""
-
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +33,6 @@ def test_bad_voxels_are_counted(tmp_path, suffix, write, bad):
 
 
 def body(dtype, low=0.0, high=240.0, size=24):
-    """A smooth ball in noise."""
     axis = np.linspace(-1, 1, size)
     z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
     ball = np.clip(1.2 - np.sqrt(x * x + y * y + z * z), 0, 1)
@@ -46,13 +43,10 @@ def body(dtype, low=0.0, high=240.0, size=24):
 @pytest.mark.parametrize(
     ("dtype", "fills"),
     [
-        ("float32", [-9999]),
-        ("float32", [-9999, 1e5]),
-        ("float32", [9.96921e36]),
-        ("int16", [-32768]),
-        ("uint16", [65535]),
+        ("float32", [-9999]), ("float32", [-9999, 1e5]), ("float32", [9.96921e36]),
+        ("int16", [-32768]), ("uint16", [65535]),
     ],
-)
+)  # fmt: skip
 def test_values_far_away(dtype, fills):
     array = body(dtype)
     for number, fill in enumerate(fills):

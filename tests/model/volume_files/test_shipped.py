@@ -1,5 +1,3 @@
-"""The TF under which a volume is seen first."""
-
 import numpy as np
 import pytest
 

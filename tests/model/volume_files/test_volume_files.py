@@ -1,5 +1,3 @@
-"""What all formats have in common, against the libraries that wrote the files."""
-
 import hashlib
 import subprocess
 import sys

@@ -216,7 +216,6 @@ def write_dicom(folder, array, *, positions=None, start=0, each=lambda z: {}, **
 
 
 def item(**tags):
-    """Return the only item of a sequence."""
     ds = Dataset()
     for name, value in tags.items():
         setattr(ds, name, value)
@@ -240,7 +239,6 @@ def refused(path, match, **options):
 
 
 def said(volume):
-    """All notes of a volume."""
     return " ".join(volume.notes)
 
 

@@ -1,5 +1,3 @@
-"""Sizes, shapes and derivatives of the four networks."""
-
 import pytest
 import torch
 from torch import nn
@@ -59,13 +57,10 @@ def test_shapes_follow_from_the_size(size):
 @pytest.mark.parametrize(
     "bad",
     [
-        {"opacity_size": 48},
-        {"image_size": 8},
-        {"opacity_size": 128, "image_size": 64},
-        {"width": 0.0},
-        {"latent_dim": 0},
+        {"opacity_size": 48}, {"image_size": 8}, {"opacity_size": 128, "image_size": 64},
+        {"width": 0.0}, {"latent_dim": 0},
     ],
-)
+)  # fmt: skip
 def test_impossible_sizes_are_refused(bad):
     with pytest.raises(TfscopeError):
         NetworkSize(**bad)

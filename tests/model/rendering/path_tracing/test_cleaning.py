@@ -1,5 +1,3 @@
-"""Clean pictures, and the error that is told of them, against many samples."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""The denoiser: what it keeps, threads, and machines without it."""
-
 import sys
 from concurrent.futures import ThreadPoolExecutor
 

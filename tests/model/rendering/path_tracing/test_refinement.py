@@ -1,5 +1,3 @@
-"""Refined pictures, cleaned while that helps, and moving ones in the light of fewer pixels."""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""Rays and the camera at the extremes: poles, full turns, rays on faces, 2 x 2 x 2 voxels."""
-
 from itertools import pairwise
 
 import numba

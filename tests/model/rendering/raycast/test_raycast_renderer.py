@@ -13,11 +13,8 @@ from model.scene.volume import Volume
 from tests.reference_raycaster import cast, composite, correct, depth, render
 
 VIEWS = (
-    VIEW,
-    View(200.0, -60.0, -8.0, 0.4),
-    View(10.0, 90.0, 3.0, 0.1),
-    View(77.0, -15.0, 0, 0.02),
-)
+    VIEW, View(200.0, -60.0, -8.0, 0.4), View(10.0, 90.0, 3.0, 0.1), View(77.0, -15.0, 0, 0.02),
+)  # fmt: skip
 """From outside, from near by, and from inside the volume."""
 
 TOLERANCE = 2e-3
@@ -43,14 +40,10 @@ def random_tf(rng, scalar_range, highest=0.4):
 @pytest.mark.parametrize(
     ("dtype", "low", "high"),
     [
-        ("uint8", 0, 255),
-        ("float32", 0.0, 1.0),
-        ("float64", -3.0, 0.5),
-        ("float64", 1e9, 1e9 + 1e-3),
-        ("float32", -3e38, 3e38),
-        ("float32", 0.0, 1e-37),
+        ("uint8", 0, 255), ("float32", 0.0, 1.0), ("float64", -3.0, 0.5),
+        ("float64", 1e9, 1e9 + 1e-3), ("float32", -3e38, 3e38), ("float32", 0.0, 1e-37),
     ],
-)
+)  # fmt: skip
 def test_images_agree_with_a_ray_caster_in_float64(dtype, low, high):
     values = field() * high + (1 - field()) * low
     scalars = (np.rint(values) if dtype[0] in "iu" else values).astype(dtype)
