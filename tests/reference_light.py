@@ -67,12 +67,15 @@ def picture(
     light = inputs.light or LightDirection()
     travel = -np.array(light.towards()) @ inputs.view.basis()
     field = unit_field(volume)
-    glow = _soft_grid(volume, field, opacity, travel, inputs.crop) if lighting == "soft" else None
+    mask = None if inputs.mask is None else inputs.mask.shown
+    glow = None
+    if lighting == "soft":
+        glow = _soft_grid(volume, field, opacity, travel, inputs.crop, mask)
     whole = np.zeros((*raster.shape, 4), dtype=per_sample.dtype)
     wide = min(raster.columns, RAYS_AT_ONCE)
     for tile in raster.tiles(wide, max(RAYS_AT_ONCE // wide, 1)):
         is_nearest = inputs.is_nearest(volume)
-        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop, is_nearest)
+        rays = cast(volume, inputs.view, tile, sample_distance, inputs.crop, is_nearest, mask)
         alpha = alphas_of(rays.bins, rays.shares, per_sample, least)
         weight = weights_of(alpha)
         rgb = np.stack([at_bins(rays.bins, c) for c in color.T], axis=-1).astype(per_sample.dtype)
@@ -150,7 +153,12 @@ def _reflected(
 
 
 def _soft_grid(
-    volume: Volume, field: Array, opacity: Numbers, travel: Array, crop: CropBox | None
+    volume: Volume,
+    field: Array,
+    opacity: Numbers,
+    travel: Array,
+    crop: CropBox | None,
+    mask: NDArray[np.bool_] | None,
 ) -> Numbers:
     """Light at the nodes of the coarse grid (nz, ny, nx) of soft light."""
     extent, dimensions = np.array(volume.extent), np.array(volume.dimensions)
@@ -163,6 +171,8 @@ def _soft_grid(
     looked_up = table[bins] / volume.voxel_size
     if volume.hidden is not None:
         looked_up[volume.hidden] = 0
+    if mask is not None:
+        looked_up[~mask] = 0
     z, y, x = (_around(n, m) for n, m in zip(counts[::-1], field.shape, strict=True))
     extinction = looked_up[z][:, :, y][:, :, :, :, x].mean(axis=(1, 3, 5))
     if crop is not None:

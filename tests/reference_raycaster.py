@@ -55,6 +55,7 @@ def cast(
     sample_distance: float,
     crop: CropBox | None = None,
     is_nearest: bool = False,
+    mask: NDArray[np.bool_] | None = None,
 ) -> Rays:
     """Follow the rays through the centres of an image's pixels, in steps of some voxels."""
     right, up, back = view.basis()
@@ -85,6 +86,8 @@ def cast(
     shown = shares > 0
     if volume.hidden is not None:
         shown &= ~nearest(volume.hidden, places)
+    if mask is not None:
+        shown &= nearest(mask, places)
     values = (nearest if is_nearest else interpolated)(unit_field(volume), places)
     bins = np.where(shown, np.clip(255 * values, 0, 255), np.nan)
     return Rays(bins, shares, along, places, towards)

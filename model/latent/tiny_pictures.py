@@ -19,6 +19,7 @@ from model.rendering.brightness import LIT_BRIGHTNESS, brighten
 from model.rendering.raycast.rays import camera_array, make_ray
 from model.rendering.scalars import shown_voxels
 from model.scene.inputs import SceneInputs
+from model.scene.mask import hidden_voxels
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.volume import Volume
 
@@ -249,10 +250,11 @@ def _samples(
     flat = steepness < 1e-3 * (hi - lo) / volume.voxel_size
     facing = np.where(flat, 0.5, facing / np.maximum(steepness, 1e-30))
     light = (AMBIENT + (1 - AMBIENT) * facing).astype(np.float32)
-    if volume.hidden is not None:
-        last = np.array(volume.hidden.shape) - 1
+    hidden = hidden_voxels(volume, inputs.mask)
+    if hidden is not None:
+        last = np.array(hidden.shape) - 1
         nearest = np.clip(np.rint(places).astype(np.int64), 0, last)
-        there = ~volume.hidden[tuple(nearest.T)]
+        there = ~hidden[tuple(nearest.T)]
         ray, bins, light = ray[there], bins[there], light[there]
     return np.searchsorted(ray, np.arange(len(count) + 1)), bins.astype(np.uint8), light
 

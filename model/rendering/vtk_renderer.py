@@ -35,6 +35,7 @@ from model.rendering.raster import Raster
 from model.rendering.scalars import LABEL_NOISE, noise_of, renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, Range
 from model.scene.view import View
@@ -102,10 +103,10 @@ class VtkRenderer:
         self._renderer.AddVolume(actor)
         for replacement in _whole_rays(volume):
             actor.GetShaderProperty().AddFragmentShaderReplacement(*replacement)
-        if volume.hidden is not None:
-            self._mapper.SetMaskInput(_image_data(volume, (~volume.hidden).astype(np.uint8)))
-            self._mapper.SetMaskTypeToBinary()
-            actor.GetShaderProperty().AddFragmentShaderReplacement(*_hiding(volume))
+        self._mapper.SetMaskTypeToBinary()
+        actor.GetShaderProperty().AddFragmentShaderReplacement(*_hiding(volume))
+        self._mask: Mask | None = None
+        self._hide(hidden_voxels(volume, None))
         if texture_range != tf_range:
             actor.GetShaderProperty().AddFragmentShaderReplacement(
                 *_table_mapping(texture_range, tf_range)
@@ -156,6 +157,9 @@ class VtkRenderer:
         raster = Raster.of(size)
         self._point_camera(inputs.view, raster)
         self._show_part(inputs.crop)
+        if inputs.mask != self._mask:
+            self._hide(hidden_voxels(self._volume, inputs.mask))
+            self._mask = inputs.mask
         self._lamp.SetPosition(*(inputs.light or self._light).towards())
         return self._drawn(raster.rows, raster.columns)
 
@@ -242,6 +246,11 @@ class VtkRenderer:
                     plane.SetOrigin(*(np.array(corner) * extent))
                     plane.SetNormal(*normal)
                     self._mapper.AddClippingPlane(plane)
+
+    def _hide(self, hidden: NDArray[np.bool_] | None) -> None:
+        """Leave out samples whose nearest voxel is hidden."""
+        shown = None if hidden is None else _image_data(self._volume, (~hidden).astype(np.uint8))
+        self._mapper.SetMaskInput(shown)
 
     def _set_shown(self, crop: CropBox) -> None:
         """Tell the shader where the faces of what is shown are, in voxels."""

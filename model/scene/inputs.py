@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from model.scene.crop import CropBox
+from model.scene.mask import Mask
 from model.scene.random_inputs import draw_color_tf, draw_light, draw_opacity_tf, draw_view
 from model.scene.scene import LightDirection, LightRange, Scene
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, OpacityTF, TransferFunction
@@ -48,6 +49,7 @@ class SceneInputs:
     light: LightDirection | None = None  # of a lit scene; None is the scene's fixed one
     crop: CropBox | None = None  # part of the volume that is shown; None for all of it
     interpolates: bool | None = None  # between voxels; None for yes, unless these are labels
+    mask: Mask | None = None  # voxels that are shown; None for all
 
     @classmethod
     def of(cls, view: View, tf: TransferFunction, **others: Any) -> SceneInputs:
@@ -199,6 +201,18 @@ INPUT_FIELDS: tuple[InputField, ...] = (
         outside=lambda interpolates, scene: (
             [] if interpolates is None else ["another interpolation"]
         ),
+    ),
+    InputField(
+        name="mask",
+        shape=(),
+        dtype="bool",
+        numbers=1,
+        # Models are trained on whole volumes.
+        varies=lambda scene: False,
+        draw=lambda rng, scene, drawn: None,
+        store=lambda mask, scene: np.array(mask is not None),
+        encode=lambda rows, scene: (2.0 * rows[:, None] - 1).astype(np.float32),
+        outside=lambda mask, scene: [] if mask is None else ["a mask"],
     ),
 )
 """All inputs, in drawing order; `view` is the first condition."""

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,10 +34,11 @@ from model.rendering.raycast.classification import (
 from model.rendering.raycast.illumination import UNLIT, travel_direction
 from model.rendering.raycast.marching import draw_rows
 from model.rendering.raycast.rays import Medium, camera_array
-from model.rendering.raycast.renderer import NO_DEPTH, NOTHING_MISSING
+from model.rendering.raycast.renderer import NO_DEPTH, missing_voxels
 from model.rendering.scalars import KERNEL_TYPES, LABEL_NOISE, noise_of, renderable_scalars
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import VIEW_ANGLE
@@ -75,6 +76,14 @@ class Lamp:
     sharpness: float = 30.0  # exponent of the gloss
     surfaces: bool = True  # whether steep gradients, and the faces of what is shown, are surfaces
     bounces: int = 32  # most collisions of a path; light that has more is missing
+
+
+class _Shown(NamedTuple):
+    """What depends on which voxels are shown."""
+
+    missing: NDArray[np.uint8]
+    cells: MinMaxCells
+    extinctions: ExtinctionClassifier
 
 
 class _Seen(NamedTuple):
@@ -117,14 +126,19 @@ class PathTracer:
         )
         scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
         self._voxels = scalars.reshape(-1)
-        hidden = volume.hidden
-        self._missing = NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
         per_bin = (TF_SAMPLES - 1) / (hi - lo)
         self._scale = np.float32(lo), np.float32(per_bin * LEVELS_PER_BIN)
         self._noise = noise_of(scalars)
         self._steepness = 1 / _typical_difference(scalars, hi - lo)
-        self._cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
-        self._extinctions = ExtinctionClassifier(self._cells, volume.scalar_range, sample_distance)
+
+        def under(mask: Mask | None) -> _Shown:
+            hidden = hidden_voxels(volume, mask)
+            cells = MinMaxCells(scalars, (lo, per_bin), self._executor, hidden)
+            extinctions = ExtinctionClassifier(cells, volume.scalar_range, sample_distance)
+            return _Shown(missing_voxels(hidden), cells, extinctions)
+
+        # Of the whole volume, and under the newest mask.
+        self._under = lru_cache(maxsize=2)(under)
 
     @property
     def volume(self) -> Volume:
@@ -251,14 +265,15 @@ class PathTracer:
         volume = self._volume
         crop = inputs.crop or CropBox()
         last = np.array(volume.dimensions) - 1
-        extinction = self._extinctions.classified(inputs.opacity_tf)
+        shown = self._under(inputs.mask)
+        extinction = shown.extinctions.classified(inputs.opacity_tf)
         medium = Medium(
             self._voxels,
             volume.dimensions,
             self._scale,
-            self._missing,
+            shown.missing,
             extinction.cells,
-            self._cells.shape,
+            shown.cells.shape,
             SHIFT,
             opacity_table(inputs.opacity_tf, volume.scalar_range, distance),
             inputs.is_nearest(volume),

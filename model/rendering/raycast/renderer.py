@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import partial
-from typing import Any
+from functools import lru_cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ from model.rendering.raycast.rays import Medium, camera_array
 from model.rendering.raycast.shading import NO_GRID
 from model.rendering.scalars import KERNEL_TYPES, renderable_scalars
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask, hidden_voxels
 from model.scene.scene import LightDirection, Lighting
 from model.scene.transfer_function import TF_SAMPLES, ColorTF, Range
 from model.scene.volume import Volume
@@ -51,6 +52,20 @@ NO_DEPTH = np.empty((0, 0), dtype=np.float32)
 NO_NODES, NO_SQUARES = np.empty(0), np.empty(0)
 NO_CHANGES = NO_GRID._replace(grid=np.empty((0, 0), dtype=np.float32))
 """Given to kernels in place of what a scene does not have or what is not asked for."""
+
+
+class _Shown(NamedTuple):
+    """What depends on which voxels are shown."""
+
+    missing: NDArray[np.uint8]
+    cells: MinMaxCells
+    classifier: Classifier
+    light: SceneLight
+
+
+def missing_voxels(hidden: NDArray[np.bool_] | None) -> NDArray[np.uint8]:
+    """Return hidden voxels as kernels take them."""
+    return NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
 
 
 class RaycastRenderer:
@@ -85,19 +100,22 @@ class RaycastRenderer:
         )
         scalars, (lo, hi) = renderable_scalars(volume, KERNEL_TYPES)
         self._voxels = scalars.reshape(-1)
-        hidden = volume.hidden
-        self._missing = NOTHING_MISSING if hidden is None else np.ravel(hidden).view(np.uint8)
         bins = (lo, (TF_SAMPLES - 1) / (hi - lo))
         self._scale = np.float32(lo), np.float32(bins[1] * LEVELS_PER_BIN)
-        self.cells = MinMaxCells(scalars, bins, self._executor, hidden)
-        self._classifier = Classifier(volume, self.cells)
-        light_grid = partial(Illumination, scalars, bins, volume, self._executor, missing=hidden)
-        self._light = SceneLight(volume, scalars, lighting, light or LightDirection(), light_grid)
+        self._is_coarsely_lit = False
 
-    @property
-    def differentiates_windows(self) -> bool:
+        def under(mask: Mask | None) -> _Shown:
+            hidden = hidden_voxels(volume, mask)
+            cells = MinMaxCells(scalars, bins, self._executor, hidden)
+            grid = partial(Illumination, scalars, bins, volume, self._executor, missing=hidden)
+            lit = SceneLight(volume, scalars, lighting, light or LightDirection(), grid)
+            return _Shown(missing_voxels(hidden), cells, Classifier(volume, cells), lit)
+
+        # Of the whole volume, and under the newest mask.
+        self._under = lru_cache(maxsize=2)(under)
+        self.differentiates_windows = lighting != "soft"
         """Whether many windows are as fast as one; soft light is taken back for each of them."""
-        return self._light.grid is None
+        self._under(None)
 
     @property
     def scalar_range(self) -> Range:
@@ -112,12 +130,12 @@ class RaycastRenderer:
 
         A coarse grid of soft light takes an eighth of the time, for what moves.
         """
-        before = self._go_on, self._light.is_coarse
-        self._go_on, self._light.is_coarse = go_on or self._go_on, is_coarsely_lit
+        before = self._go_on, self._is_coarsely_lit
+        self._go_on, self._is_coarsely_lit = go_on or self._go_on, is_coarsely_lit
         try:
             yield
         finally:
-            self._go_on, self._light.is_coarse = before
+            self._go_on, self._is_coarsely_lit = before
 
     def render(
         self,
@@ -128,7 +146,7 @@ class RaycastRenderer:
         go_on: Callable[[], object] | None = None,
     ) -> NDArray[np.float32]:
         """Render one image; see :class:`model.rendering.renderer.Renderer`."""
-        with self.asking(go_on, self._light.is_coarse):
+        with self.asking(go_on, self._is_coarsely_lit):
             return self._draw(inputs, size, sample_distance)
 
     def frame(
@@ -151,7 +169,7 @@ class RaycastRenderer:
         channels, t being the TF's opacity (per voxel length) at 256 scalar values; and energies
         (n,), the sums of I squared.
         """
-        if self._light.grid is None:
+        if self.differentiates_windows:
             return self._differentiated(inputs, size, windows)[:2]
         parts = [self.differentiate_together(inputs, size, window[None]) for window in windows]
         gradients, energies = zip(*parts, strict=True)
@@ -166,9 +184,9 @@ class RaycastRenderer:
         """
         gradients, energies, by_light = self._differentiated(inputs, size, windows)
         gradient = gradients.sum(axis=0)
-        if self._light.grid is not None:
-            lit = self._light.soft_inputs(inputs)
-            gradient += self._light.grid.pass_back(*lit, by_light, inputs.crop)
+        light = self._lit(inputs)
+        if light.grid is not None:
+            gradient += light.grid.pass_back(*light.soft_inputs(inputs), by_light, inputs.crop)
         return gradient, float(energies.sum())
 
     def _differentiated(
@@ -182,7 +200,8 @@ class RaycastRenderer:
         gradients = np.empty((len(windows), TF_SAMPLES))
         energies = np.empty(len(windows))
         unedited = Edits(*band_of(np.zeros((1, TF_SAMPLES))), NO_CHANGES), NO_SQUARES
-        shape = (0, 0, 0) if self._light.grid is None else self._light.grid.shape
+        grid = self._lit(inputs).grid
+        shape = (0, 0, 0) if grid is None else grid.shape
         run: Any = differentiate_windows
 
         def add(part: slice, nodes: NDArray[np.float64]) -> None:
@@ -216,13 +235,13 @@ class RaycastRenderer:
         arguments = self._path_arguments(inputs, size)
         by_bin, begin = band_of(edits * self._classified(inputs).derivative)
         count = max(int(begin.max()) + BAND, len(edits))
-        turns = NO_CHANGES
-        if self._light.grid is not None:
+        turns, light = NO_CHANGES, self._lit(inputs)
+        if light.grid is not None:
             padded = np.zeros((count, TF_SAMPLES), dtype=np.float32)
             padded[: len(edits)] = edits
             is_fine = Raster.of(size).shorter >= FINE_FROM
-            grid = self._light.grid if is_fine else self._light.coarse_grid()
-            turns = grid.changes(*self._light.soft_inputs(inputs), padded, inputs.crop)
+            grid = light.grid if is_fine else light.coarse_grid()
+            turns = grid.changes(*light.soft_inputs(inputs), padded, inputs.crop)
         run: Any = differentiate_windows
 
         def add(part: slice, squares: NDArray[np.float64]) -> None:
@@ -246,16 +265,17 @@ class RaycastRenderer:
         changes = level_table(edit * classified.derivative)
         shown = classified.opacity + abs(changes)
         image = np.empty((*raster.shape, 3), dtype=np.float32)
-        lit, turn = self._light.of(inputs, classified), NO_GRID
-        if self._light.grid is not None:
+        light, turn = self._lit(inputs), NO_GRID
+        lit = light.of(inputs, classified)
+        if light.grid is not None:
             edits = np.asarray(edit, dtype=np.float32)[None]
-            turn = self._light.grid.changes(*self._light.soft_inputs(inputs), edits, inputs.crop)
+            turn = light.grid.changes(*light.soft_inputs(inputs), edits, inputs.crop)
             turn = turn._replace(grid=turn.grid.reshape(-1))
         arguments = (
             self._medium(
                 inputs,
                 classified.opacity,
-                self._classifier.cells_around(shown, distance, self.skip_empty),
+                self._under(inputs.mask).classifier.cells_around(shown, distance, self.skip_empty),
             ),
             changes,
             color_table(inputs.color_tf, volume.scalar_range),
@@ -326,7 +346,7 @@ class RaycastRenderer:
         arguments = (
             self._medium(inputs, classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range, classified.opacity),
-            *(self._light.of(inputs, classified) if lit else UNLIT),
+            *(self._lit(inputs).of(inputs, classified) if lit else UNLIT),
             np.float32(LARGEST_ERROR / 2 if self.terminate_early else 0),
             self._camera(inputs, raster),
             distance * volume.voxel_size,
@@ -374,7 +394,7 @@ class RaycastRenderer:
         return (
             self._medium(inputs, classified.opacity, classified.cells),
             color_table(inputs.color_tf, volume.scalar_range),
-            *self._light.of(inputs, classified).filled,
+            *self._lit(inputs).of(inputs, classified).filled,
             np.float32(least_transparency(distance)),
             self._camera(inputs, raster),
             step,
@@ -385,19 +405,27 @@ class RaycastRenderer:
     def _classified(self, inputs: SceneInputs, distance: float | None = None) -> Classification:
         """Classify the samples under a scene's TF; the renderer's own distance by default."""
         apart = distance or self.sample_distance
-        return self._classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
+        classifier = self._under(inputs.mask).classifier
+        return classifier.classified(inputs.opacity_tf, apart, self.skip_empty)
+
+    def _lit(self, inputs: SceneInputs) -> SceneLight:
+        """Light of a scene's volume as its mask leaves it."""
+        light = self._under(inputs.mask).light
+        light.is_coarse = self._is_coarsely_lit
+        return light
 
     def _medium(
         self, inputs: SceneInputs, opacity: NDArray[np.float32], cells: NDArray[np.int8]
     ) -> Medium:
         """Return the volume as kernels read it: samples' opacities, and cells that are visible."""
+        shown = self._under(inputs.mask)
         return Medium(
             self._voxels,
             self._volume.dimensions,
             self._scale,
-            self._missing,
+            shown.missing,
             cells,
-            self.cells.shape,
+            shown.cells.shape,
             SHIFT,
             opacity,
             inputs.is_nearest(self._volume),

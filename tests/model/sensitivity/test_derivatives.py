@@ -16,6 +16,7 @@ from model.rendering.raycast.classification import LEVELS_PER_BIN
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.scene import LightDirection
 from model.scene.tf_perturbation import edit_around
 from model.scene.volume import Volume
@@ -27,6 +28,8 @@ PART = slice(3, 13), slice(2, 11)
 LIGHT = LightDirection(-40.0, 30.0)
 VALUES, WIDTH = (60.0, 110.0, 220.0), 6.0
 EDITS = np.array([edit_around(value, RANGE, WIDTH) for value in VALUES])
+
+MASK = Mask.of(np.random.default_rng(4).random((9, 12, 10)) < 0.7)
 
 CASES = [*(("none", step) for step in (0.5, 1.0, 2.0)), ("direct", 0.5), ("soft", 0.5)]
 """Lights and sample distances."""
@@ -84,18 +87,21 @@ def renderers(volume):
 
 
 @pytest.mark.parametrize(
-    ("lighting", "step", "tf", "interpolates"),
+    ("lighting", "step", "tf", "others"),
     [
-        *((*case, tf, None) for case in CASES for tf in TFS),
-        *((lighting, 0.5, "random", False) for lighting in ("none", "direct", "soft")),
+        *((*case, tf, {}) for case in CASES for tf in TFS),
+        *(
+            (lighting, 0.5, "random", others)
+            for lighting in ("none", "direct", "soft")
+            for others in ({"interpolates": False}, {"mask": MASK})
+        ),
     ],
 )
-def test_derivatives_are_those_of_exact_images(renderers, volume, lighting, step, tf, interpolates):
+def test_derivatives_are_those_of_exact_images(renderers, volume, lighting, step, tf, others):
     renderer = renderers[lighting]
     renderer.sample_distance = step
     crop = CropBox((0.1, 0.2, 0.0), (0.9, 0.9, 0.7)) if tf == "random" else None
-    others = {"light": LIGHT, "crop": crop, "interpolates": interpolates}
-    inputs = SceneInputs.of(VIEW, tf_of(TFS[tf], COLOR), **others)
+    inputs = SceneInputs.of(VIEW, tf_of(TFS[tf], COLOR), light=LIGHT, crop=crop, **others)
     found = [
         reference_light.derivative(volume, inputs, SIZE, step, lighting, edit.astype(float))
         for edit in EDITS

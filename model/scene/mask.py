@@ -1,0 +1,79 @@
+"""The mask: which voxels of a volume are shown, whatever its TF is."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import TfscopeError
+from model.scene.volume import Volume
+
+UNITS = {"nm": 1e-9, "um": 1e-6, "µm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
+"""Units of length in which a volume is said, in metres."""
+
+
+@dataclass(frozen=True)
+class Mask:
+    """The voxels that are shown; all others are transparent under any TF."""
+
+    shape: tuple[int, int, int]  # of the volume's voxels (nz, ny, nx)
+    bits: bytes = field(repr=False)  # 1 for each voxel that is shown, as `numpy.packbits` packs
+
+    @classmethod
+    def of(cls, shown: NDArray[np.bool_]) -> Mask | None:
+        """Return the mask of the voxels (nz, ny, nx) that are shown; None for all.
+
+        Raises :class:`TfscopeError` where none is.
+        """
+        if shown.all():
+            return None
+        if not shown.any():
+            raise TfscopeError("Nothing would be left to show, so the image stays as it is.")
+        return cls.packed(shown)
+
+    @classmethod
+    def packed(cls, shown: NDArray[np.bool_]) -> Mask:
+        """Return the mask of voxels (nz, ny, nx), be they all or none."""
+        nz, ny, nx = shown.shape
+        return cls((nz, ny, nx), np.packbits(shown).tobytes())
+
+    @property
+    def shown(self) -> NDArray[np.bool_]:
+        """The voxels that are shown (nz, ny, nx), unpacked."""
+        packed = np.frombuffer(self.bits, dtype=np.uint8)
+        bits = np.unpackbits(packed, count=math.prod(self.shape))
+        return bits.view(np.bool_).reshape(self.shape)
+
+
+def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None:
+    """Return the voxels of a volume that are transparent under any TF; None without any.
+
+    Raises :class:`TfscopeError` for a mask of another grid.
+    """
+    if mask is None:
+        return volume.hidden
+    if mask.shape != volume.voxels.shape:
+        sizes = (" × ".join(map(str, shape[::-1])) for shape in (mask.shape, volume.voxels.shape))
+        raise TfscopeError(
+            f"{volume.name}: a mask of {next(sizes)} voxels is not of this volume, which has "
+            f"{next(sizes)}; make a new one."
+        )
+    hidden = ~mask.shown
+    return hidden if volume.hidden is None else hidden | volume.hidden
+
+
+def volume_text(voxels: int, volume: Volume) -> str:
+    """Say how much space some voxels take, in the file's unit; without one, their number."""
+    unit = volume.file.spacing_unit
+    if unit not in UNITS:
+        return f"{voxels:,} voxel{'' if voxels == 1 else 's'}"
+    size = voxels * math.prod(volume.spacing) * UNITS[unit] ** 3
+    named = "µm" if unit == "um" else unit
+    for larger in ("mm", "cm", "m"):
+        if UNITS[larger] > UNITS[unit] and size >= UNITS[larger] ** 3:
+            named = larger
+    size /= UNITS[named] ** 3
+    return f"{size:,.0f} {named}³" if size >= 100 else f"{size:.3g} {named}³"

@@ -1,0 +1,205 @@
+"""Pieces: what is connected to a place of a volume, to be shown alone or cut away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.errors import TfscopeError
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask, hidden_voxels
+from model.scene.transfer_function import TF_SAMPLES, Range
+from model.scene.volume import Triple, Volume
+
+LEAST_OPACITY = 0.005  # part of the TF's largest opacity from which on values count as visible
+BAND = 0.25  # part of the largest opacity of a band of values at which that band ends
+ALIKE = 0.98  # part of all that is connected from which on a band of values is no other piece
+MOST_VOXELS = 1 << 24  # of the grid on which pieces are told apart; larger volumes are thinned
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Voxels that are connected to a place.
+
+    `voxels` are one more around them, which belong to no other piece: there the TF lets the
+    surface fade, and no edge is seen where the piece touches nothing.
+    """
+
+    voxels: Mask
+    count: int  # of those that are connected
+    values: Range | None  # of the band that they are of; None for all visible values
+
+    def alone(self, mask: Mask | None) -> Mask | None:
+        """Return the mask that shows of what a mask shows only the piece."""
+        shown = self.voxels.shown
+        return Mask.of(shown if mask is None else shown & mask.shown)
+
+    def cut(self, mask: Mask | None) -> Mask | None:
+        """Return the mask that shows all of what a mask shows but the piece."""
+        others = ~self.voxels.shown
+        return Mask.of(others if mask is None else others & mask.shown)
+
+
+def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece, ...]:
+    """Return what is connected to a place, given as fractions of the volume's extent.
+
+    The first piece has voxels that touch by their faces, and whose values are visible under the
+    scene's TF, mask and crop box. The second has only those of the band of values that the place
+    is in; there is none where that makes no difference. Above 256 voxels cubed they are told apart
+    on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
+    """
+    last = np.array(volume.voxels.shape) - 1
+    box = inputs.crop or CropBox()
+    first, end = (
+        np.rint(np.array(corner)[::-1] * last).astype(int) for corner in (box.low, box.high)
+    )
+    part = tuple(slice(a, max(b, a) + 1) for a, b in zip(first, end, strict=True))
+    voxels, hidden = volume.voxels[part], hidden_voxels(volume, inputs.mask)
+    shown = None if hidden is None else ~hidden[part]
+    at = np.array(place)[::-1] * last
+    seed = np.clip(np.rint(at).astype(int) - first, 0, np.array(voxels.shape) - 1)
+    opacity = _bins(volume, inputs)
+    runs = _runs(opacity)
+    value = _value_at(volume, at, inputs.is_nearest(volume))
+    band = _band_around(opacity, _bin_of(value, volume))
+    found = []
+    for values in (runs, [band]):
+        visible = _of_values(voxels, values, volume)
+        if shown is not None:
+            visible &= shown
+        inside = _connected(visible, _nearest(visible, seed))
+        whole = np.zeros(volume.voxels.shape, dtype=bool)
+        whole[part] = _grown(inside) & ~(visible & ~inside)
+        range_ = None if values is runs else _values_of(band, volume)
+        found.append(Piece(Mask.packed(whole), int(np.count_nonzero(inside)), range_))
+        # A band that is all there is to see around the place needs no search of its own.
+        if opacity[_bin_of(value, volume)] == 0 or runs == [band]:
+            break
+    return tuple(found if found[-1].count < ALIKE * found[0].count else found[:1])
+
+
+def _bins(volume: Volume, inputs: SceneInputs) -> NDArray[np.float64]:
+    """Opacities at the bins of the scalar range, those that count as nothing set to 0."""
+    opacity = inputs.opacity_tf.sample(volume.scalar_range).astype(np.float64)
+    return np.where(opacity >= max(LEAST_OPACITY * opacity.max(), 1e-9), opacity, 0.0)
+
+
+def _runs(opacity: NDArray[np.float64]) -> list[tuple[int, int]]:
+    """First and last bins of the values that are visible without a gap."""
+    steps = np.diff(np.concatenate([[0], (opacity > 0).astype(np.int8), [0]]))
+    ends = np.flatnonzero(steps).reshape(-1, 2)
+    return [(int(first), int(end) - 1) for first, end in ends]
+
+
+def _band_around(opacity: NDArray[np.float64], bin_: int) -> tuple[int, int]:
+    """First and last bin of the band around a value: up its flank to a peak, and down again."""
+    peak = bin_
+    while True:
+        around = [b for b in (peak - 1, peak + 1) if 0 <= b < TF_SAMPLES]
+        best = max(around, key=lambda b: opacity[b])
+        if opacity[best] <= opacity[peak]:
+            break
+        peak = best
+    ends_at = max(min(opacity[bin_], BAND * opacity[peak]), 1e-12)
+    first = last = peak
+    while first > 0 and opacity[first - 1] >= ends_at:
+        first -= 1
+    while last < TF_SAMPLES - 1 and opacity[last + 1] >= ends_at:
+        last += 1
+    return first, last
+
+
+def _value_at(volume: Volume, at: NDArray[np.float64], is_nearest: bool) -> float:
+    """Scalar value at a place (z, y, x) in voxels."""
+    from scipy.ndimage import map_coordinates
+
+    order = 0 if is_nearest else 1
+    found = map_coordinates(
+        volume.voxels, at[:, None], np.float64, order=order, mode="nearest", prefilter=False
+    )
+    return float(found[0])
+
+
+def _bin_of(value: float, volume: Volume) -> int:
+    lo, hi = volume.scalar_range
+    return int(np.rint(np.clip((value - lo) / (hi - lo), 0, 1) * (TF_SAMPLES - 1)))
+
+
+def _values_of(run: tuple[int, int], volume: Volume) -> Range:
+    """Values in the middle of the first and the last of some bins."""
+    lo, hi = volume.scalar_range
+    first, last = (lo + bin_ * (hi - lo) / (TF_SAMPLES - 1) for bin_ in run)
+    return first, last
+
+
+def _of_values(
+    voxels: NDArray[np.generic], runs: list[tuple[int, int]], volume: Volume
+) -> NDArray[np.bool_]:
+    """Return which voxels are nearest to some bins; those beyond the range count for its ends."""
+    lo, hi = volume.scalar_range
+    half = (hi - lo) / (TF_SAMPLES - 1) / 2
+    found = np.zeros(voxels.shape, dtype=bool)
+    for run in runs:
+        low, high = _values_of(run, volume)
+        low = -np.inf if run[0] == 0 else low - half
+        high = np.inf if run[1] == TF_SAMPLES - 1 else high + half
+        # By planes: whole numbers become floats of the same size only.
+        for plane, out in zip(voxels, found, strict=True):
+            out |= (plane >= low) & (plane < high)
+    return found
+
+
+def _nearest(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the visible voxel that is nearest to a place, which lies within one of some."""
+    low = np.maximum(seed - 2, 0)
+    around = np.argwhere(visible[tuple(map(slice, low, seed + 3))]) + low
+    if not len(around):
+        raise TfscopeError("Nothing that the TF shows is here; click what is to be taken.")
+    return np.asarray(around[np.argmin(((around - seed) ** 2).sum(axis=1))])
+
+
+def _connected(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return the visible voxels that are connected to one of them."""
+    from scipy.ndimage import label
+
+    factor = 1
+    while np.prod(-(-np.array(visible.shape) // factor)) > MOST_VOXELS:
+        factor += 1
+    if factor == 1:
+        labels, _ = label(visible)
+        return np.asarray(labels == labels[tuple(seed)])
+    cells = _thinned(visible, factor)
+    cell = tuple(seed // factor)
+    cells[cell] = True
+    labels, _ = label(cells)
+    inside = labels == labels[cell]
+    # Cells at the surface have few visible voxels: those of no other piece belong to this one.
+    inside = _grown(inside) & ~(cells & ~inside)
+    for axis, count in enumerate(visible.shape):
+        inside = np.repeat(inside, factor, axis=axis).take(range(count), axis=axis)
+    return visible & inside
+
+
+def _thinned(visible: NDArray[np.bool_], factor: int) -> NDArray[np.bool_]:
+    """Return which cells of so many voxels along each axis are visible for a half."""
+    padded = np.pad(visible, [(0, -count % factor) for count in visible.shape])
+    for axis in range(3):
+        counts = np.add.reduceat(
+            padded, np.arange(0, padded.shape[axis], factor), axis=axis, dtype=np.uint16
+        )
+        padded = counts
+    return padded * 2 >= factor**3
+
+
+def _grown(voxels: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return voxels and all that touch them, if by a corner only."""
+    grown = voxels
+    for axis in range(3):
+        before, grown = np.moveaxis(grown, axis, 0), grown.copy()
+        after = np.moveaxis(grown, axis, 0)
+        after[1:] |= before[:-1]
+        after[:-1] |= before[1:]
+    return grown

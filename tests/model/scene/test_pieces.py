@@ -1,0 +1,151 @@
+import numpy as np
+import pytest
+
+from model.errors import TfscopeError
+from model.scene import pieces
+from model.scene.crop import CropBox
+from model.scene.inputs import SceneInputs, outside_range
+from model.scene.mask import Mask, hidden_voxels, volume_text
+from model.scene.pieces import pieces_at
+from model.scene.scene import Scene
+from model.scene.transfer_function import ColorTF, GaussianMode, OpacityTF
+from model.scene.view import View
+from model.scene.volume import FileFacts, Volume
+
+RANGE = (0.0, 255.0)
+TWO = OpacityTF(RANGE, (GaussianMode(100.0, 20.0, 0.3), GaussianMode(220.0, 30.0, 0.9)))
+
+
+def volume(edge=20):
+    """Two blocks of 100, one of which has a core of 220, a wire and a speck; 0 elsewhere."""
+    voxels = np.zeros((edge, edge, edge), np.uint8)
+    voxels[2:8, 2:8, 2:8] = 100
+    voxels[3:6, 3:6, 3:6] = 220
+    voxels[12:18, 2:8, 2:8] = 100
+    voxels[9, 15, 3:18] = 220
+    voxels[18, 18, 18] = 100
+    voxels[19, 19, 0] = 255
+    return Volume(voxels, (1.0, 2.0, 0.5), file=FileFacts(spacing_unit="mm")).over(RANGE)
+
+
+def inputs(**others):
+    return SceneInputs(View(), TWO, ColorTF(RANGE, ((0.0, 1.0, 1.0, 1.0),)), **others)
+
+
+def at(z, y, x, edge=20):
+    return x / (edge - 1), y / (edge - 1), z / (edge - 1)
+
+
+def test_a_piece_is_what_touches_and_a_voxel_around_it():
+    whole, core = pieces_at(volume(), inputs(), at(4, 4, 4))
+    assert whole.count == 6**3 and whole.values is None
+    expected = np.zeros((20,) * 3, bool)
+    expected[1:9, 1:9, 1:9] = True
+    np.testing.assert_array_equal(whole.voxels.shown, expected)
+    # In the band of the core's values there is the core alone.
+    assert core.count == 3**3 and core.values[0] > 150
+    np.testing.assert_array_equal(np.argwhere(core.voxels.shown).min(0), [2, 2, 2])
+    np.testing.assert_array_equal(np.argwhere(core.voxels.shown).max(0), [6, 6, 6])
+
+
+def test_a_band_that_is_all_that_touches_is_no_piece_of_its_own():
+    (wire,) = pieces_at(volume(), inputs(), at(9, 15, 10))
+    assert wire.count == 15
+
+
+def test_alone_and_cut_leave_what_a_mask_leaves():
+    first, second = (pieces_at(volume(), inputs(), at(z, 4, 7))[0] for z in (4, 14))
+    cut = first.cut(None)
+    np.testing.assert_array_equal(cut.shown, ~first.voxels.shown)
+    np.testing.assert_array_equal(second.alone(cut).shown, second.voxels.shown)
+    assert not (second.cut(cut).shown & (first.voxels.shown | second.voxels.shown)).any()
+    with pytest.raises(TfscopeError, match="Nothing would be left"):
+        first.alone(cut)
+    # Of what a mask hides nothing is taken.
+    with pytest.raises(TfscopeError, match="Nothing that the TF shows is here"):
+        pieces_at(volume(), inputs(mask=cut), at(4, 4, 4))
+
+
+def test_a_crop_box_parts_pieces():
+    crop = CropBox((0.0, 0.0, 0.0), (1.0, 1.0, 5 / 19))
+    piece = pieces_at(volume(), inputs(crop=crop), at(4, 4, 7))[0]
+    assert piece.count == 4 * 6 * 6
+    assert not piece.voxels.shown[6:].any()
+
+
+def test_where_nothing_shows_there_is_no_piece():
+    with pytest.raises(TfscopeError, match="Nothing that the TF shows is here"):
+        pieces_at(volume(), inputs(), at(10, 10, 10))
+
+
+def test_values_between_voxels_decide_about_the_band():
+    """Halfway into the air, where the block's surface has a lower value."""
+    found = pieces_at(volume(), inputs(), at(4, 4, 7.2))
+    assert found[0].count == 6**3 and found[-1].count == 6**3 - 3**3
+
+
+@pytest.mark.parametrize("edge", [20, 21])
+def test_on_a_coarse_grid_pieces_are_the_same_voxels(monkeypatch, edge):
+    fine = [pieces_at(volume(edge), inputs(), at(*place, edge)) for place in PLACES]
+    monkeypatch.setattr(pieces, "MOST_VOXELS", 11**3)
+    coarse = [pieces_at(volume(edge), inputs(), at(*place, edge)) for place in PLACES]
+    for one, other in zip(fine, coarse, strict=True):
+        assert one[0].count == other[0].count
+        np.testing.assert_array_equal(one[0].voxels.shown, other[0].voxels.shown)
+
+
+PLACES = [(4, 4, 4), (14, 4, 4)]
+
+
+def test_specks_by_the_thousand_are_pieces_of_one_voxel():
+    voxels = np.where(np.indices((24,) * 3).sum(axis=0) % 2, 0, 100).astype(np.uint8)
+    (piece,) = pieces_at(Volume(voxels).over(RANGE), inputs(), at(4, 4, 4, 24))
+    assert piece.count == 1 and piece.voxels.shown[4, 4, 4]
+    assert np.count_nonzero(piece.voxels.shown) == 27 - 12
+
+
+def test_a_volume_of_two_slices_has_pieces():
+    voxels = np.zeros((2, 9, 9), np.uint8)
+    voxels[:, 2:5, 2:5] = 100
+    (piece,) = pieces_at(Volume(voxels).over(RANGE), inputs(), (3 / 8, 3 / 8, 1.0))
+    assert piece.count == 18
+
+
+@pytest.mark.parametrize(
+    ("spacing", "unit", "count", "text"),
+    [
+        ((0.5, 0.5, 2.0), "mm", 10, "5 mm³"),
+        ((1.0, 1.0, 1.0), "mm", 331_234, "331 cm³"),
+        ((2.0, 2.0, 2.0), "um", 7, "56 µm³"),
+        ((1.0, 1.0, 1.0), "nm", 5, "5 nm³"),
+        ((1e-9, 1e-9, 1e-9), "mm", 5, "5e-27 mm³"),
+        ((1.0, 1.0, 1.0), "", 1, "1 voxel"),
+        ((1.0, 1.0, 1.0), "", 12_345, "12,345 voxels"),
+    ],
+)
+def test_the_space_of_voxels_is_said_in_the_files_unit(spacing, unit, count, text):
+    given = Volume(volume().voxels, spacing, file=FileFacts(spacing_unit=unit))
+    assert volume_text(count, given) == text
+
+
+def test_masks_are_equal_by_what_they_show():
+    shown = np.random.default_rng(0).random((3, 5, 7)) < 0.5
+    one, other = Mask.of(shown), Mask.of(shown.copy())
+    assert one == other and hash(one) == hash(other) and one != Mask.of(~shown)
+    np.testing.assert_array_equal(one.shown, shown)
+    assert Mask.of(np.ones((2, 2, 2), bool)) is None
+
+
+def test_hidden_are_what_is_missing_and_what_a_mask_hides():
+    missing = np.zeros((4, 4, 4), bool)
+    missing[0] = True
+    given = Volume(np.arange(64, dtype=np.uint8).reshape(4, 4, 4), missing=missing)
+    hidden = hidden_voxels(given, Mask.of(~missing[::-1]))
+    np.testing.assert_array_equal(hidden, missing | missing[::-1])
+    assert hidden_voxels(given, None) is given.hidden
+
+
+def test_models_do_not_know_masks():
+    scene = Scene.of(volume(), 16)
+    found = pieces_at(volume(), inputs(), at(4, 4, 4))[0].alone(None)
+    assert "a mask" in outside_range(inputs(mask=found), scene)
