@@ -52,9 +52,9 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece
     on a coarser grid. Raises :class:`TfscopeError` where nothing is visible.
     """
     last = np.array(volume.voxels.shape) - 1
-    box = inputs.crop or CropBox()
+    crop = inputs.crop or CropBox()
     first, end = (
-        np.rint(np.array(corner)[::-1] * last).astype(int) for corner in (box.low, box.high)
+        np.rint(np.array(corner)[::-1] * last).astype(int) for corner in (crop.low, crop.high)
     )
     part = tuple(slice(a, max(b, a) + 1) for a, b in zip(first, end, strict=True))
     voxels, hidden = volume.voxels[part], hidden_voxels(volume, inputs.mask)
@@ -70,9 +70,9 @@ def pieces_at(volume: Volume, inputs: SceneInputs, place: Triple) -> tuple[Piece
         visible = _of_values(voxels, values, volume)
         if shown is not None:
             visible &= shown
-        inside = _connected(visible, _nearest(visible, seed))
+        inside, box = _connected(visible, _nearest(visible, seed))
         whole = np.zeros(volume.voxels.shape, dtype=bool)
-        whole[part] = _grown(inside) & ~(visible & ~inside)
+        whole[part][box] = _grown(inside) & ~(visible[box] & ~inside)
         range_ = None if values is runs else _values_of(band, volume)
         found.append(Piece(Mask.packed(whole), int(np.count_nonzero(inside)), range_))
         # A band that is all there is to see around the place needs no search of its own.
@@ -146,9 +146,13 @@ def _of_values(
         low, high = _values_of(run, volume)
         low = -np.inf if run[0] == 0 else low - half
         high = np.inf if run[1] == TF_SAMPLES - 1 else high + half
-        # By planes: whole numbers become floats of the same size only.
+        if voxels.dtype.kind != "f":
+            # Comparisons with floats would take ten times as long.
+            limits = np.iinfo(voxels.dtype.name)
+            low = int(np.ceil(max(low, limits.min)))
+            high = int(min(np.ceil(high) - 1, limits.max))
         for plane, out in zip(voxels, found, strict=True):
-            out |= (plane >= low) & (plane < high)
+            out |= (plane >= low) & (plane <= high)
     return found
 
 
@@ -161,37 +165,54 @@ def _nearest(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.
     return np.asarray(around[np.argmin(((around - seed) ** 2).sum(axis=1))])
 
 
-def _connected(visible: NDArray[np.bool_], seed: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return the visible voxels that are connected to one of them."""
+def _connected(
+    visible: NDArray[np.bool_], seed: NDArray[np.int64]
+) -> tuple[NDArray[np.bool_], tuple[slice, ...]]:
+    """Return the visible voxels that are connected to one of them, and the box around them.
+
+    Along each axis there is a voxel more on both sides of the box, where the grid has one.
+    """
     from scipy.ndimage import label
 
     factor = 1
     while np.prod(-(-np.array(visible.shape) // factor)) > MOST_VOXELS:
         factor += 1
-    if factor == 1:
-        labels, _ = label(visible)
-        return np.asarray(labels == labels[tuple(seed)])
-    cells = _thinned(visible, factor)
+    cells = visible if factor == 1 else _thinned(visible, factor)
     cell = tuple(seed // factor)
     cells[cell] = True
     labels, _ = label(cells)
     inside = labels == labels[cell]
+    box = []
+    for axis, count in enumerate(cells.shape):
+        others = tuple(each for each in range(3) if each != axis)
+        seen = np.flatnonzero(inside.any(axis=others))
+        box.append(slice(max(int(seen[0]) - 1, 0), min(int(seen[-1]) + 2, count)))
+    inside, cells = inside[tuple(box)], cells[tuple(box)]
+    if factor == 1:
+        return inside, tuple(box)
     # Cells at the surface have few visible voxels: those of no other piece belong to this one.
     inside = _grown(inside) & ~(cells & ~inside)
-    for axis, count in enumerate(visible.shape):
-        inside = np.repeat(inside, factor, axis=axis).take(range(count), axis=axis)
-    return visible & inside
+    fine = tuple(
+        slice(part.start * factor, min(part.stop * factor, count))
+        for part, count in zip(box, visible.shape, strict=True)
+    )
+    for axis in (2, 1, 0):
+        inside = np.repeat(inside, factor, axis=axis)
+    found = visible[fine]
+    return found & inside[tuple(slice(count) for count in found.shape)], fine
 
 
 def _thinned(visible: NDArray[np.bool_], factor: int) -> NDArray[np.bool_]:
     """Return which cells of so many voxels along each axis are visible for a half."""
-    padded = np.pad(visible, [(0, -count % factor) for count in visible.shape])
+    counts = visible.view(np.uint8)
     for axis in range(3):
-        counts = np.add.reduceat(
-            padded, np.arange(0, padded.shape[axis], factor), axis=axis, dtype=np.uint16
-        )
-        padded = counts
-    return padded * 2 >= factor**3
+        along = np.moveaxis(counts, axis, 0)
+        total = np.zeros((-(-len(along) // factor), *along.shape[1:]), np.uint16)
+        for first in range(factor):
+            some = along[first::factor]
+            total[: len(some)] += some
+        counts = np.moveaxis(total, 0, axis)
+    return counts * 2 >= factor**3
 
 
 def _grown(voxels: NDArray[np.bool_]) -> NDArray[np.bool_]:
