@@ -45,6 +45,9 @@ def places_along(
     bins = (TF_SAMPLES - 1) * np.clip((values - lo) / (hi - lo), 0, 1)
     table = per_sample(inputs.opacity_tf.sample(volume.scalar_range), APART)
     alphas = np.where(np.isfinite(bins), np.interp(bins, np.arange(TF_SAMPLES), table), 0)
+    if inputs.mask is not None:
+        last = np.array(volume.dimensions) - 1
+        alphas[~inputs.mask.shows(np.rint(np.clip(points, 0, 1) * last).astype(np.intp))] = 0
     # The last step is shorter.
     alphas = 1 - (1 - alphas) ** (np.diff(along, prepend=enter) / step)
     through = np.cumprod(1 - alphas)
@@ -61,6 +64,17 @@ def first_place(
     points, weights = places_along(volume, inputs, at)
     visible = np.flatnonzero(np.cumsum(weights) >= VISIBLE)
     return points[visible[0]] if len(visible) else None
+
+
+def strongest_place(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
+) -> NDArray[np.float64] | None:
+    """Return the place (3,) that adds most to a pixel; None where nothing is visible.
+
+    Pixel and place are those of :func:`places_along`.
+    """
+    points, weights = places_along(volume, inputs, at)
+    return points[np.argmax(weights)] if weights.sum() >= VISIBLE else None
 
 
 def values_at(

@@ -47,6 +47,14 @@ class Mask:
         bits = np.unpackbits(packed, count=math.prod(self.shape))
         return bits.view(np.bool_).reshape(self.shape)
 
+    def shows(self, voxels: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Return which of some voxels (n, 3), given along x, y and z, are shown (n,)."""
+        _, ny, nx = self.shape
+        x, y, z = voxels.T
+        number = x + nx * (y + ny * z)
+        bytes_ = np.frombuffer(self.bits, dtype=np.uint8)[number >> 3]
+        return np.asarray((bytes_ >> (7 - (number & 7))) & 1).astype(bool)
+
 
 def hidden_voxels(volume: Volume, mask: Mask | None) -> NDArray[np.bool_] | None:
     """Return the voxels of a volume that are transparent under any TF; None without any.

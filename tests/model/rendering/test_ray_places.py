@@ -8,6 +8,7 @@ from model.rendering.ray_places import first_place, places_along, values_at
 from model.rendering.raycast.renderer import RaycastRenderer
 from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
+from model.scene.mask import Mask
 from model.scene.transfer_function import GaussianMode, OpacityTF
 from model.scene.view import Projection, View
 from model.scene.volume import Volume
@@ -25,9 +26,11 @@ def scenes(volume):
     yield SceneInputs(View(200.0, -40.0, 0.0, 0.15), faint, RAINBOW)
     box = CropBox((0.3, 0.0, 0.1), (0.9, 0.6, 1.0))
     yield SceneInputs(View(110.0, 5.0, 0.0, 0.8), faint, RAINBOW, crop=box)
+    shown = np.random.default_rng(2).random(volume.voxels.shape) < 0.8
+    yield SceneInputs(View(30.0, 20.0), faint, RAINBOW, mask=Mask.of(shown))
 
 
-@pytest.mark.parametrize("number", range(3))
+@pytest.mark.parametrize("number", range(4))
 def test_the_first_place_is_where_the_ray_caster_first_sees_something(volume, number):
     inputs = list(scenes(volume))[number]
     image, depth = RaycastRenderer(volume).frame(inputs, SIZE)

@@ -133,6 +133,8 @@ def test_masks_are_equal_by_what_they_show():
     one, other = Mask.of(shown), Mask.of(shown.copy())
     assert one == other and hash(one) == hash(other) and one != Mask.of(~shown)
     np.testing.assert_array_equal(one.shown, shown)
+    every = np.argwhere(np.ones((7, 5, 3), bool))
+    np.testing.assert_array_equal(one.shows(every), shown[tuple(every.T[::-1])])
     assert Mask.of(np.ones((2, 2, 2), bool)) is None
 
 
