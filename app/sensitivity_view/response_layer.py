@@ -115,11 +115,6 @@ class ResponseLayer:
         self._was_shown = self._is_shown
         self.recolor()
 
-    @property
-    def is_marked_stale(self) -> bool:
-        """Whether the responses shown are known not to be of the present image."""
-        return bool(self._curves["exact"].opacity() < 1)
-
     def curve(self, name: str) -> NDArray[np.float64]:
         """Return the responses shown as a curve, "exact" or "learned"; empty if hidden."""
         curve = self._curves[name]
@@ -326,11 +321,6 @@ class VisibleLayer:
         self._labels: list[Any] = []
         self._peaks: list[tuple[float, float]] = []
         self.recolor()
-
-    @property
-    def is_marked_stale(self) -> bool:
-        """Whether what is shown is known not to be of the present image."""
-        return bool(self._curve.opacity() < 1)
 
     def share_of(self, values: Range, scalar_range: Range, width: float) -> float | None:
         """Return the part of all that is visible that a band of values makes up, if known."""

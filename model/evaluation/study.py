@@ -320,13 +320,11 @@ def _paper(numbers: Sequence[float] | None) -> list[str]:
 PICTURED = 4  # samples that are shown
 
 
-def study_pictures(
-    study: Study, plan: StudyPlan, count: int = PICTURED
-) -> dict[str, NDArray[np.floating]]:
+def study_pictures(study: Study, plan: StudyPlan) -> dict[str, NDArray[np.floating]]:
     """Draw the first hold-out samples that show something by all models of a finished study."""
     samples = plan.store.read("holdout", range(plan.count))
     shows = clearly_seen(samples.rgba)
-    chosen = np.flatnonzero(shows if shows.any() else ~shows)[:count]
+    chosen = np.flatnonzero(shows if shows.any() else ~shows)[:PICTURED]
     columns: dict[str, NDArray[np.floating]] = {
         "ground truth": samples.rgba[chosen, ..., :3] / 255,
         "nearest neighbour": nearest_images(samples.rgba[chosen], plan.store)[..., :3] / 255,

@@ -17,6 +17,7 @@ from model.scene.inputs import SceneInputs
 WHOLE_SHARE = 0.9  # side of the rectangle that is brushed for an overview, of the map's
 DETAIL_SHARE = 0.22  # side of the rectangle that is brushed for details
 CLOSER = 0.75  # distance of the second view, of the first one's
+VISITED = 4  # places of a walk
 CANDIDATES = 48  # samples that the places of a walk are chosen among
 
 
@@ -75,7 +76,6 @@ def walk(
     subject: Subject,
     map_: LatentMap,
     inputs: SceneInputs,
-    count: int = 4,
     candidates: int = CANDIDATES,
 ) -> list[Place]:
     """Visit places whose pictures differ most, from left to right.
@@ -89,12 +89,12 @@ def walk(
     drawn = _drawn(subject, map_.codes[chosen], inputs)
     contrast = drawn[..., :3].std(axis=(1, 2, 3))
     shows = contrast >= np.median(contrast)
-    if shows.sum() >= count:
+    if shows.sum() >= VISITED:
         chosen, drawn = chosen[shows], drawn[shows]
     flat = drawn[..., :3].reshape(len(drawn), -1)
     distance = np.square(flat - flat.mean(axis=0)).mean(axis=1)
     picked: list[int] = []
-    for _ in range(min(count, len(chosen))):
+    for _ in range(min(VISITED, len(chosen))):
         picked.append(int(distance.argmax()))
         apart = np.square(flat - flat[picked[-1]]).mean(axis=1)
         distance = apart if len(picked) == 1 else np.minimum(distance, apart)

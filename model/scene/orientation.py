@@ -134,7 +134,6 @@ def angles_in(up: str, view: View, *, front: str = "") -> tuple[float, float, fl
 def fit_distance(
     proportions: Triple,
     view: View | NDArray[np.float64],
-    margin: float = MARGIN,
     points: NDArray[np.float64] = WHOLE,
     reach: Reach = SQUARE,
 ) -> float:
@@ -146,7 +145,7 @@ def fit_distance(
     """
     basis = view.basis() if isinstance(view, View) else view
     right, up, back = basis @ _in_radii(points, proportions).T
-    tangent = (1.0 - margin) * View.tangent
+    tangent = (1.0 - MARGIN) * View.tangent
     across, along = np.abs(right) / (2 * reach[0]), np.abs(up) / (2 * reach[1])
     if isinstance(view, View) and view.is_orthographic:
         back = np.zeros_like(back)

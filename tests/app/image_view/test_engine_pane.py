@@ -34,8 +34,7 @@ def test_an_image_that_is_not_up_to_date_says_so_once_the_next_takes_long(qtbot,
     assert pane.status != "drawing …"
     # A finer image of the same inputs: what is shown is right.
     pane.client.submit(make_request(2))
-    qtbot.wait(PATIENCE_MS + 200)
-    assert pane.status != "drawing …"
+    assert pane.status != "drawing …" and not pane._patience.isActive()
     turned = replace(make_request(3), inputs=replace(make_request(3).inputs, view=View(80.0)))
     pane.client.submit(turned)
     assert pane.status != "drawing …"

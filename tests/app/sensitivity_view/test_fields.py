@@ -134,13 +134,12 @@ def test_a_field_is_never_over_another_image(qtbot, window, builders):
         edit = edit_over((150.0, 150.0), (100.0, 200.0), field.request.width)
         shown = shown_field(field.value, edit, "signed")
         assert cover == to_qimage(overlay(old, shown, scale_of(shown), "signed").astype("f4"))
-    assert window.sensitivity.responses.is_marked_stale
-    assert window.sensitivity.visible.is_marked_stale
+    drawn = window.sensitivity.visible._curve
+    assert drawn.opacity() < 1
     for _ in range(40):
         analyst.gate.release()
     qtbot.waitUntil(lambda: window.workspace.sensitivity.fields["exact"].is_of(window.state.inputs))
-    qtbot.waitUntil(lambda: not window.sensitivity.responses.is_marked_stale)
-    qtbot.waitUntil(lambda: not window.sensitivity.visible.is_marked_stale)
+    qtbot.waitUntil(lambda: drawn.opacity() == 1)
     analyst.gate = None
 
 
@@ -204,7 +203,7 @@ def test_a_click_on_what_if_lasts_until_the_next_one(qtbot, window):
     window.state.set_view(View(80.0))
     assert not button.isChecked()
     QTest.mousePress(button, Qt.MouseButton.LeftButton)
-    qtbot.wait(CLICK_MS + 50)
+    qtbot.waitUntil(lambda: button._held.hasExpired(CLICK_MS))
     QTest.mouseRelease(button, Qt.MouseButton.LeftButton)
     assert exact.cover is None and not button.isChecked()
     # It follows the mouse while it is on.

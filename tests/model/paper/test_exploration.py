@@ -40,7 +40,7 @@ def test_two_scales_of_one_map(subject, map_, inputs):
 
 
 def test_a_walk_visits_places_that_differ(subject, map_, inputs):
-    places = walk(subject, map_, inputs, count=4, candidates=30)
+    places = walk(subject, map_, inputs, candidates=30)
     assert len(places) == 4
     x = [place.place[0] for place in places]
     assert x == sorted(x)
