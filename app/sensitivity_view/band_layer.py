@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import cast
 
-import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QEvent, QObject, QPoint, QPointF, QRect, Qt
 from PySide6.QtGui import QColor, QMouseEvent, QWheelEvent
@@ -20,7 +19,7 @@ from app.state.sensitivity_asker import SensitivityAsker
 from app.state.sensitivity_state import SensitivityState
 from app.state.viewer_state import ViewerState
 from app.tf_editor.plot_area import PlotArea
-from model.scene.tf_perturbation import edit_over
+from model.scene.tf_perturbation import band_of_edit
 
 CLICK_REACH = 4
 
@@ -183,10 +182,7 @@ class BandLayer:
             self.tag.hide()
             return
         scalar_range = self._state.scalar_range
-        # From where the edit has half of its height, to where it has so again.
-        edit = edit_over(band.values, scalar_range, choices.width)
-        inside = np.flatnonzero(edit >= edit.max() / 2)
-        values = np.linspace(*scalar_range, len(edit))[inside[[0, -1]]]
+        values = band_of_edit(band.values, scalar_range, choices.width)
         left, right = self._area.axis.places(values).clip(0.0, 1.0).tolist()
         color = QColor(theme.CHANGE if band.effect or self._asks_edit else theme.VISIBLE)
         self._rect.setPen(pg.mkPen(color, width=1))

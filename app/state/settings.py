@@ -25,6 +25,7 @@ BackgroundChoice = Literal["black", "gradient", "white"]  # background of the im
 RecentKind = Literal["volumes", "models", "transfer_functions", "sessions"]
 
 
+_Share = Annotated[float, Meta(ge=0, le=1)]
 _Byte = Annotated[int, Meta(ge=0, le=255)]
 
 
@@ -60,6 +61,7 @@ class SessionSettings:
     opacity_images: bool = False
     hidden_panes: tuple[str, ...] = ()
     swapped: bool = False
+    slices: bool = False
 
 
 @dataclass(frozen=True)
@@ -118,4 +120,5 @@ class VolumeMemory:
     region_count: Annotated[int, Meta(ge=0, le=10**9)] = 0
     value_scale: PlotScale = "linear"
     opacity_scale: PlotScale = "linear"
+    cross_hair: tuple[_Share, _Share, _Share] | None = None  # in the slices, along x, y and z
     visible: Range | None = None  # scalar values in sight in the TF's plot

@@ -25,6 +25,14 @@ Drag a round handle of the crop box (K) | move that plane
 C, D | both images or one; their difference
 O | show or hide the opacity images
 Drag the ball in the top bar, or Ctrl, Shift and drag | move the light
+# Slices (S)
+Wheel, or Page up and down; with Shift | the next slice; ten at once | Wheel | next slice
+Drag | move the cross-hair | Drag | cross-hair
+Double click | this slice alone, or all three | Double click | large
+Ctrl and wheel; middle drag; Home | zoom; pan; all of the slice
+Right drag | window and level of gray
+Rest the mouse on a voxel | where is its value visible? | Rest | where visible
+Click in an image, then up and down | go through what shows there | ↑ ↓ | along the ray
 # Drawing a region
 Drag | a rectangle, or around something | Drag | draw the region
 Escape | draw no region | Esc | cancel

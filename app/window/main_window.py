@@ -276,6 +276,9 @@ class MainWindow(WindowParts):
         """Show and ask what an opened volume needs, now that its TF is set."""
         self.up_axis_card.start_volume()
         self.sessions.start_volume()
+        opened = self.workspace.opened
+        assert opened is not None
+        self.slices.start_volume(opened)
         self.files.start_volume()
         self.scene_notices.offer_logarithm()
         self.scene_notices.offer_labels()
@@ -286,6 +289,7 @@ class MainWindow(WindowParts):
     def _show_range(self, opened: OpenedVolume) -> None:
         self.editor.area.histogram.set_data(opened.counts, opened.edges)
         self.editor.area.set_axis(self.editor.area.axis)
+        self.slices.show_volume(opened)
         self.menus.refresh()
 
     def _show_scale(self, opened: OpenedVolume) -> None:

@@ -268,6 +268,8 @@ class Menus:
             lambda: workspace.opening.draw_missing(not draws_missing()),
             is_on=draws_missing, is_there=has_missing,
         )  # fmt: skip
+        slices = window.slices
+        self._add(menu, "S&lices", slices.toggle, "S", is_on=lambda: slices.is_shown)
         for overlay, text, keys in OVERLAYS:
             toggle, has = partial(overlays.toggle, overlay), partial(overlays.has, overlay)
             self._add(menu, text, toggle, keys, is_on=has)

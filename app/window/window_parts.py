@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtWidgets import QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QMainWindow, QSplitter, QVBoxLayout, QWidget
 
 from app.controls import order_focus
 from app.engines.client import Clients, EngineClient
@@ -30,6 +31,7 @@ from app.window.pane_layout import PaneLayout
 from app.window.presets import Presets
 from app.window.scene_notices import SceneNotices
 from app.window.sessions import Sessions
+from app.window.slices import Slices
 from app.window.status_line import StatusLine
 from app.window.top_bar import ToolStrip, TopBar
 from app.window.window_memory import WindowMemory, size_on
@@ -101,7 +103,14 @@ class WindowParts(QMainWindow):
         self._floating.add("top", self.notice)
         self._floating.add("bottom", self.crop_card)
         self._floating.add("bottom", self.up_axis_card)
-        self._splitter = DockSplitter(images, self.editor)
+        # Next to the images, the slices.
+        row = QSplitter(Qt.Orientation.Horizontal)
+        row.setHandleWidth(1)
+        row.setChildrenCollapsible(False)
+        row.addWidget(images)
+        row.setStretchFactor(0, 1)
+        self._splitter = DockSplitter(row, self.editor)
+        self.slices = Slices(self.context, row, self.editor.area, self.crop_card)
         central = QWidget()
         column = QVBoxLayout(central)
         column.setContentsMargins(0, 0, 0, 0)
@@ -160,4 +169,5 @@ class WindowParts(QMainWindow):
         """Return the areas of the window that F6 goes through."""
         images = [pane.canvas for pane in self.panes.images]
         dock = [*self.editor.areas, self.sensitivity.findings]
-        return [self.top_bar, self.browser, *images, self.crop_card, *dock]
+        found = [self.top_bar, self.browser, *images, *self.slices.areas, self.crop_card]
+        return [*found, *dock]

@@ -12,10 +12,12 @@ from model.scene.crop import CropBox
 from model.scene.inputs import SceneInputs
 from model.scene.transfer_function import TF_SAMPLES
 from model.scene.view import Projection
-from model.scene.volume import Volume
+from model.scene.volume import Triple, Volume
 
 APART = 0.5  # between two samples of a ray, in voxel sizes
 VISIBLE = 1 / 255  # accumulated opacity from which on a ray has met something visible
+FAINTEST = 0.05  # least share of what is visible along the ray that makes a place of its own
+FALL = 0.5  # part of a peak to which weights fall, and rise from, between two places
 
 
 def places_along(
@@ -75,6 +77,46 @@ def strongest_place(
     """
     points, weights = places_along(volume, inputs, at)
     return points[np.argmax(weights)] if weights.sum() >= VISIBLE else None
+
+
+def ray_places(
+    volume: Volume, inputs: SceneInputs, at: tuple[float, float]
+) -> list[tuple[Triple, float]]:
+    """Return the places that one sees under a pixel, from the eye on, with what each adds.
+
+    Each is where most of its opacity comes from. Pixel and place are those of
+    :func:`places_along`.
+    """
+    points, weights = places_along(volume, inputs, at)
+    whole = float(weights.sum())
+    if whole < VISIBLE:
+        return []
+    # Means of two samples: noise has no places of its own.
+    starts = _valleys((weights + np.append(weights[1:], 0.0)).tolist())
+    found: list[tuple[Triple, float]] = []
+    for first, last in zip([0, *starts], [*starts, len(weights)], strict=True):
+        part = weights[first:last]
+        if part.sum() >= FAINTEST * whole:
+            x, y, z = points[first + int(np.argmax(part))].tolist()
+            found.append(((x, y, z), float(part.sum())))
+    return found
+
+
+def _valleys(weights: list[float]) -> list[int]:
+    """Samples at which one place ends and the next begins."""
+    found, lowest = list[int](), 0
+    highest, is_falling = 0.0, False
+    for number, weight in enumerate(weights):
+        if not is_falling:
+            highest = max(highest, weight)
+            if weight < FALL * highest:
+                is_falling, lowest = True, number
+        elif weight < weights[lowest]:
+            lowest = number
+        elif FALL * weight > weights[lowest] and weight > FAINTEST * highest:
+            found.append(lowest)
+            highest, is_falling = weight, False
+    return found
 
 
 def values_at(

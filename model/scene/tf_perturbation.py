@@ -50,6 +50,14 @@ def edit_over(
     return response_to_edits(flat, width)
 
 
+def band_of_edit(values: Range, scalar_range: Range, width: float) -> Range:
+    """Return the values at which :func:`edit_over` has half of its height or more."""
+    edit = edit_over(values, scalar_range, width)
+    inside = np.flatnonzero(edit >= edit.max() / 2)
+    first, last = np.linspace(*scalar_range, len(edit))[inside[[0, -1]]].tolist()
+    return first, last
+
+
 def spaced_edits(width: float) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
     """Return smooth edits close enough for the responses between them to be interpolated.
 

@@ -17,7 +17,8 @@ def region(name):
 SETTINGS = Settings(
     drawing="raycast", stop="exact", reference_size=1024, denoises=False, legend=True,
     scale_bar=True, background="white", cube=False, opacity_images=True,
-    hidden_panes=("generator",), swapped=True, trackball=True, colors_follow_modes=False,
+    hidden_panes=("generator",), swapped=True, slices=True, trackball=True,
+    colors_follow_modes=False,
     last_folder="/data", window_geometry="AdnQywAD", splitters={"main": (500, 290)},
     theme="light", single_keys=False, figure=FigureSettings(longer_side=1000),
     recent_volumes=("/data/a.nrrd", "/data/ü \udce9.nrrd"), recent_models=("/data/model",),
@@ -31,4 +32,5 @@ MEMORY = VolumeMemory(
     crop=CropBox((0.1, 0.0, 0.0), (1.0, 0.5, 1.0)), interpolates=False, draws_missing=True,
     regions=(region("ribs"), region("spine")), active_region="ribs", region_count=4,
     value_scale="logarithmic", opacity_scale="logarithmic", visible=(110.0, 180.0),
+    cross_hair=(0.25, 0.5, 1.0),
 )  # fmt: skip

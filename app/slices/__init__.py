@@ -1,0 +1,1 @@
+"""Three slices of the volume, with a cross-hair, beside the images."""

@@ -1,0 +1,257 @@
+"""Slices in the window, by mouse and keys; and what they and the images tell each other."""
+
+import numpy as np
+import pytest
+from mouse_events import drag, wheel
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtTest import QTest
+from ramp import make_tf, make_volume
+from rested_window import open_volume, rested
+
+from model.rendering.ray_places import ray_places
+from model.scene.crop import CropBox
+from model.scene.slices import place_at, voxel_of
+from model.scene.view import Projection
+from model.scene.volume import Volume
+
+CONTROL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
+
+
+def press_s(qtbot, window):
+    window.activateWindow()
+    qtbot.waitUntil(window.isActiveWindow)
+    QTest.keyClick(window.reference.canvas, Qt.Key.Key_S)
+
+
+@pytest.fixture
+def window(qtbot, make_window):
+    """A window with slices of 4 by 5 by 6 voxels."""
+    window = rested(qtbot, make_window)
+    press_s(qtbot, window)
+    qtbot.waitUntil(lambda: all(view.isVisible() for view in views(window)))
+    return window
+
+
+def views(window):
+    return window.slices.column.views
+
+
+def state(window):
+    return window.slices.column.state
+
+
+def voxel(window):
+    return voxel_of(state(window).volume, state(window).place)
+
+
+def at(window, view, x, y, z):
+    """Where a voxel's center is in a slice."""
+    return view.position_of(place_at(state(window).volume, (x, y, z))).toPoint()
+
+
+def pixel(view, point):
+    return view.viewport().grab().toImage().pixelColor(point).getRgb()[:3]
+
+
+def test_nothing_is_built_until_slices_are_shown_and_the_key_hides_them(qtbot, make_window):
+    window = rested(qtbot, make_window)
+    assert window.slices.column is None
+    press_s(qtbot, window)
+    assert window.slices.is_shown and window.preferences.settings.slices
+    assert window.slices.areas[0] in window.areas()
+    press_s(qtbot, window)
+    assert not window.slices.is_shown and not window.preferences.settings.slices
+
+
+def test_without_a_volume_there_is_nothing_to_cut(qtbot, make_window):
+    window = make_window(volume="broken.nrrd", model=None)
+    window.slices.toggle()
+    assert not window.slices.is_shown and "Open a volume" in window.status.news
+
+
+def test_slices_have_the_voxels_gray_levels(window):
+    for view in views(window):
+        for wanted in ((0, 0, 5), (3, 4, 0), (2, 1, 3)):
+            state(window).move(place_at(state(window).volume, wanted))
+            low, high = state(window).window
+            # Where the cross-hair has its gap.
+            value = make_volume().voxels[wanted[2], wanted[1], wanted[0]]
+            level = 255 * np.clip((value - low) / (high - low), 0, 1)
+            assert pixel(view, at(window, view, *wanted)) == pytest.approx((level,) * 3, abs=4)
+
+
+def test_the_wheel_and_keys_scroll_and_end_at_the_last_slice(window):
+    level, front, _ = views(window)
+    before = voxel(window)
+    wheel(level.viewport(), QPointF(60, 60), 1)
+    assert voxel(window) == (before[0], before[1], before[2] + 1)
+    wheel(level.viewport(), QPointF(60, 60), -1, keys=SHIFT)
+    assert voxel(window)[2] == 0
+    for _ in range(4):
+        wheel(front.viewport(), QPointF(60, 60), 0.5)
+    assert voxel(window) == (before[0], 4, 0)
+    QTest.keyClick(front, Qt.Key.Key_PageDown)
+    assert voxel(window)[1] == 3
+    level.number.setValue(4)
+    assert voxel(window) == (before[0], 3, 4)
+
+
+def test_a_drag_moves_the_cross_hair_of_all_slices_which_is_remembered(qtbot, builders, window):
+    front = views(window)[1]
+    drag(front.viewport(), at(window, front, 0, 2, 0), at(window, front, 3, 2, 5))
+    assert voxel(window)[::2] == (3, 5)
+    assert [view.number.value() for view in views(window)] == [5, voxel(window)[1], 3]
+    fingerprint = window.workspace.opened.fingerprint
+    assert window.preferences.volume(fingerprint).cross_hair == state(window).place
+    assert window.sessions.session().content.memory.cross_hair == state(window).place
+    assert window.sessions.session().content.settings.slices
+    wanted = voxel(window)
+    builders.volumes["other"] = Volume(make_volume().voxels[:, :3])
+    open_volume(qtbot, window, "other")
+    open_volume(qtbot, window, "ramp")
+    assert window.slices.is_shown and voxel(window) == wanted
+
+
+def test_a_double_click_makes_one_large_and_leaves_the_cross_hair(window):
+    level, front, side = views(window)
+    before, small = voxel(window), window.slices.column.width()
+    for is_large in (True, False):
+        point = at(window, front, 0, 2, 5)
+        QTest.mouseClick(front.viewport(), Qt.MouseButton.LeftButton, pos=point)
+        assert voxel(window) != before
+        QTest.mouseDClick(front.viewport(), Qt.MouseButton.LeftButton, pos=point)
+        assert voxel(window) == before
+        assert front.isVisible() and level.isVisible() == side.isVisible() == (not is_large)
+        assert (window.slices.column.width() > small) == is_large
+
+
+def test_ctrl_and_wheel_zoom_to_the_mouse_and_the_middle_button_pans(window):
+    view = views(window)[0]
+    point, whole = at(window, view, 1, 1, 0), at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)
+    wheel(view.viewport(), QPointF(point), 3, keys=CONTROL)
+    grown = at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0)
+    assert (at(window, view, 1, 1, 0) - point).manhattanLength() <= 2
+    assert grown.y() == pytest.approx(1.15**3 * whole.y(), abs=2)
+    before = at(window, view, 2, 2, 0)
+    drag(view.viewport(), point, point + QPoint(7, -5), button=Qt.MouseButton.MiddleButton)
+    assert (at(window, view, 2, 2, 0) - before - QPoint(7, -5)).manhattanLength() <= 2
+    QTest.keyClick(view, Qt.Key.Key_Home)
+    assert (at(window, view, 3, 4, 0) - at(window, view, 0, 0, 0) - whole).manhattanLength() <= 2
+
+
+def test_a_right_drag_changes_the_window_of_gray(window):
+    view, (low, high) = views(window)[0], state(window).window
+    point = QPoint(60, 60)
+    drag(view.viewport(), point, point + QPoint(20, 0), button=Qt.MouseButton.RightButton)
+    wider = state(window).window
+    assert wider[1] - wider[0] > high - low
+    drag(view.viewport(), point, point + QPoint(0, 20), button=Qt.MouseButton.RightButton)
+    assert sum(state(window).window) < sum(wider)
+
+
+def test_colours_follow_the_tf(qtbot, window):
+    column, view, here = window.slices.column, views(window)[0], (2, 1, 3)
+    state(window).move(place_at(state(window).volume, here))
+    column._choices["colors"].trigger()
+    tf = window.state.transfer_function
+    value = float(make_volume().voxels[here[2], here[1], here[0]])
+    assert pixel(view, at(window, view, *here)) == pytest.approx(255 * tf.color(value), abs=4)
+    assert column.button.title == "Colours"
+
+
+def test_the_readout_has_value_voxel_and_place(window):
+    view, column = views(window)[0], window.slices.column
+    z = voxel(window)[2]
+    QTest.mouseMove(view.viewport(), at(window, view, 1, 3, z))
+    value = make_volume().voxels[z, 3, 1]
+    assert column.readout == f"{value:.9g} K   voxel 1, 3, {z}\nx 1  y 3  z {z}"
+    QTest.mouseMove(view.viewport(), QPoint(1, 60))
+    x, y, z = voxel(window)
+    assert f"voxel {x}, {y}, {z}" in column.readout
+
+
+def test_a_click_in_an_image_goes_to_what_shows_there_and_keys_go_on(qtbot, window):
+    window.state.tf_input.set(make_tf())
+    window.state.look_from("Top")
+    canvas = window.reference.canvas
+    point = canvas.image_rect.center()
+    QTest.mouseClick(canvas, Qt.MouseButton.LeftButton, pos=point)
+    x, y = window.sensitivity_state.place
+    volume, inputs = state(window).volume, window.state.inputs
+    places = ray_places(volume, inputs, (2 * x - 1, 1 - 2 * y))
+    assert len(places) > 1
+    for step, (place, _share) in enumerate(places):
+        assert voxel(window) == voxel_of(volume, place)
+        assert f"Place {step + 1} of {len(places)}" in window.status.news
+        QTest.keyClick(canvas, Qt.Key.Key_Down)
+    assert window.state.view == inputs.view
+    QTest.keyClick(canvas, Qt.Key.Key_Up)
+    assert voxel(window) == voxel_of(volume, places[-2][0])
+    # The cross-hair in the image is where the rendering has its place.
+    at_image = Projection(window.state.view, volume.proportions).places(
+        np.array([state(window).place])
+    )[0]
+    rect = canvas.image_rect
+    arm = QPoint(
+        round(rect.left() + rect.width() * (1 + at_image[0]) / 2) + 8,
+        round(rect.top() + rect.height() * (1 - at_image[1]) / 2),
+    )
+    shown = canvas.grab().toImage().pixelColor(arm).getRgb()[:3]
+    window.slices.toggle()
+    assert canvas.grab().toImage().pixelColor(arm).getRgb()[:3] != shown
+
+
+def test_a_resting_mouse_marks_the_value_and_shows_where_it_is_visible(qtbot, window):
+    view, asked = views(window)[0], window.sensitivity_state
+    z = voxel(window)[2]
+    QTest.mouseMove(view.viewport(), at(window, view, 1, 3, z))
+    value = float(make_volume().voxels[z, 3, 1])
+    mark = window.slices._mark
+    assert mark.isVisible()
+    assert mark.value() == pytest.approx(window.editor.area.axis.place(value))
+    qtbot.waitUntil(lambda: asked.band is not None and asked.band.low == pytest.approx(value))
+    assert not asked.band.effect
+    QTest.mouseMove(view.viewport(), at(window, view, 2, 1, z))
+    assert asked.band is None
+    qtbot.waitUntil(lambda: asked.band is not None)
+    QTest.keyClick(window, Qt.Key.Key_P)
+    QTest.mouseMove(view.viewport(), QPoint(1, 60))
+    assert asked.band.kept and not mark.isVisible()
+
+
+def test_a_band_of_the_plot_is_outlined(window):
+    view = views(window)[0]
+    x, y, z = 2, 1, voxel(window)[2]
+    value = float(make_volume().voxels[z, y, x])
+    before = view.viewport().grab().toImage()
+    window.sensitivity_state.hover(value)
+    assert state(window).band[0] <= value <= state(window).band[1]
+    assert view.viewport().grab().toImage() != before
+    window.sensitivity_state.hover(None)
+    assert view.viewport().grab().toImage() == before
+
+
+def test_the_crop_box_is_dragged_in_a_slice_as_one_edit(qtbot, window):
+    window.crop_card.set_shown(True)
+    view = views(window)[0]
+    handles = [h for h in view._rectangle.getHandles() if h.isVisible()]
+    right = max(h.scenePos().x() for h in handles)
+    start = sorted(
+        (view.mapFromScene(h.scenePos()) for h in handles if h.scenePos().x() > right - 1),
+        key=QPoint.y,
+    )[1]
+    end = at(window, view, 2, 2, 0)
+    QTest.mouseMove(view.viewport(), start)
+    drag(view.viewport(), start, start - QPoint(6, 0), QPoint(end.x(), start.y()))
+    crop = window.state.crop
+    assert crop is not None and crop.high[0] == pytest.approx(2 / 3, abs=0.08)
+    assert crop.low == (0, 0, 0) and crop.high[1:] == (1, 1)
+    window.state.edits.undo()
+    assert window.state.crop is None
+    window.state.crop_input.set(CropBox((0.25, 0.0, 0.0), (1.0, 0.5, 1.0)))
+    left = view._rectangle.pos()[0]
+    assert left == pytest.approx(0.25 * view._size.width())
+    assert view._rectangle.size()[1] == pytest.approx(0.5 * view._size.height())
+    window.crop_card.set_shown(False)
+    assert view._rectangle.isVisible()
+    assert not any(handle.isVisible() for handle in view._rectangle.getHandles())
