@@ -73,18 +73,6 @@ def test_it_may_fail_later_as_when_the_context_is_lost(capfd, monkeypatch):
     both.close()
 
 
-def test_without_opengl_the_ray_caster_draws(monkeypatch):
-    def no_opengl():
-        raise CannotDrawError("VTK finds no OpenGL to draw with; install it.")
-
-    monkeypatch.setattr(vtk_renderer, "offscreen_window", no_opengl)
-    volume = make_volume()
-    both = FallbackRenderer(volume)
-    assert both.reason.startswith("VTK finds no OpenGL")
-    np.testing.assert_array_equal(both.render(INPUTS, 24), expected(volume))
-    both.close()
-
-
 SOFTWARE, CARD = "llvmpipe (LLVM 15.0.6, 256 bits)", "NVIDIA RTX A2000/PCIe/SSE2"
 
 

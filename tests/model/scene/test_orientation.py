@@ -240,13 +240,6 @@ def test_basis_is_a_rotation(azimuth, elevation, roll):
     assert np.linalg.det(basis) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("roll", [-10.0, 0.0, 25.0])
-def test_basis_is_continuous_through_both_poles(roll):
-    bases = np.array([View(33.0, float(e), roll).basis() for e in range(-90, 91)])
-    steps = np.linalg.norm(np.diff(bases, axis=0), axis=(1, 2))
-    assert steps.max() < 1.5 * math.radians(1.0)
-
-
 def test_azimuth_0_and_360_give_the_same_bits():
     assert np.array_equal(View(0.0, 20.0, 5.0).basis(), View(360.0, 20.0, 5.0).basis())
     view_range = ViewRange()

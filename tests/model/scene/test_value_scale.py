@@ -127,17 +127,6 @@ def test_values_are_written_in_their_own_units(value, text):
     assert "e" not in range_text((0.0, 3.0), (-5.0, 10.0), "log")
 
 
-def test_a_tf_file_says_its_scale(tmp_path):
-    volume = Volume(noise()).on_scale("log")
-    tf = default_transfer_function(volume)
-    assert tf.scale == "log"
-    tf.save(tmp_path / "tf.json")
-    assert json.loads((tmp_path / "tf.json").read_text())["scale"] == "log"
-    assert TransferFunction.load(tmp_path / "tf.json") == tf
-    linear = default_transfer_function(volume.linear)
-    assert "scale" not in linear.to_json()
-
-
 def test_a_tf_brings_its_scale():
     volume = Volume(noise())
     log = volume.on_scale("log")

@@ -156,15 +156,6 @@ def test_mrc_stacks_of_volumes(tmp_path):
     assert "stack of images" in said(read_volume(path))
 
 
-FOREIGN = {"a.npy": "NumPy", "a.h5": "HDF5", "a.nc": "NetCDF", "a.mrc": "MRC", "a.npz": "zip"}
-
-
-@pytest.mark.parametrize("name", FOREIGN)
-def test_foreign_files(tmp_path, name):
-    (tmp_path / name).write_bytes(b"?" * 2000)
-    refused(tmp_path / name, FOREIGN[name])
-
-
 def test_arrays_of_objects_and_flat_ones(tmp_path):
     np.save(tmp_path / "a.npy", np.array([{}, {}]), allow_pickle=True)
     refused(tmp_path / "a.npy", "Python objects")

@@ -156,20 +156,6 @@ def test_voxels_that_were_never_written(tmp_path, dtype):
     same(read_volume(tmp_path / "a.nc"), expected, "")
 
 
-@pytest.mark.parametrize(
-    ("name", "content", "said"),
-    [
-        ("a.nc", b"CDF\x05\0\0", "CDF-5.*nccopy"),
-        ("a.hdf", b"\x0e\x03\x13\x01" * 9, "an HDF4 file.*h4toh5"),
-        ("a.nc", b"GRIB" * 9, "a GRIB file.*cdo"),
-        ("a.mat", b"MATLAB 5.0 MAT-file" * 9, "MATLAB's old format.*-v7.3"),
-    ],
-)
-def test_kinds_that_are_named(tmp_path, name, content, said):
-    (tmp_path / name).write_bytes(content)
-    refused(tmp_path / name, said)
-
-
 # --- HDF5 by programs ---------------------------------------------------------------------
 
 

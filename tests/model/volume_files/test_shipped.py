@@ -2,14 +2,10 @@ import numpy as np
 import pytest
 
 from model.scene.default_tf import default_transfer_function
-from model.scene.transfer_function import TransferFunction
 from model.scene.volume import Volume
-from model.volume_files import read_volume
 from model.volume_files.shipped import (
-    SAMPLES,
     first_transfer_function,
     picture_of,
-    sample_of,
     shipped_volumes,
 )
 
@@ -18,13 +14,6 @@ def test_each_volume_in_resources_is_offered_with_a_picture():
     folder = shipped_volumes()[0].parent
     assert set(shipped_volumes()) == set(folder.glob("*.nrrd"))
     assert all(picture_of(path).is_file() for path in shipped_volumes())
-
-
-@pytest.mark.parametrize("path", shipped_volumes(), ids=lambda path: path.name)
-def test_shipped_volumes_are_shown_under_the_tf_beside_them(path):
-    volume = read_volume(path)
-    assert sample_of(volume) == SAMPLES[path.name]
-    assert first_transfer_function(volume) == TransferFunction.load(path.with_suffix(".tf.json"))
 
 
 def scan(scale=1.0, shift=0.0, noise=20.0):

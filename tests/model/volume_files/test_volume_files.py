@@ -23,7 +23,6 @@ from volume_writers import (
     write_vti,
 )
 
-from model.errors import VolumeError
 from model.volume_files import RawLayout, describe, read_volume
 from model.volume_files.progress import ReadingCancelledError, watched
 from model.volume_files.raw import fit_sentence, guess_layout, preview
@@ -129,16 +128,6 @@ def test_integers_far_from_0_are_told_apart(tmp_path, dtype, low, step):
 def test_layout_and_name_from_the_file_name(tmp_path, name, layout, readable):
     assert RawLayout.parse(name) == layout
     assert read_volume(write_itk(tmp_path / f"{name}.nrrd", voxels())).name == readable
-
-
-def test_a_header_is_offered_to_be_skipped():
-    path = Path(__file__).parent / "cases" / "raw" / "header_28x20x12_uint16.raw"
-    with pytest.raises(VolumeError, match="512 bytes too many") as e:
-        read_volume(path)
-    layout = RawLayout.parse(e.value.suggested["raw"])
-    assert layout == RawLayout((28, 20, 12), "uint16", offset=512)
-    expected = np.frombuffer(path.read_bytes()[512:], "<u2").reshape(12, 20, 28)
-    check(read_volume(path, raw=layout), expected)
 
 
 # --- components, description --------------------------------------------------------------

@@ -1,7 +1,6 @@
 """The path tracer: against closed forms, quadrature, and the ray caster's opacities."""
 
 import math
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -250,24 +249,3 @@ def test_the_estimated_error_is_the_error():
         error = np.sqrt(np.mean((found[samples].rgba - truth.rgba)[..., :3] ** 2))
         assert found[samples].error / 1.5 < error < found[samples].error * 1.5
     assert found[64].error < found[8].error / 2
-
-
-def test_a_picture_that_is_not_wanted_ends_within_a_pass():
-    volume = balls("uint8")
-    tracer = PathTracer(volume, threads=2)
-    asked, limit = [], threading.Event()
-
-    def wanted():
-        asked.append(1)
-        return not limit.is_set()
-
-    found = []
-    for estimate in tracer.refine(seen(volume), 128, 1 << 20, wanted):
-        found.append(estimate.samples)
-        if estimate.samples == 2:
-            limit.set()
-            before = len(asked)
-    tracer.close()
-    assert found == [1, 2]
-    # Each part of the next pass asked once, and none was drawn.
-    assert len(asked) - before == 128 // (1024 // 128)

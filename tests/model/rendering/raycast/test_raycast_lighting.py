@@ -20,7 +20,6 @@ from model.scene.volume import Volume
 BYTES = (0.0, 1.0)
 GREY = ColorTF(RANGE, ((0.0, 0.5, 0.5, 0.5),))
 BLACK = ColorTF(RANGE, ((0.0, 0.0, 0.0, 0.0),))
-SOLID = OpacityTF(RANGE, points=((20.0, 0.0), (120.0, 0.8)))
 HEADLIGHT = LightDirection(0.0, 0.0)
 LIGHTS = (LightDirection(), HEADLIGHT, LightDirection(60.0, -20.0), LightDirection(170.0, 10.0))
 
@@ -68,17 +67,6 @@ def test_a_plane_reflects_by_the_cosine_of_the_lights_angle(kind, error):
         assert (gray[..., 3] == 1).all()
         expected = DIFFUSE * abs(normal @ towards(light, view))
         np.testing.assert_allclose(2 * (gray - black)[..., :3], expected, atol=error)
-
-
-@pytest.mark.parametrize("lighting", ["direct", "soft"])
-def test_light_leaves_the_opacity_as_it_is(volume, lighting):
-    unlit, lit = (
-        image_of(RaycastRenderer, volume, VIEW, SOLID, size=32, lighting=each)
-        for each in ("none", lighting)
-    )
-    np.testing.assert_allclose(lit[..., 3], unlit[..., 3], atol=1e-5)
-    assert np.abs(lit[..., :3] - unlit[..., :3]).mean() > 0.01
-    assert lit.max() <= 1
 
 
 # Cast light
